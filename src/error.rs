@@ -1,0 +1,61 @@
+//! How a command fails: one line for a person, one exit status for a program.
+
+use std::path::Path;
+
+/// A command's failure. The line says which file, line and column, what was expected and what was found.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// The call or an input file is wrong (exit status 2).
+    #[error("{0}")]
+    Input(String),
+    /// It failed while running (exit status 1).
+    #[error("{0}")]
+    Running(String),
+}
+
+impl Failure {
+    /// The exit status of the process.
+    pub fn exit_status(&self) -> u8 {
+        match self {
+            Failure::Input(_) => 2,
+            Failure::Running(_) => 1,
+        }
+    }
+
+    /// A wrong place in an input file.
+    pub fn at(file: &Path, line: usize, column: usize, what: impl std::fmt::Display) -> Self {
+        Failure::Input(format!("{}:{line}:{column}: {what}", file.display()))
+    }
+
+    /// A wrong input file as a whole.
+    pub fn file(file: &Path, what: impl std::fmt::Display) -> Self {
+        Failure::Input(format!("{}: {what}", file.display()))
+    }
+
+    /// Reading or writing failed.
+    pub fn io(file: &Path, error: &std::io::Error) -> Self {
+        Failure::Running(format!("{}: {error}", file.display()))
+    }
+}
+
+/// How a command ended that did its work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Done (exit status 0).
+    Done,
+    /// Done, with data lost or skipped, and it was said how much (exit status 3).
+    DataLost,
+    /// Done, and the answer is "not good" (exit status 4).
+    NotGood,
+}
+
+impl Outcome {
+    /// The exit status of the process.
+    pub fn exit_status(self) -> u8 {
+        match self {
+            Outcome::Done => 0,
+            Outcome::DataLost => 3,
+            Outcome::NotGood => 4,
+        }
+    }
+}

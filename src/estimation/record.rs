@@ -1,0 +1,202 @@
+//! The published vocabulary of state estimation: state, innovation, smoothed regressors, events.
+
+use crate::flight::channel::Channel;
+
+/// A measurement that aids the filter. The discriminant is its place in per-aid tables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(u8)]
+pub enum Aid {
+    /// True airspeed, m/s.
+    Airspeed,
+    /// Incidence vane, rad.
+    Incidence,
+    /// Sideslip vane, rad.
+    Sideslip,
+    /// Bank angle, rad.
+    Bank,
+    /// Pitch attitude, rad.
+    Pitch,
+    /// Heading, rad.
+    Heading,
+    /// Pressure altitude, m.
+    Altitude,
+}
+
+/// How many aids there are.
+pub const AIDS: usize = 7;
+
+impl Aid {
+    /// Every aid, in the order of its place in per-aid tables; they are fused in this order.
+    pub const ALL: [Aid; AIDS] =
+        [Aid::Airspeed, Aid::Incidence, Aid::Sideslip, Aid::Bank, Aid::Pitch, Aid::Heading, Aid::Altitude];
+
+    /// Place in per-aid tables.
+    pub const fn index(self) -> usize {
+        self as usize
+    }
+
+    /// The channel that carries the measurement.
+    pub const fn channel(self) -> Channel {
+        match self {
+            Aid::Airspeed => Channel::Tas,
+            Aid::Incidence => Channel::Alpha,
+            Aid::Sideslip => Channel::Beta,
+            Aid::Bank => Channel::Phi,
+            Aid::Pitch => Channel::Theta,
+            Aid::Heading => Channel::Psi,
+            Aid::Altitude => Channel::Altitude,
+        }
+    }
+}
+
+/// What one aid did at one sample. Log, diagnosis input and test surface in one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Innovation {
+    /// Time of the sample, s.
+    pub time_s: f64,
+    /// Which aid.
+    pub aid: Aid,
+    /// The measurement, in the aid's unit.
+    pub observation: f64,
+    /// Variance of the measurement's noise, unit squared.
+    pub observation_var: f64,
+    /// Measurement less prediction (angles wrapped to +-pi).
+    pub innovation: f64,
+    /// Predicted variance of the innovation, unit squared.
+    pub innovation_var: f64,
+    /// innovation^2 / (gate^2 innovation_var): above 1 it is rejected.
+    pub test_ratio: f64,
+    /// Whether it was fused.
+    pub fused: bool,
+}
+
+/// The estimated state at one sample, filtered (no lag), at the centre of mass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StateRecord {
+    /// Time of the sample, s.
+    pub time_s: f64,
+    /// u v w, body velocity through the air, m/s.
+    pub velocity: [f64; 3],
+    /// Standard deviations of u v w, m/s.
+    pub velocity_std: [f64; 3],
+    /// p q r, body rates less gyro bias, rad/s.
+    pub rates: [f64; 3],
+    /// phi theta psi, rad.
+    pub attitude: [f64; 3],
+    /// Standard deviations of phi theta psi, rad.
+    pub attitude_std: [f64; 3],
+    /// Altitude, m.
+    pub altitude: f64,
+    /// Standard deviation of altitude, m.
+    pub altitude_std: f64,
+    /// Accelerometer biases x y z, m/s^2.
+    pub accelerometer_bias: [f64; 3],
+    /// Standard deviations of the accelerometer biases, m/s^2.
+    pub accelerometer_bias_std: [f64; 3],
+    /// Gyro biases p q r, rad/s.
+    pub gyro_bias: [f64; 3],
+    /// Standard deviations of the gyro biases, rad/s.
+    pub gyro_bias_std: [f64; 3],
+    /// How many aids were fused at this sample.
+    pub fused: u8,
+}
+
+/// Smoothed signals at one instant of the regression grid: every entry has been through the same zero-phase kernel,
+/// so a linear relation between them is the one between the signals themselves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SmoothedRecord {
+    /// Time that the signals belong to (the centre of the kernel), s.
+    pub time_s: f64,
+    /// u v w at the centre of mass, m/s.
+    pub velocity: [f64; 3],
+    /// p q r as measured, rad/s.
+    pub rates: [f64; 3],
+    /// phi theta, rad.
+    pub attitude: [f64; 2],
+    /// ax ay az at the centre of mass, as measured, m/s^2.
+    pub specific_force: [f64; 3],
+    /// p-dot q-dot r-dot, rad/s^2.
+    pub angular_acceleration: [f64; 3],
+    /// Controls in the order of `Channel::CONTROLS`, rad; zero where not carried by the run.
+    pub controls: [f64; 4],
+    /// Which controls the run carries.
+    pub controls_present: [bool; 4],
+}
+
+/// What the estimator noticed. Repeats are counted by whoever keeps them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EstimationEvent {
+    /// A channel gave NaN or infinity; it counts as not sampled.
+    NotFinite {
+        /// Which channel.
+        channel: Channel,
+    },
+    /// A channel gave a number that no aircraft reaches (wrong unit?); it counts as not sampled.
+    OutOfRange {
+        /// Which channel.
+        channel: Channel,
+        /// The number, SI.
+        value: f64,
+    },
+    /// The time of a sample is not finite; the sample is dropped.
+    TimeNotFinite,
+    /// A second sample with the same time; it is dropped.
+    DuplicateTime,
+    /// Time went back; the sample is dropped.
+    TimeWentBack {
+        /// By how much, s.
+        by_s: f64,
+    },
+    /// Nothing came for that long; the filter starts again, the derivatives keep what they have.
+    Gap {
+        /// How long, s.
+        seconds: f64,
+    },
+    /// Time kept running on from an earlier instant: a new segment begins.
+    SegmentRestart,
+    /// The filter has a state from here on.
+    Initialised,
+    /// No accelerometer on this axis: its specific force is taken to balance gravity, with a large uncertainty.
+    NoAccelerometer {
+        /// `Ax`, `Ay` or `Az`.
+        channel: Channel,
+    },
+    /// The run brings no such aid; what it alone makes observable stays unknown.
+    AidMissing {
+        /// Which aid.
+        aid: Aid,
+    },
+    /// An aid began to be rejected by its innovation gate.
+    AidRejected {
+        /// Which aid.
+        aid: Aid,
+        /// Its test ratio.
+        test_ratio: f64,
+    },
+    /// An aid is fused again.
+    AidAccepted {
+        /// Which aid.
+        aid: Aid,
+    },
+    /// The measured flow angle does not move as the kinematics say it must.
+    KinematicsDisagree {
+        /// `Incidence` or `Sideslip`.
+        aid: Aid,
+        /// Coefficient of determination of the flow-angle rate by the kinematics.
+        r_squared: f64,
+    },
+    /// The innovations are larger than the filter expects: mean normalised innovation squared over the last seconds.
+    InnovationsTooLarge {
+        /// Which aid.
+        aid: Aid,
+        /// Mean of innovation^2 / innovation_var; 1 is as expected.
+        mean_nis: f64,
+    },
+    /// The aircraft was not steady in its trim window: perturbations are about an instant that was no trim.
+    TrimNotSteady {
+        /// Largest rms body rate in the window, rad/s.
+        rate_rms: f64,
+    },
+    /// The numbers broke down (a variance that is not positive, a state that is not finite); the filter starts again.
+    NumericBreakdown,
+}

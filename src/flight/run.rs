@@ -1,0 +1,22 @@
+//! What the estimator must know of a run besides its samples: where instruments stand and how controls are called.
+
+use super::channel::ControlNames;
+
+/// Geometry of a run's instruments, body axes, relative to the centre of mass, and the naming of its controls.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RunGeometry {
+    /// Where the accelerometers stand, m.
+    pub accelerometer_position_m: [f64; 3],
+    /// Where the flow-angle vanes stand, m.
+    pub vane_position_m: [f64; 3],
+    /// Blades of the main rotor, where the run says so.
+    pub blades: Option<u32>,
+    /// How the four controls are called.
+    pub controls: ControlNames,
+}
+
+impl Default for RunGeometry {
+    fn default() -> Self {
+        RunGeometry { accelerometer_position_m: [0.0; 3], vane_position_m: [0.0; 3], blades: None, controls: ControlNames::Rotorcraft }
+    }
+}

@@ -1,0 +1,12 @@
+//! Sideslip tells, while the aircraft is still in the air, how stable it is.
+#![cfg_attr(not(any(feature = "std", test)), no_std)]
+
+pub mod estimation;
+pub mod flight;
+pub mod modes;
+pub mod outputs;
+pub mod regression;
+pub mod telemetry;
+
+#[cfg(feature = "std")]
+pub mod error;

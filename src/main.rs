@@ -1,0 +1,37 @@
+//! The program `sideslip`: reads the call, runs one command, turns its end into an exit status.
+
+mod command;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+#[derive(Parser)]
+#[command(name = "sideslip", version, about, arg_required_else_help = true)]
+struct Call {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Replay(command::replay::Args),
+    Simulate(command::simulate::Args),
+    Linearise(command::linearise::Args),
+    Inspect(command::inspect::Args),
+}
+
+fn main() -> ExitCode {
+    let ended = match Call::parse().command {
+        Command::Replay(args) => command::replay::run(&args),
+        Command::Simulate(args) => command::simulate::run(&args),
+        Command::Linearise(args) => command::linearise::run(&args),
+        Command::Inspect(args) => command::inspect::run(&args),
+    };
+    match ended {
+        Ok(outcome) => ExitCode::from(outcome.exit_status()),
+        Err(failure) => {
+            command::message(format_args!("sideslip: {failure}"));
+            ExitCode::from(failure.exit_status())
+        }
+    }
+}

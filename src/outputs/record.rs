@@ -1,0 +1,42 @@
+//! The published vocabulary of outputs: one message, as it goes through the queue to the log and the terminal.
+
+use crate::estimation::record::{EstimationEvent, Innovation, StateRecord};
+use crate::modes::record::ModesRecord;
+use crate::regression::record::{DerivativesRecord, RegressionEvent};
+use crate::telemetry::record::Sample;
+
+/// Something that a stage noticed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EventKind {
+    /// In the state estimation.
+    Estimation(EstimationEvent),
+    /// In the regression.
+    Regression(RegressionEvent),
+}
+
+/// An event with its time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EventRecord {
+    /// When, s.
+    pub time_s: f64,
+    /// What.
+    pub kind: EventKind,
+}
+
+/// One message to the outputs, of fixed size: sending it moves bytes and allocates nothing.
+#[derive(Clone, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "fixed size on purpose: a box would allocate between sample and estimate")]
+pub enum Message {
+    /// A sample as it came in.
+    Sample(Sample),
+    /// The state at a sample.
+    State(StateRecord),
+    /// What an aid did.
+    Innovation(Innovation),
+    /// The derivatives so far.
+    Derivatives(DerivativesRecord),
+    /// The modes so far.
+    Modes(ModesRecord),
+    /// An event.
+    Event(EventRecord),
+}
