@@ -1,1 +1,3 @@
-//! Faults.
+//! The fault matrix: broken inputs give a clear end, never a panic and never a guess.
+
+mod run_files;

@@ -1,1 +1,3 @@
-//! P.
+//! What must hold for every input: round trips, order, symmetry.
+
+mod run_files;

@@ -161,7 +161,9 @@ impl Together {
                 (Some(naming), Some((before, first))) if naming != *before => {
                     let same = self.places & (1 << channel.index()) != 0;
                     let why = if same { "both are the same control" } else { "they are two namings of the controls" };
-                    return Err(format!("expected controls called after one kind of aircraft, found `{name}` beside `{first}`: {why}"));
+                    return Err(format!(
+                        "expected controls called after one kind of aircraft, found `{name}` beside `{first}`: {why}"
+                    ));
                 }
                 (Some(naming), None) => self.controls = Some((naming, name.clone())),
                 _ => {}

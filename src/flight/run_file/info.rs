@@ -193,7 +193,8 @@ mod tests {
 
     #[test]
     fn known_keys_are_typed_and_the_others_kept() {
-        let info = RunInfo::from_toml("run = \"467/10/11\"\nblades = 4\nvane_position_m = [13.08, 0, -0.5]\npilot.name = \"A\"").unwrap();
+        let info = RunInfo::from_toml("run = \"467/10/11\"\nblades = 4\nvane_position_m = [13.08, 0, -0.5]\npilot.name = \"A\"")
+            .unwrap();
         assert_eq!(info.run(), Some("467/10/11"));
         assert_eq!(info.geometry().blades, Some(4));
         assert_eq!(info.geometry().vane_position_m, [13.08, 0.0, -0.5]);
