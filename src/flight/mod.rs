@@ -7,4 +7,6 @@
 pub mod channel;
 pub mod derivative;
 pub mod run;
+#[cfg(feature = "std")]
+pub mod run_file;
 pub mod unit;

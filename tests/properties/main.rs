@@ -1,0 +1,3 @@
+//! What must hold for every input: round trips, order, symmetry.
+
+mod run_files;
