@@ -16,7 +16,7 @@ use crate::flight::unit::STANDARD_GRAVITY as G0;
 /// Coefficient of determination below which a vane disagrees. A vane 13 m ahead of the centre of mass of a transport gives
 /// 0.965, the same record brought to the centre of mass 0.997.
 pub const R2_MIN: f64 = 0.985;
-const NOISE_MARGIN: f64 = 4.0;
+const NOISE_MARGIN: f64 = 1.5;
 const COUNT_MIN: f64 = 50.0;
 
 /// Rates of alpha and beta from velocity u v w, attitude phi theta, specific force and rates, (3).
