@@ -179,9 +179,10 @@ fn value_start(text: &str, key: &str) -> usize {
     document.get_ref().iter().find(|(name, _)| name.get_ref() == key).map_or(0, |(_, value)| value.span().start)
 }
 
-/// Line and column, in characters from 1, of a byte offset.
+/// Line and column, in characters from 1, of a byte offset; what is missing at the very end is missing on the last line.
 fn place(text: &str, offset: usize, what: String) -> PlaceError {
-    let before = text.get(..offset).unwrap_or(text);
+    let last = text.trim_end_matches('\n').len();
+    let before = text.get(..offset.min(last)).unwrap_or(text);
     let line = before.matches('\n').count() + 1;
     let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
     PlaceError { line, column, what }
