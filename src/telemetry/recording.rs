@@ -157,6 +157,13 @@ impl Recording {
         }
     }
 
+    /// What rows are numbered by, in a word for messages.
+    pub fn counted_in(&self) -> &'static str {
+        match self {
+            Recording::Csv(_) => "line",
+        }
+    }
+
     /// What the run says of itself.
     pub fn info(&self) -> &RunInfo {
         match self {

@@ -132,6 +132,7 @@ fn a_wrong_preamble_is_found_at_its_line_and_column_of_the_file() {
     let (line, column, _) = refused(b"# run = \"a\"\n#\n# aircraft = = 3\ntime\n0\n");
     assert_eq!((line, column), (3, 14));
     assert_refused(b"# run = \"a\"\n# run = \"b\"\ntime\n0\n", 2, 3, &["duplicate"]);
+    assert_refused(b"# run = \"\"\"abc\n# def\ntime\n0\n", 2, 6, &["string"]);
     assert_refused(b"#run = 1\ntime\n0\n", 1, 2, &["space after `#`"]);
 }
 

@@ -210,6 +210,15 @@ mod tests {
     }
 
     #[test]
+    fn columns_of_another_format_are_joined_under_the_same_rules() {
+        let columns = |names: &[&str]| names.iter().map(|name| Column::new(name, None)).collect::<Result<Vec<_>, _>>().unwrap();
+        assert_eq!(Header::from_columns(columns(&["p", "rudder"])).unwrap().controls, ControlNames::FixedWing);
+        assert!(Header::from_columns(columns(&["p", "p"])).unwrap_err().contains("second time"));
+        assert!(Header::from_columns(columns(&["rudder", "lon_cyclic"])).unwrap_err().contains("two namings"));
+        assert!(Column::new("p", Some("m")).unwrap_err().contains("`p`"));
+    }
+
+    #[test]
     fn every_wrong_header_says_where_and_what() {
         for (header, column, words) in [
             ("time,tas[furlong]", 6, ["`tas`", "furlong"]),

@@ -179,9 +179,10 @@ fn value_start(text: &str, key: &str) -> usize {
     document.get_ref().iter().find(|(name, _)| name.get_ref() == key).map_or(0, |(_, value)| value.span().start)
 }
 
-/// Line and column, in characters from 1, of a byte offset.
+/// Line and column, in characters from 1, of a byte offset; what is missing at the very end is missing on the last line.
 fn place(text: &str, offset: usize, what: String) -> PlaceError {
-    let before = text.get(..offset).unwrap_or(text);
+    let last = text.trim_end_matches('\n').len();
+    let before = text.get(..offset.min(last)).unwrap_or(text);
     let line = before.matches('\n').count() + 1;
     let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
     PlaceError { line, column, what }
@@ -196,9 +197,8 @@ mod tests {
         let info = RunInfo::from_toml("run = \"467/10/11\"\nblades = 4\nvane_position_m = [13.08, 0, -0.5]\npilot.name = \"A\"")
             .unwrap();
         assert_eq!(info.run(), Some("467/10/11"));
-        assert_eq!(info.geometry().blades, Some(4));
-        assert_eq!(info.geometry().vane_position_m, [13.08, 0.0, -0.5]);
-        assert_eq!(info.geometry().accelerometer_position_m, [0.0; 3]);
+        let expected = RunGeometry { vane_position_m: [13.08, 0.0, -0.5], blades: Some(4), ..RunGeometry::default() };
+        assert_eq!(info.geometry(), &expected);
         assert_eq!(RunInfo::from_toml(&info.to_toml()), Ok(info));
     }
 
