@@ -2,11 +2,12 @@
 //!
 //! Consumes vectors z_k [N] (bias, regressors, responses) on a uniform grid; produces
 //!     S   = sum_k lambda^(n-k) z_k z_k'                                                           (1)
-//!     G_l = sum_k lambda^(2(n-k)+l) z_k z_(k-l)',  l = 0 .. LAGS                                    (2)
+//!     G_l = sum_k lambda^((n-k)+(n-(k-l))) z_k z_(k-l)',  l = 0 .. LAGS                             (2)
 //! S gives least squares for any subset of regressors and any response. G_l gives, for any vector of coefficients e over z
 //! (such as e = response - X theta), the autocovariance of the residual v_k = e'z_k afterwards, without a second pass:
 //!     R_l = e' G_l e / sum_k lambda^(2(n-k))                                                       (3)
-//! lambda < 1 forgets; a vector that is skipped ages nothing and leaves a hole in the lagged products.
+//! lambda < 1 forgets; a vector that is skipped ages nothing and leaves a hole in the lagged products: lags count instants
+//! of the grid, the exponents of lambda count only the vectors that were added.
 //! Source: E. A. Morelli and V. Klein, Accuracy of aerodynamic model parameters estimated from flight test data,
 //! J. Guidance 20(1), 1997; recursive form after J. A. Grauer and E. A. Morelli, NTRS 20160007740, with the residuals'
 //! autocovariance taken from (2) instead of from stored residuals.
@@ -48,13 +49,15 @@ impl<const N: usize> Information<N> {
         accumulate(&mut self.lagged[0], z, z, lambda * lambda, 1.0);
         self.weight = lambda * self.weight + 1.0;
         self.weight2 = lambda * lambda * self.weight2 + 1.0;
-        let mut forgotten = 1.0;
+        let mut forgotten = lambda;
         for lag in 1..=LAGS {
-            forgotten *= lambda;
             let place = (self.head + LAGS - lag) % LAGS;
-            let scale = if self.used[place] { forgotten } else { 0.0 };
+            let used = self.used[place];
             let past = self.recent[place];
-            accumulate(&mut self.lagged[lag], z, &past, lambda * lambda, scale);
+            accumulate(&mut self.lagged[lag], z, &past, lambda * lambda, if used { forgotten } else { 0.0 });
+            if used {
+                forgotten *= lambda;
+            }
         }
         self.remember(z, true);
     }
