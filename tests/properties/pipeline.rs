@@ -72,11 +72,29 @@ proptest! {
     }
 }
 
-/// How a long run goes: how often a sample is troubled and how much the aircraft moves.
+/// How a long run goes: how often a sample is troubled, how much the aircraft moves, where the clock begins.
 struct Weather {
     trouble_one_in: u64,
     size: f64,
     rate_hz: f64,
+    begin_s: f64,
+    config: Config,
+}
+
+/// Settings at the ends of what is allowed.
+fn extremes() -> [Config; 3] {
+    let (mut short, mut long, mut odd) = (Config::default(), Config::default(), Config::default());
+    let e = &mut short.estimation;
+    [e.lag_s, e.grid_s, e.trim_window_s, e.gap_s, e.hold_s, e.gate_sigmas] = [0.021, 0.0051, 1e-6, 0.051, 0.011, 1.01];
+    let r = &mut short.regression;
+    [r.forgetting_s, r.exciting_s, r.stale_s, r.settled_s, r.f_remove, r.f_enter] = [1.01, 1e-3, 1e-3, 1e-3, 1e-3, 2e-3];
+    let e = &mut long.estimation;
+    [e.lag_s, e.grid_s, e.trim_window_s, e.gap_s, e.hold_s, e.gate_sigmas] = [5.0, 0.1, 60.0, 60.0, 60.0, 100.0];
+    long.regression.forgetting_s = 1e9;
+    let (e, tiny) = (&mut odd.estimation, 1e-9);
+    [e.lag_s, e.grid_s, e.gap_s, e.accelerometer_bias_walk, e.gyro_bias_walk] = [5.0, 0.0051, 60.0, 0.0, 1.0];
+    [e.noise.gyro_std, e.noise.accelerometer_std, e.noise.sideslip_std, e.noise.bank_std] = [tiny, 100.0, tiny, tiny];
+    [short, long, odd]
 }
 
 /// Readings about level flight, as wild as `size` says; now and then any bits, any channels, any time.
@@ -111,20 +129,33 @@ fn wild(uniform: &mut Uniform, time_s: &mut f64, weather: &Weather) -> Sample {
 #[test]
 fn a_hundred_thousand_wild_samples_neither_panic_nor_give_a_state_that_is_no_number() {
     let mut uniform = Uniform(71);
-    let weathers = [(20, 0.001, 50.0), (50, 0.1, 25.0), (5, 1.0, 100.0), (2, 0.3, 256.0), (200, 0.02, 1_000.0)];
+    let [short, long, odd] = extremes();
+    let usual = Config::default();
+    let weathers = [
+        (20, 0.001, 50.0, 0.0, usual),
+        (50, 0.1, 25.0, 1.7e9, usual),
+        (5, 1.0, 100.0, -1e6, usual),
+        (2, 0.3, 256.0, 1e-3, usual),
+        (200, 0.02, 1_000.0, 1.7e12, usual),
+        (100, 0.05, 50.0, 0.0, short),
+        (100, 0.05, 50.0, 0.0, long),
+        (100, 0.05, 50.0, 0.0, odd),
+    ];
     let (mut states, mut dutch_rolls) = (0, 0);
-    for (trouble_one_in, size, rate_hz) in weathers {
-        let weather = Weather { trouble_one_in, size, rate_hz };
-        let mut pipeline = pipeline(RunGeometry::default());
-        let mut time_s = uniform.within(1e4);
-        for _ in 0..20_000 {
+    for (trouble_one_in, size, rate_hz, begin_s, config) in weathers {
+        let weather = Weather { trouble_one_in, size, rate_hz, begin_s, config };
+        let mut pipeline = Box::new(Pipeline::new(&weather.config, RunGeometry::default()).unwrap());
+        let mut time_s = weather.begin_s;
+        let (states_before, rolls_before) = (states, dutch_rolls);
+        for _ in 0..12_500 {
             let tick = pipeline.step(&wild(&mut uniform, &mut time_s, &weather));
             assert_sound(tick);
             states += usize::from(tick.state.is_some());
             dutch_rolls += usize::from(tick.modes.is_some_and(|modes| modes.dutch_roll.is_some()));
         }
         assert_sound(pipeline.finish());
+        let (states, dutch_rolls) = (states - states_before, dutch_rolls - rolls_before);
+        eprintln!("trouble 1 in {trouble_one_in}, size {size}, {rate_hz} Hz: {states} states, {dutch_rolls} Dutch rolls");
     }
-    eprintln!("{states} states and {dutch_rolls} Dutch rolls from 100000 samples");
     assert!(states > 30_000 && dutch_rolls > 1_000, "{states} states, {dutch_rolls} Dutch rolls: too few to prove anything");
 }
