@@ -10,3 +10,5 @@ pub mod telemetry;
 
 #[cfg(feature = "std")]
 pub mod error;
+#[cfg(feature = "std")]
+pub mod simulation;
