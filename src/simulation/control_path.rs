@@ -106,7 +106,6 @@ pub(crate) fn lag(times_s: &[f64], values: &mut [f64], tau: f64) {
 }
 
 #[cfg(test)]
-#[expect(clippy::float_cmp, reason = "values are carried, or exact in binary")]
 mod tests {
     use super::*;
 

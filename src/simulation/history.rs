@@ -80,13 +80,7 @@ impl History {
         let after = self.points.partition_point(|&(t, _)| t <= time_s);
         let before = after.checked_sub(1).and_then(|place| self.points.get(place));
         match (before, self.points.get(after)) {
-            (Some(&(t0, x0)), Some(&(t1, x1))) => {
-                if time_s == t0 {
-                    x0
-                } else {
-                    x0 + (x1 - x0) * ((time_s - t0) / (t1 - t0))
-                }
-            }
+            (Some(&(t0, x0)), Some(&(t1, x1))) => x0 + (x1 - x0) * ((time_s - t0) / (t1 - t0)),
             (Some(&(_, x)), None) | (None, Some(&(_, x))) => x,
             (None, None) => 0.0,
         }
@@ -167,7 +161,7 @@ impl History {
             lines.add(t1, y);
         }
         // Past the last breakpoint the input is held and the output still catches up.
-        if x != y {
+        if (x - y).abs() > 0.0 {
             let settled = t + (x - y).abs() / rate;
             lines.add(settled, x);
         }

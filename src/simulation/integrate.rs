@@ -91,8 +91,7 @@ impl Drive<'_> {
         let mut states = Vec::with_capacity(self.nodes_s.len() / 2 + 1);
         let mut motion = start;
         let mut node = 0;
-        loop {
-            let Some(state) = self.state_at(node, motion) else { break };
+        while let Some(state) = self.state_at(node, motion) {
             if !carries(&motion) {
                 return (states, Some(state.time_s));
             }
@@ -173,7 +172,6 @@ fn carries(motion: &Motion) -> bool {
 }
 
 #[cfg(test)]
-#[expect(clippy::float_cmp, reason = "values are exact in binary")]
 mod tests {
     use super::*;
 

@@ -64,7 +64,6 @@ impl Motion {
 }
 
 #[cfg(test)]
-#[expect(clippy::float_cmp, reason = "values are carried, not computed")]
 mod tests {
     use super::*;
 
