@@ -4,6 +4,7 @@
 //! theta0 theta1s theta1c theta0T; 1 kn is 0.5148 m/s there, g is 9.81 m/s^2. X_q, Y_p, Y_r, Z_q of the matrices hold
 //! -We, +We, -Ue, +Ue, which belong to the kinematics and are taken out here.
 #![allow(dead_code, reason = "each test uses its part")]
+#![allow(clippy::print_stderr, reason = "a test that is skipped says so")]
 
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::model::{LinearModel, Trim};
@@ -49,11 +50,10 @@ const INPUTS: [(Variable, usize); 4] =
     [(Variable::Collective, 0), (Variable::LonCyclic, 1), (Variable::LatCyclic, 2), (Variable::Pedal, 3)];
 
 impl PublishedPuma {
-    /// Trim out of the gravity entries: sin(theta) from (w, theta), sin(phi) from (theta, r), level without sideslip,
-    /// so that `w = u tan(theta) / cos(phi)`. The controls are taken as zero: the source does not give them here.
+    /// Trim out of the gravity entries, (w, phi) over (u, theta) giving sin(phi) and (w, theta) giving sin(theta);
+    /// level without sideslip, so that `w = u tan(theta) / cos(phi)`. The controls are taken as zero: the source does not give them here.
     pub(crate) fn trim(&self) -> Trim {
-        let phi = -self.a[3][7];
-        let phi = phi.clamp(-1.0, 1.0).asin();
+        let phi = (self.a[1][6] / self.a[0][3]).asin();
         let theta = (-self.a[1][3] / (BOOK_GRAVITY * phi.cos())).asin();
         let slope = theta.tan() / phi.cos();
         let u = self.airspeed / (1.0 + slope * slope).sqrt();
