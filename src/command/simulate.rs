@@ -80,13 +80,16 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if let Some(sigma) = args.turbulence {
         effects.push(Effect::Turbulence { sigma: within("--turbulence", sigma, 0.0, 100.0)?, length: MEDIUM_HEIGHT_LENGTH_M });
     }
+    let times = |start_s, duration_s, rate_hz| {
+        uniform_times(start_s, duration_s, rate_hz).map_err(|refused| Failure::Input(refused.to_string()))
+    };
     let (inputs, times_s, manoeuvre) = match &args.controls {
         Some(path) => {
             let run = read_controls(path)?;
             let times_s = match (rate_hz, duration_s) {
                 (None, None) => run.times_s.clone(),
                 (None, Some(duration)) => run.times_s.iter().copied().take_while(|t| t - run.start_s() <= duration).collect(),
-                (Some(rate), _) => uniform_times(run.start_s(), duration_s.unwrap_or(run.end_s() - run.start_s()), rate),
+                (Some(rate), _) => times(run.start_s(), duration_s.unwrap_or(run.end_s() - run.start_s()), rate)?,
             };
             (inputs_of_run(path, run, model), times_s, format!("controls of {}", path.display()))
         }
@@ -94,7 +97,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             let specs = args.input.iter().map(|text| InputSpec::parse(text)).collect::<Result<Vec<_>, _>>();
             let specs = specs.map_err(|error| Failure::Input(format!("--input: {error}")))?;
             let end_s = specs.iter().map(|spec| spec.end_s(lead_s)).fold(lead_s, f64::max);
-            let times_s = uniform_times(0.0, duration_s.unwrap_or(end_s + 10.0), rate_hz.unwrap_or(100.0));
+            let times_s = times(0.0, duration_s.unwrap_or(end_s + 10.0), rate_hz.unwrap_or(100.0))?;
             (inputs_of_specs(&specs, lead_s, model)?.sampled(&times_s), times_s, args.input.join(" "))
         }
     };

@@ -151,7 +151,7 @@ impl Flight {
         let last_s = end_s + early_s;
         refuse_long((last_s - start_s) / step_s)?;
         let channel_times: Vec<Vec<f64>> =
-            self.instruments.channels.iter().map(|i| self.times_of(i.rate_hz, start_s, end_s)).collect();
+            self.instruments.channels.iter().map(|i| self.times_of(i.rate_hz, start_s, end_s)).collect::<Result<_, _>>()?;
         let air = self.turbulence(start_s, last_s);
 
         let mut wanted: Vec<f64> = self.times_s.clone();
@@ -239,9 +239,9 @@ impl Flight {
         }
     }
 
-    fn times_of(&self, rate_hz: Option<f64>, start_s: f64, end_s: f64) -> Vec<f64> {
+    fn times_of(&self, rate_hz: Option<f64>, start_s: f64, end_s: f64) -> Result<Vec<f64>, Refused> {
         match rate_hz {
-            None => self.times_s.clone(),
+            None => Ok(self.times_s.clone()),
             Some(rate_hz) => uniform_times(start_s, end_s - start_s, rate_hz),
         }
     }
@@ -266,13 +266,20 @@ fn refuse_long(steps: f64) -> Result<(), Refused> {
     if steps <= MAX_MESH_POINTS as f64 { Ok(()) } else { Err(Refused::TooLong { needed: steps as u64 }) }
 }
 
-/// Times `start, start + 1/rate, ...` up to `start + duration`, s; none where the rate or duration makes none.
-pub fn uniform_times(start_s: f64, duration_s: f64, rate_hz: f64) -> Vec<f64> {
-    let steps = libm::floor(duration_s * rate_hz + 1e-9);
-    if !(steps >= 0.0 && steps <= MAX_MESH_POINTS as f64) {
-        return Vec::new();
+/// Times `start, start + 1/rate, ...` up to `start + duration`, s.
+///
+/// # Errors
+/// [`Refused`] where rate or duration make no times, or more than a flight may have.
+pub fn uniform_times(start_s: f64, duration_s: f64, rate_hz: f64) -> Result<Vec<f64>, Refused> {
+    if !(rate_hz.is_finite() && rate_hz > 0.0) {
+        return Err(Refused::Rate(rate_hz));
     }
-    (0..=steps as usize).map(|step| start_s + step as f64 / rate_hz).collect()
+    let steps = libm::floor(duration_s * rate_hz + 1e-9);
+    if !(start_s.is_finite() && steps >= 0.0) {
+        return Err(Refused::Times(start_s + duration_s));
+    }
+    refuse_long(steps)?;
+    Ok((0..=steps as usize).map(|step| start_s + step as f64 / rate_hz).collect())
 }
 
 /// A model without effects flown from its trim at time zero, the inputs as a recording at that rate would show them.
@@ -287,7 +294,7 @@ pub fn simulate(
     rate_hz: f64,
     seed: u64,
 ) -> Result<Flown, Refused> {
-    let times_s = uniform_times(0.0, duration_s, rate_hz);
+    let times_s = uniform_times(0.0, duration_s, rate_hz)?;
     let flight =
         Flight { inputs: inputs.sampled(&times_s), instruments: instruments.clone(), times_s, seed, ..Flight::of(model.clone()) };
     flight.fly()

@@ -22,3 +22,6 @@ pub mod linear;
 pub mod motion;
 pub mod noise;
 pub mod turbulence;
+
+#[cfg(test)]
+mod flights;

@@ -140,7 +140,7 @@ fn small_motions_follow_the_matrix_exponential() {
         let at_trim = model.trim.controls[3];
         flight.inputs.controls[Control::Pedal.index()] =
             History::through(vec![(0.0, at_trim), (10.0, at_trim + 10.0 * slope)]).unwrap();
-        flight.times_s = uniform_times(0.0, 6.0, 10.0);
+        flight.times_s = uniform_times(0.0, 6.0, 10.0).unwrap();
         let flown = flight.fly().unwrap();
         let trim = Flight::trim_motion(&model).to_vector();
         for state in &flown.truth {
@@ -162,7 +162,7 @@ fn half_the_step_changes_nothing_that_matters() {
     let mut flight = Flight::of(model.clone());
     let pedal = &mut flight.inputs.controls[Control::Pedal.index()];
     *pedal = pedal.plus(1.0, &input);
-    flight.times_s = uniform_times(0.0, 12.0, 50.0);
+    flight.times_s = uniform_times(0.0, 12.0, 50.0).unwrap();
     let whole = flight.fly().unwrap();
     flight.max_step_s = Some(0.0025);
     let half = flight.fly().unwrap();
