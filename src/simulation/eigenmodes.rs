@@ -5,7 +5,8 @@
 //! spiral the slowest real mode of it, and each name goes to the nearest eigenvalue of the whole matrix.
 //! Returns no name where the subsystem has no such mode (two oscillations, or none).
 
-use nalgebra::{Complex, SMatrix, Schur};
+use crate::num::eigen::{eigenvalues_4, eigenvalues_8};
+use nalgebra::{Complex, SMatrix};
 
 /// Eigenvalues with names, 1/s.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,9 +24,10 @@ pub struct Eigenmodes {
 /// Eigenvalues of A with names; `None` where they cannot be computed.
 pub fn eigenmodes(a: &SMatrix<f64, 8, 8>) -> Option<Eigenmodes> {
     const LATERAL: [usize; 4] = [4, 5, 6, 7];
-    let whole = upper_half(&eigenvalues(a)?);
-    let lateral = SMatrix::<f64, 4, 4>::from_fn(|row, column| a[(LATERAL[row], LATERAL[column])]);
-    let guides = upper_half(&eigenvalues(&lateral)?);
+    let entries = core::array::from_fn(|row| core::array::from_fn(|column| a[(row, column)]));
+    let whole = upper_half(&eigenvalues_8(&entries)?);
+    let lateral = LATERAL.map(|row| LATERAL.map(|column| a[(row, column)]));
+    let guides = upper_half(&eigenvalues_4(&lateral)?);
     let (oscillations, reals): (Vec<_>, Vec<_>) = guides.into_iter().partition(|mode| mode.im > 0.0);
     let mut others = whole;
     let mut take = |guide: Option<Complex<f64>>, oscillates: bool| -> Option<Complex<f64>> {
@@ -41,18 +43,6 @@ pub fn eigenmodes(a: &SMatrix<f64, 8, 8>) -> Option<Eigenmodes> {
     let roll = take(reals.iter().max_by(by_speed).copied().filter(|_| two), false);
     let spiral = take(reals.iter().min_by(by_speed).copied().filter(|_| two), false);
     Some(Eigenmodes { dutch_roll, roll: roll.map(|mode| mode.re), spiral: spiral.map(|mode| mode.re), others })
-}
-
-fn eigenvalues<const N: usize>(a: &SMatrix<f64, N, N>) -> Option<Vec<Complex<f64>>>
-where
-    nalgebra::Const<N>: nalgebra::DimSub<nalgebra::U1>,
-    nalgebra::DefaultAllocator: nalgebra::allocator::Allocator<nalgebra::DimDiff<nalgebra::Const<N>, nalgebra::U1>>
-        + nalgebra::allocator::Allocator<nalgebra::Const<N>, nalgebra::DimDiff<nalgebra::Const<N>, nalgebra::U1>>,
-{
-    if !a.iter().all(|element| element.is_finite()) {
-        return None;
-    }
-    Some(Schur::try_new(*a, f64::EPSILON, 10_000)?.complex_eigenvalues().iter().copied().collect())
 }
 
 /// Reals and the upper one of each pair.
