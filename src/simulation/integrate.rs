@@ -13,7 +13,7 @@ use super::motion::{MOTION_STATES, Motion};
 use crate::flight::control::{CONTROLS, Control};
 use crate::flight::derivative::{VARIABLES, Variable};
 use crate::flight::model::LinearModel;
-use nalgebra::Schur;
+use crate::num::eigen::eigenvalues_8;
 
 /// Longest step, s.
 pub const MAX_STEP_S: f64 = 0.005;
@@ -77,10 +77,7 @@ pub(crate) fn nodes(mut wanted_s: Vec<f64>, max_step_s: f64) -> Vec<f64> {
 /// The longest step that a model allows, s; `None` where its modes cannot be computed.
 pub(crate) fn longest_step(model: &LinearModel) -> Option<f64> {
     let a = state_matrix(model);
-    if !a.iter().all(|element| element.is_finite()) {
-        return None;
-    }
-    let modes = Schur::try_new(a, f64::EPSILON, 10_000)?.complex_eigenvalues();
+    let modes = eigenvalues_8(&core::array::from_fn(|row| core::array::from_fn(|column| a[(row, column)])))?;
     let fastest = modes.iter().map(|mode| libm::hypot(mode.re, mode.im)).fold(0.0, f64::max);
     if fastest.is_finite() { Some(MAX_STEP_S.min(STEP_ANGLE / fastest.max(f64::MIN_POSITIVE))) } else { None }
 }
