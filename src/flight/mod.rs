@@ -6,5 +6,7 @@
 
 pub mod channel;
 pub mod derivative;
+#[cfg(feature = "std")]
+pub mod log_head;
 pub mod run;
 pub mod unit;

@@ -1,3 +1,8 @@
 //! x
 
 pub mod record;
+
+#[cfg(feature = "std")]
+pub mod mcap;
+#[cfg(feature = "std")]
+mod mcap_stream;
