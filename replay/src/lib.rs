@@ -280,11 +280,7 @@ mod tests {
     #[test]
     fn a_listener_that_falls_behind_catches_up() {
         let mut player = Player::with_clock(Pace::RealTime, Fake::default());
-        let count = player.play(
-            0..100_u32,
-            |k| f64::from(*k) / 10.0,
-            |_| true,
-        );
+        let count = player.play(0..100_u32, |k| f64::from(*k) / 10.0, |_| true);
         assert_eq!(count, 100);
         player.clock.now += Duration::from_secs(3);
         let before = player.clock.now;

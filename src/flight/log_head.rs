@@ -78,7 +78,8 @@ impl LogHead {
             ControlNames::Rotorcraft => ROTORCRAFT,
             ControlNames::FixedWing => FIXED_WING,
         };
-        let channels = serde_json::Value::from_iter(self.channels.iter().map(|(name, unit)| [name.as_str(), unit.as_str()].to_vec()));
+        let channels =
+            serde_json::Value::from_iter(self.channels.iter().map(|(name, unit)| [name.as_str(), unit.as_str()].to_vec()));
         BTreeMap::from([
             ("format".to_owned(), LOG_FORMAT.to_owned()),
             ("program".to_owned(), program.to_owned()),

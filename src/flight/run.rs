@@ -17,6 +17,11 @@ pub struct RunGeometry {
 
 impl Default for RunGeometry {
     fn default() -> Self {
-        RunGeometry { accelerometer_position_m: [0.0; 3], vane_position_m: [0.0; 3], blades: None, controls: ControlNames::Rotorcraft }
+        RunGeometry {
+            accelerometer_position_m: [0.0; 3],
+            vane_position_m: [0.0; 3],
+            blades: None,
+            controls: ControlNames::Rotorcraft,
+        }
     }
 }

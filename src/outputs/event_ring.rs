@@ -104,7 +104,10 @@ mod tests {
         let folded: std::vec::Vec<_> = ring.entries().iter().map(|e| (e.first_s, e.last_s, e.count)).collect();
         assert_eq!(folded, [(0.0, 98.0, 50), (1.0, 99.0, 50)]);
         assert_eq!(ring.totals()[1], 100);
-        assert_eq!(ring.entries()[1].kind, EventKind::Estimation(EstimationEvent::OutOfRange { channel: Channel::Theta, value: 99.0 }));
+        assert_eq!(
+            ring.entries()[1].kind,
+            EventKind::Estimation(EstimationEvent::OutOfRange { channel: Channel::Theta, value: 99.0 })
+        );
     }
 
     #[test]

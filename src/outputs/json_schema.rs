@@ -204,7 +204,10 @@ fn modes() -> Value {
         )
     };
     let root = |about: &str| {
-        object(about, json!({ "value": number("the root, negative where stable", "1/s"), "std": number("its standard error", "1/s") }))
+        object(
+            about,
+            json!({ "value": number("the root, negative where stable", "1/s"), "std": number("its standard error", "1/s") }),
+        )
     };
     json!({
         "time": time(),

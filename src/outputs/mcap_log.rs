@@ -194,7 +194,11 @@ impl McapLog {
             let ended = ended.and_then(|()| {
                 let buffered = file.writer.into_inner().into_inner();
                 let inner = buffered.into_inner().map_err(|error| error.into_error())?;
-                inner.sync_all()
+                match inner.sync_all() {
+                    // A pipe or a device cannot be synchronised; everything has been handed over to it.
+                    Err(error) if error.kind() == io::ErrorKind::InvalidInput => Ok(()),
+                    other => other,
+                }
             });
             if let Err(error) = ended {
                 self.unsaid += file.unflushed;
@@ -317,7 +321,9 @@ impl OpenFile {
             .library(program())
             .create(NoSeek::new(BufWriter::new(file)))
             .map_err(into_io)?;
-        writer.write_metadata(&Metadata { name: RUN_METADATA.to_owned(), metadata: head.to_metadata(&program()) }).map_err(into_io)?;
+        writer
+            .write_metadata(&Metadata { name: RUN_METADATA.to_owned(), metadata: head.to_metadata(&program()) })
+            .map_err(into_io)?;
         let mut channels = [0; TOPICS];
         for (topic, channel) in Topic::ALL.into_iter().zip(&mut channels) {
             let id = writer.add_schema(topic.schema_name(), "jsonschema", schema(topic, head).as_bytes()).map_err(into_io)?;

@@ -5,7 +5,9 @@
 
 use super::queue::Lost;
 use super::record::EventRecord;
-use super::text::{EventText, ReasonText, StatusText, TermName, aid_name, derivative_unit, event_name, event_severity, event_subject};
+use super::text::{
+    EventText, ReasonText, StatusText, TermName, aid_name, derivative_unit, event_name, event_severity, event_subject,
+};
 use crate::estimation::record::{Innovation, StateRecord};
 use crate::flight::channel::{Channel, ControlNames};
 use crate::flight::log_head::{ColumnTarget, LogHead};

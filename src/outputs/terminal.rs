@@ -165,24 +165,19 @@ impl Table<'_> {
 fn oscillation(f: &mut fmt::Formatter<'_>, name: &str, pair: &Oscillation) -> fmt::Result {
     writeln!(
         f,
-        "   {name:<16} omega {} +- {} rad/s, zeta {} +- {}, period {} s, {}",
+        "   {name:<16} omega {} +- {} rad/s, zeta {} +- {}\n   {:<16} period {} s, {}",
         Digits(pair.omega, 4),
         Digits(pair.std_omega, 2),
         Digits(pair.zeta, 3),
         Digits(pair.std_zeta, 2),
+        "",
         Digits(TAU / pair.imag, 3),
         half_or_double(pair.real)
     )
 }
 
 fn real_root(f: &mut fmt::Formatter<'_>, name: &str, root: &RealRoot) -> fmt::Result {
-    writeln!(
-        f,
-        "   {name:<16} root {} +- {} 1/s, {}",
-        Digits(root.value, 4),
-        Digits(root.std, 2),
-        half_or_double(root.value)
-    )
+    writeln!(f, "   {name:<16} root {} +- {} 1/s, {}", Digits(root.value, 4), Digits(root.std, 2), half_or_double(root.value))
 }
 
 /// Time to half or to double the amplitude, ln 2 over the size of the real part.
@@ -235,11 +230,9 @@ mod tests {
         *yaw = EquationRecord { r_squared: 0.98712, f_total: 1234.4, samples: 400.0, residual_std: 0.0123, ..yaw.clone() };
         yaw.status = Status::Converged;
         let term = |variable, value, primary| TermRecord { variable, value, std: 0.01, std_white: 0.005, step: 2, primary };
-        for term in [
-            term(None, 1e-7, false),
-            term(Some(Variable::V), 0.018_23, true),
-            term(Some(Variable::LatCyclic), -123_456.7, false),
-        ] {
+        for term in
+            [term(None, 1e-7, false), term(Some(Variable::V), 0.018_23, true), term(Some(Variable::LatCyclic), -123_456.7, false)]
+        {
             yaw.terms.push(term).unwrap();
         }
         let pair = Oscillation { real: -0.16, imag: 1.8, omega: 1.807, zeta: 0.0885, std_omega: 0.02, std_zeta: 0.01 };
@@ -252,7 +245,8 @@ mod tests {
             lateral_phugoid: None,
         };
         let event = |event| FoldedEvent { first_s: 1.0, last_s: 2.0, count: 7, kind: EventKind::Estimation(event) };
-        let events = [event(EstimationEvent::OutOfRange { channel: Channel::Beta, value: 45.0 }), event(EstimationEvent::Initialised)];
+        let events =
+            [event(EstimationEvent::OutOfRange { channel: Channel::Beta, value: 45.0 }), event(EstimationEvent::Initialised)];
         (DerivativesRecord { time_s: 12.4, equations, lateral: None, excited: true }, modes, events)
     }
 
@@ -271,8 +265,8 @@ mod tests {
         for expected in [
             "N  converged\n   R2 0.987, F total 1234, 400 samples, residual 0.0123 rad/s^2",
             "N_v                   0.01823        0.010  rad/(m s)            3.32  primary",
-            "N_lat_cyclic          -123457        0.010  1/s^2            1.52e14  step 2",
-            "Dutch roll       omega 1.807 +- 0.020 rad/s, zeta 0.0885 +- 0.010, period 3.49 s, time to half 4.33 s",
+            "N_lat_cyclic          -123457        0.010  1/s^2             1.52e14  step 2",
+            "Dutch roll       omega 1.807 +- 0.020 rad/s, zeta 0.0885 +- 0.010\n                    period 3.49 s, time to half 4.33 s",
             "spiral           root 0.01000 +- 0.0040 1/s, time to double 69.3 s",
             "data lost: beta read 45.00 rad, which no aircraft reaches (wrong unit?); taken as not sampled (7",
         ] {

@@ -250,12 +250,9 @@ impl Display for ReasonText {
             Reason::RateTooLow { hz, needed_hz } => {
                 write!(f, "the rates come at {} Hz, derivatives need {} Hz", Digits(hz, 3), Digits(needed_hz, 3))
             }
-            Reason::Unobserved { variable, missing } => write!(
-                f,
-                "nothing observes {}; the channel {} would",
-                variable.name(self.controls),
-                missing.name(self.controls)
-            ),
+            Reason::Unobserved { variable, missing } => {
+                write!(f, "nothing observes {}; the channel {} would", variable.name(self.controls), missing.name(self.controls))
+            }
             Reason::Collinear { condition_index } => {
                 write!(f, "the regressors cannot be told apart (condition index {})", Digits(condition_index, 3))
             }
@@ -382,10 +379,7 @@ mod tests {
     #[test]
     fn channels_are_called_as_the_run_calls_them() {
         let event = EstimationEvent::NotFinite { channel: Channel::Pedal };
-        assert_eq!(
-            sentence(event, ControlNames::FixedWing),
-            "rudder gave no number (NaN or infinity); taken as not sampled"
-        );
+        assert_eq!(sentence(event, ControlNames::FixedWing), "rudder gave no number (NaN or infinity); taken as not sampled");
         assert!(sentence(event, ControlNames::Rotorcraft).starts_with("pedal "));
         let name = TermName { axis: Axis::N, variable: Some(Variable::Pedal), controls: ControlNames::FixedWing };
         assert_eq!(name.to_string(), "N_rudder");

@@ -262,7 +262,10 @@ impl Taken<'_> {
     /// Takes the records of a chunk, given with its opcode and length; of one that was cut off, those before the cut.
     fn chunk(&mut self, framed: &[u8], whole: bool) {
         if let Err(reason) = plausible(framed.get(OPCODE_AND_LENGTH..).unwrap_or_default()) {
-            return if whole { self.damaged(&reason) } else { () };
+            if whole {
+                self.damaged(&reason);
+            }
+            return;
         }
         let options = LinearReaderOptions::default()
             .with_skip_start_magic(true)
