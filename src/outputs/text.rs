@@ -283,6 +283,15 @@ impl Display for EventText<'_> {
     }
 }
 
+/// An aid in words with its channel, `sideslip (beta)`.
+struct AidLabel(Aid, ControlNames);
+
+impl Display for AidLabel {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({})", aid_name(self.0), self.0.channel().name(self.1))
+    }
+}
+
 fn estimation_sentence(f: &mut Formatter<'_>, event: &EstimationEvent, controls: ControlNames) -> fmt::Result {
     match *event {
         EstimationEvent::NotFinite { channel } => {
@@ -310,36 +319,23 @@ fn estimation_sentence(f: &mut Formatter<'_>, event: &EstimationEvent, controls:
             "no accelerometer {}; its specific force is taken to balance gravity, with a large uncertainty",
             channel.name(controls)
         ),
-        EstimationEvent::AidMissing { aid } => write!(
-            f,
-            "the run brings no {} ({}); what it alone makes observable stays unknown",
-            aid_name(aid),
-            aid.channel().name(controls)
-        ),
-        EstimationEvent::AidRejected { aid, test_ratio } => write!(
-            f,
-            "{} ({}) is rejected: it disagrees with the kinematics (test ratio {}, limit 1)",
-            aid_name(aid),
-            aid.channel().name(controls),
-            Digits(test_ratio, 3)
-        ),
-        EstimationEvent::AidAccepted { aid } => {
-            write!(f, "{} ({}) is used again", aid_name(aid), aid.channel().name(controls))
+        EstimationEvent::AidMissing { aid } => {
+            let aid = AidLabel(aid, controls);
+            write!(f, "the run brings no {aid}; what it alone makes observable stays unknown")
         }
-        EstimationEvent::KinematicsDisagree { aid, r_squared } => write!(
-            f,
-            "{} ({}) does not move as the kinematics say (R2 {}): vane position, lag or scale?",
-            aid_name(aid),
-            aid.channel().name(controls),
-            Digits(r_squared, 3)
-        ),
-        EstimationEvent::InnovationsTooLarge { aid, mean_nis } => write!(
-            f,
-            "{} ({}) scatters more than expected (mean normalised innovation squared {}, expected 1)",
-            aid_name(aid),
-            aid.channel().name(controls),
-            Digits(mean_nis, 3)
-        ),
+        EstimationEvent::AidRejected { aid, test_ratio } => {
+            let (aid, ratio) = (AidLabel(aid, controls), Digits(test_ratio, 3));
+            write!(f, "{aid} is rejected: it disagrees with the kinematics (test ratio {ratio}, limit 1)")
+        }
+        EstimationEvent::AidAccepted { aid } => write!(f, "{} is used again", AidLabel(aid, controls)),
+        EstimationEvent::KinematicsDisagree { aid, r_squared } => {
+            let (aid, r2) = (AidLabel(aid, controls), Digits(r_squared, 3));
+            write!(f, "{aid} does not move as the kinematics say (R2 {r2}): vane position, lag or scale?")
+        }
+        EstimationEvent::InnovationsTooLarge { aid, mean_nis } => {
+            let (aid, nis) = (AidLabel(aid, controls), Digits(mean_nis, 3));
+            write!(f, "{aid} scatters more than expected (mean normalised innovation squared {nis}, expected 1)")
+        }
         EstimationEvent::TrimNotSteady { rate_rms } => write!(
             f,
             "the aircraft was not steady in its trim window (rms body rate {} rad/s); perturbations are about no trim",

@@ -2,7 +2,9 @@
 //!
 //! Consumes bytes; produces (topic, payload). A file may come from anyone: every length is held against
 //! [`LONGEST_RECORD`] and against what lz4 can do before memory is taken for it, chunks are checked against their CRC
-//! before anything in them counts, and a damaged chunk costs its own messages only. Of a file that was cut off every
+//! before anything in them counts, and a damaged chunk costs its own messages only. The chunk reader of mcap 0.26 takes
+//! it on trust that a record of an uncompressed chunk ends inside the chunk (it subtracts, and overflows); that is seen
+//! to here, before it is asked. Of a file that was cut off every
 //! whole message comes, from the chunk that the cut went through too.
 
 use mcap::McapError;
@@ -323,7 +325,27 @@ fn plausible(chunk: &[u8]) -> Result<(), String> {
     if size > most || size > LONGEST_RECORD as u64 {
         return Err(format!("a chunk claims to hold {size} bytes in {compressed}"));
     }
+    if compression.is_empty() && !records_end_inside(fields.0, compressed) {
+        return Err("a record is longer than the chunk that it stands in".to_owned());
+    }
     Ok(())
+}
+
+/// Whether every record in the first `size` bytes ends inside them, as far as there are bytes to see.
+fn records_end_inside(records: &[u8], size: u64) -> bool {
+    let mut rest = Fields(records);
+    let mut left = size;
+    while left > 0 {
+        let Some(length) = rest.bytes(1).and_then(|_| rest.u64()) else { return (records.len() as u64) < size };
+        let Some(after) = left.checked_sub(OPCODE_AND_LENGTH as u64).and_then(|left| left.checked_sub(length)) else {
+            return false;
+        };
+        left = after;
+        if usize::try_from(length).ok().and_then(|length| rest.bytes(length)).is_none() {
+            return (records.len() as u64) < size;
+        }
+    }
+    true
 }
 
 /// The fields of a record; each is there only where the record is long enough for it.

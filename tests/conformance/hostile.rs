@@ -75,6 +75,24 @@ fn mutated_logs_are_read_as_far_as_they_go() {
 }
 
 #[test]
+fn a_record_longer_than_its_uncompressed_chunk_is_damage() {
+    let file = unguarded();
+    let mut at = 8;
+    while file[at] != 6 {
+        at += 9 + u64::from_le_bytes(file[at + 1..at + 9].try_into().unwrap()) as usize;
+    }
+    // Both sizes one less: the last byte of the last record is now behind the chunk's records.
+    let mut shorter = file.clone();
+    for size in [at + 9 + 16, at + 9 + 16 + 8 + 4 + 4] {
+        shorter[size] -= 1;
+    }
+    let (found, losses) = read_bytes(&shorter).unwrap();
+    assert_eq!(found.len(), 0, "the first chunk introduces the channel");
+    assert_eq!(losses.damaged.unwrap().1, "a record is longer than the chunk that it stands in");
+    assert_eq!(losses.orphans, 20);
+}
+
+#[test]
 fn wild_lengths_take_no_memory() {
     let path = folder("wild").join("run.mcap");
     write(&path, &rows(20), 8);

@@ -1,4 +1,5 @@
 //! Proof that what is written can be read: by an independent reader, after a cut, after a kill, and by no trick of bytes.
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a proof that cannot go on has failed")]
 
 mod example;
 mod foreign;
