@@ -59,3 +59,13 @@ impl Outcome {
         }
     }
 }
+
+impl From<crate::telemetry::recording::RecordingError> for Failure {
+    fn from(error: crate::telemetry::recording::RecordingError) -> Self {
+        use crate::telemetry::recording::RecordingError;
+        match error {
+            RecordingError::Io { path, source } => Failure::io(&path, &source),
+            wrong @ (RecordingError::Place { .. } | RecordingError::Whole { .. }) => Failure::Input(wrong.to_string()),
+        }
+    }
+}

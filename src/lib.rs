@@ -4,7 +4,9 @@
 pub mod estimation;
 pub mod flight;
 pub mod modes;
+pub mod num;
 pub mod outputs;
+pub mod pipeline;
 pub mod regression;
 pub mod telemetry;
 

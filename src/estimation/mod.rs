@@ -1,3 +1,18 @@
-//! x
+//! Estimation: samples become states, and smoothed signals for the regression.
+//!
+//! In: samples in order of time, whatever channels they carry. Out: the filtered state with its standard deviations, the
+//! innovations of every aid, smoothed signals on the regression grid, the run's trim, events.
+//! Assumed: a rigid body in still air over a flat earth; instruments where the run says that they stand.
+//! Refused: to make up what no instrument observes. A missing accelerometer or aid widens the uncertainty and is said.
 
+pub mod admission;
+pub mod aid;
+pub mod config;
+pub mod consistency;
+pub mod delay_line;
+pub mod ekf;
+pub mod estimator;
+pub mod latest;
+pub mod process;
 pub mod record;
+pub mod trim;

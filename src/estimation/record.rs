@@ -109,6 +109,8 @@ pub struct SmoothedRecord {
     pub time_s: f64,
     /// u v w at the centre of mass, m/s.
     pub velocity: [f64; 3],
+    /// Standard deviations of u v w in the filter when the instant came of age, m/s.
+    pub velocity_std: [f64; 3],
     /// p q r as measured, rad/s.
     pub rates: [f64; 3],
     /// phi theta, rad.
@@ -121,6 +123,36 @@ pub struct SmoothedRecord {
     pub controls: [f64; 4],
     /// Which controls the run carries.
     pub controls_present: [bool; 4],
+}
+
+/// The run's trim: means over its trim window, about which perturbations are taken (the paper's PERTURB).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrimRecord {
+    /// u v w at the centre of mass, m/s.
+    pub velocity: [f64; 3],
+    /// p q r as measured, rad/s.
+    pub rates: [f64; 3],
+    /// phi theta, rad.
+    pub attitude: [f64; 2],
+    /// ax ay az as measured, m/s^2.
+    pub specific_force: [f64; 3],
+    /// Controls in the order of `Channel::CONTROLS`, rad.
+    pub controls: [f64; 4],
+}
+
+/// Which instruments the estimator found, and what that leaves open.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Instrumentation {
+    /// Whether the state is being estimated: rates, airspeed and attitude are there.
+    pub running: bool,
+    /// Rate of the gyros, Hz; 0 before two samples.
+    pub rate_hz: f64,
+    /// Whether p q r have been seen together.
+    pub gyros: bool,
+    /// Whether ax ay az are there.
+    pub accelerometers: [bool; 3],
+    /// Whether each aid is there, by `Aid::index()`.
+    pub aids: [bool; AIDS],
 }
 
 /// What the estimator noticed. Repeats are counted by whoever keeps them.

@@ -84,11 +84,6 @@ impl fmt::Display for Losses {
     }
 }
 
-/// Whether a file that begins so is an MCAP file.
-pub fn is_mcap(first_bytes: &[u8]) -> bool {
-    first_bytes.starts_with(mcap::MAGIC)
-}
-
 /// Reads the samples of a log, one after another.
 pub struct SampleReader<R> {
     stream: MessageStream<BufReader<R>>,
@@ -268,8 +263,6 @@ mod tests {
             let error = SampleReader::open(Cursor::new(bytes)).map(|_| ()).unwrap_err();
             assert!(matches!(error, LogReadError::NotMcap), "{error}");
         }
-        assert!(!is_mcap(b"\x89MCAP1\r\n"));
-        assert!(is_mcap(b"\x89MCAP0\r\n rest"));
     }
 
     #[test]

@@ -1,0 +1,86 @@
+//! The answer of `inspect` for a program: SI units, `null` where there is no number.
+
+use super::estimable::{Answer, Estimable};
+use super::survey::{ColumnSurvey, Survey};
+use serde_json::{Map, Value, json};
+use sideslip::flight::run_file::Target;
+use sideslip::telemetry::recording::Recording;
+use std::path::Path;
+
+/// The whole answer.
+pub(super) fn document(file: &Path, recording: &Recording, survey: &Survey, estimable: &Estimable) -> Value {
+    let controls = recording.info().geometry().controls;
+    let times = &survey.times;
+    let skipped = recording.skipped();
+    let reasons: Vec<Value> = skipped
+        .reasons()
+        .iter()
+        .map(|rows| json!({"reason": rows.reason.words(), "rows": rows.rows, "first": rows.first, "example": rows.example}))
+        .collect();
+    let gaps: Vec<Value> = times.gaps().map(|gap| json!({"from": gap.from_s, "to": gap.to_s})).collect();
+    let axes: Map<String, Value> = estimable.axes.iter().map(|axis| (axis.what.name().into(), answer(axis))).collect();
+    let by: Map<String, Value> =
+        estimable.variables.iter().map(|variable| (variable.what.name(controls).into(), answer(variable))).collect();
+    let mut state = answer(&estimable.state);
+    if let Some(state) = state.as_object_mut() {
+        state.insert("aids".into(), json!(estimable.aids));
+        state.insert("aids_missing".into(), json!(estimable.aids_missing));
+    }
+    json!({
+        "file": file.display().to_string(),
+        "format": recording.format(),
+        "run": from_toml(&toml::Value::Table(recording.info().document().clone())),
+        "rows": survey.rows,
+        "skipped": {"rows": skipped.rows(), "reasons": reasons},
+        "ends_abruptly": recording.ends_abruptly(),
+        "time": {
+            "start": times.range_s.map(|(start, _)| start),
+            "end": times.range_s.map(|(_, end)| end),
+            "unit": "s",
+            "rate_hz": times.rate_hz(),
+            "duplicates": times.duplicates,
+            "went_back": times.went_back,
+            "not_finite": times.not_finite,
+            "gaps": gaps,
+        },
+        "channels": survey.columns.iter().map(channel).collect::<Vec<_>>(),
+        "estimable": {"state": state, "axes": axes, "by": by, "dutch_roll": answer(&estimable.dutch_roll)},
+    })
+}
+
+fn channel(survey: &ColumnSurvey) -> Value {
+    let column = &survey.column;
+    json!({
+        "name": column.name,
+        "known": !matches!(column.target, Target::Other),
+        "unit": column.inner_unit(),
+        "unit_in_file": column.unit_text,
+        "samples": survey.samples,
+        "not_finite": survey.not_finite,
+        "min": survey.range.map(|(least, _)| least),
+        "max": survey.range.map(|(_, greatest)| greatest),
+        "moves": survey.moves(),
+        "rate_hz": survey.times.rate_hz(),
+        "gaps": survey.times.gaps().count(),
+        "longest_gap_s": survey.times.longest_gap_s(),
+    })
+}
+
+fn answer<T>(answer: &Answer<T>) -> Value {
+    json!({"possible": answer.possible, "reasons": answer.reasons})
+}
+
+/// A TOML value as JSON; dates and numbers that JSON lacks become their text.
+fn from_toml(value: &toml::Value) -> Value {
+    match value {
+        toml::Value::String(text) => json!(text),
+        toml::Value::Integer(number) => json!(number),
+        toml::Value::Float(number) if number.is_finite() => json!(number),
+        toml::Value::Float(_) | toml::Value::Datetime(_) => json!(value.to_string()),
+        toml::Value::Boolean(truth) => json!(truth),
+        toml::Value::Array(entries) => entries.iter().map(from_toml).collect(),
+        toml::Value::Table(table) => {
+            table.iter().map(|(key, value)| (key.clone(), from_toml(value))).collect::<Map<_, _>>().into()
+        }
+    }
+}

@@ -1,0 +1,18 @@
+//! True airspeed as a measurement of the air velocity at the centre of mass.
+//!
+//!     tas = sqrt(u^2 + v^2 + w^2)                                                                 (1)
+//! Returns `None` below `AIRSPEED_MIN_M_S`.
+
+use super::{AIRSPEED_MIN_M_S, LocalVelocity, Prediction};
+use crate::estimation::config::Noise;
+
+/// (1) with its row of H.
+pub fn predict(local: &LocalVelocity, noise: &Noise) -> Option<Prediction> {
+    let [u, v, w] = local.velocity;
+    let value = libm::sqrt(u * u + v * v + w * w);
+    if !(value > AIRSPEED_MIN_M_S) {
+        return None;
+    }
+    let (row, gyro_var) = local.row([u / value, v / value, w / value]);
+    Some(Prediction { value, row, noise_var: noise.airspeed_std * noise.airspeed_std + gyro_var, wraps: false })
+}

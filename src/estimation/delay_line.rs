@@ -1,0 +1,179 @@
+//! Delay line: signals wait here until the smoothing kernel can be laid symmetrically around them.
+//!
+//! Consumes one row of signals a tick, at uneven times, some of them not sampled; produces every signal smoothed at one
+//! instant, and its slope, all by the same kernel (`num::kernel`), and the noise gain of each.
+//! A signal that comes more slowly than the ticks is a straight line between its samples, as the conventions say; until the
+//! next one comes its last value stands in.
+//! Cannot answer where the line has not yet enough past or future, or a hole longer than allowed lies under the kernel; a
+//! signal that was not sampled there comes out as NaN.
+
+use crate::num::kernel;
+
+/// Ticks that can lie under the kernel; faster ticks are thinned to fit.
+pub const CAPACITY: usize = 256;
+const BUFFER: usize = 2 * CAPACITY;
+
+/// `S` signals on their way.
+#[derive(Clone, Debug)]
+pub struct DelayLine<const S: usize> {
+    half_width_s: f64,
+    hold_s: f64,
+    times: [f64; BUFFER],
+    signals: [[f64; BUFFER]; S],
+    len: usize,
+    /// Ticks since each signal was last sampled.
+    since: [usize; S],
+    smooth: [f64; BUFFER],
+    slope: [f64; BUFFER],
+}
+
+/// Signals at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Smoothed<const S: usize> {
+    /// Smoothed signals.
+    pub value: [f64; S],
+    /// Slopes of the smoothed signals, 1/s.
+    pub slope: [f64; S],
+    /// Variance of a slope for white noise of unit variance on the signal.
+    pub slope_noise_gain: f64,
+    /// Variance of a value for white noise of unit variance on the signal.
+    pub value_noise_gain: f64,
+}
+
+impl<const S: usize> DelayLine<S> {
+    /// Kernel of that half width; a signal's last value serves for at most `hold_s`.
+    pub fn new(half_width_s: f64, hold_s: f64) -> Self {
+        DelayLine {
+            half_width_s,
+            hold_s,
+            times: [0.0; BUFFER],
+            signals: [[0.0; BUFFER]; S],
+            len: 0,
+            since: [0; S],
+            smooth: [0.0; BUFFER],
+            slope: [0.0; BUFFER],
+        }
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Time of the newest tick.
+    pub fn newest_s(&self) -> Option<f64> {
+        self.len.checked_sub(1).map(|last| self.times[last])
+    }
+
+    /// A tick: signals that were not sampled are NaN. Times must increase.
+    pub fn push(&mut self, time_s: f64, row: &[f64; S]) {
+        if let Some(newest_s) = self.newest_s() {
+            // More ticks than fit under the kernel: thin them.
+            if time_s - newest_s < 2.0 * self.half_width_s / (CAPACITY - 8) as f64 {
+                return;
+            }
+        }
+        if self.len == BUFFER {
+            self.times.copy_within(CAPACITY.., 0);
+            for signal in &mut self.signals {
+                signal.copy_within(CAPACITY.., 0);
+            }
+            self.len -= CAPACITY;
+        }
+        let at = self.len;
+        self.times[at] = time_s;
+        for (s, &value) in row.iter().enumerate() {
+            let signal = &mut self.signals[s];
+            let last = at.checked_sub(1 + self.since[s]);
+            if value.is_nan() {
+                let held = last.filter(|&last| time_s - self.times[last] <= self.hold_s);
+                signal[at] = held.map_or(f64::NAN, |last| signal[last]);
+                self.since[s] = if at == 0 { 0 } else { (self.since[s] + 1).min(at) };
+                continue;
+            }
+            signal[at] = value;
+            if let Some(last) = last {
+                let interval = time_s - self.times[last];
+                if self.since[s] > 0 && interval <= self.hold_s && signal[last].is_finite() {
+                    let step = (value - signal[last]) / interval;
+                    for between in last + 1..at {
+                        signal[between] = signal[last] + step * (self.times[between] - self.times[last]);
+                    }
+                }
+            }
+            self.since[s] = 0;
+        }
+        self.len += 1;
+    }
+
+    /// Every signal at `centre_s`; `None` where the line does not cover the kernel around it.
+    pub fn at(&mut self, centre_s: f64) -> Option<Smoothed<S>> {
+        let times = &self.times[..self.len];
+        let begin = times.partition_point(|&t| t <= centre_s - self.half_width_s).checked_sub(1)?;
+        let end = begin + times[begin..].partition_point(|&t| t < centre_s + self.half_width_s);
+        if end >= self.len {
+            return None;
+        }
+        let (smooth, slope) = (&mut self.smooth[begin..=end], &mut self.slope[begin..=end]);
+        if !kernel::weights(&times[begin..=end], centre_s, self.half_width_s, 0.5 * self.half_width_s, smooth, slope) {
+            return None;
+        }
+        let mut out = Smoothed { value: [0.0; S], slope: [0.0; S], slope_noise_gain: 0.0, value_noise_gain: 0.0 };
+        for (s, signal) in self.signals.iter().enumerate() {
+            let (mut value, mut rate) = (0.0, 0.0);
+            for ((x, w), d) in signal[begin..=end].iter().zip(smooth.iter()).zip(slope.iter()) {
+                value += w * x;
+                rate += d * x;
+            }
+            out.value[s] = value;
+            out.slope[s] = rate;
+        }
+        for (w, d) in smooth.iter().zip(slope.iter()) {
+            out.value_noise_gain += w * w;
+            out.slope_noise_gain += d * d;
+        }
+        Some(out)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slow_signal_is_a_straight_line_between_its_samples() {
+        let mut line = DelayLine::<2>::new(0.2, 0.5);
+        for i in 0..2000 {
+            let t = 0.01 * f64::from(i);
+            let slow = if i % 10 == 0 { 2.0 - 3.0 * t } else { f64::NAN };
+            line.push(t, &[5.0 * t, slow]);
+        }
+        let out = line.at(19.5).unwrap();
+        assert!((out.value[0] - 97.5).abs() < 1e-12 && (out.slope[0] - 5.0).abs() < 1e-11);
+        assert!((out.value[1] + 56.5).abs() < 1e-12 && (out.slope[1] + 3.0).abs() < 1e-11);
+        assert!(line.at(19.9).is_none(), "the future is not there yet");
+    }
+
+    #[test]
+    fn a_signal_that_stops_is_not_made_up() {
+        let mut line = DelayLine::<2>::new(0.2, 0.3);
+        for i in 0..200 {
+            let t = 0.01 * f64::from(i);
+            line.push(t, &[1.0, if i < 100 { 1.0 } else { f64::NAN }]);
+        }
+        assert!((line.at(0.9).unwrap().value[1] - 1.0).abs() < 1e-12);
+        let late = line.at(1.7).unwrap();
+        assert!(late.value[1].is_nan() && late.value[0].is_finite());
+    }
+
+    #[test]
+    fn fast_ticks_are_thinned_to_what_fits() {
+        let mut line = DelayLine::<1>::new(0.4, 0.5);
+        for i in 0..20_000 {
+            let t = 1e-4 * f64::from(i);
+            line.push(t, &[7.0 * t]);
+        }
+        let out = line.at(1.5).unwrap();
+        assert!((out.value[0] - 10.5).abs() < 1e-11 && (out.slope[0] - 7.0).abs() < 1e-9);
+    }
+}

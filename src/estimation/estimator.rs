@@ -1,0 +1,457 @@
+//! The estimation stage: samples in; state, innovations, smoothed regressors, trim and events out.
+//!
+//! Consumes [`Sample`]s in order of time; produces an [`EstimationOutput`] a sample. It starts by itself as soon as rates,
+//! airspeed and attitude are there, runs on what is there, and says what is missing.
+
+use super::admission::{Admission, Verdict};
+use super::aid;
+use super::config::{Config, ConfigError};
+use super::consistency::{Consistency, flow_angle_rates};
+use super::delay_line::{DelayLine, Smoothed};
+use super::ekf::{Ekf, ProcessNoise};
+use super::latest::Latest;
+use super::process::{ACCELEROMETER_BIAS, ALTITUDE, ATTITUDE, GYRO_BIAS, INPUTS, Input, STATES, State, VELOCITY};
+use super::record::{AIDS, Aid, EstimationEvent, Innovation, Instrumentation, SmoothedRecord, StateRecord, TrimRecord};
+use super::trim::TrimWindow;
+use crate::flight::channel::Channel;
+use crate::flight::run::RunGeometry;
+use crate::flight::unit::STANDARD_GRAVITY as G0;
+use crate::num::ud::Breakdown;
+use crate::telemetry::record::Sample;
+use heapless::Vec;
+
+/// Signals that go through the delay line: u v w, p q r, phi theta, ax ay az, controls, then measured alpha and beta and
+/// their rates by kinematics.
+const SIGNALS: usize = 19;
+const CONTROL_SIGNALS: usize = 11;
+const VANE_SIGNALS: usize = 15;
+const KINEMATIC_SIGNALS: usize = 17;
+
+/// Instants of the regression grid that one sample can complete; slower samples than so many instants are too slow for
+/// derivatives.
+pub const INSTANTS: usize = 4;
+
+/// Events that one sample can bring.
+pub const EVENTS: usize = 24;
+
+/// How long the filter waits for the aids that it would like to start with, s.
+const START_WAIT_S: f64 = 0.5;
+/// How long after the start an instrument that has not come counts as missing, s.
+const MISSING_AFTER_S: f64 = 1.0;
+/// Weight of the newest normalised innovation in its running mean.
+const NIS_GAIN: f64 = 0.01;
+/// Mean normalised innovation squared above which the innovations are called too large.
+const NIS_LARGE: f64 = 4.0;
+/// Aids' rejections must stay away so long before a rejection is an event again, s.
+const QUIET_S: f64 = 2.0;
+
+/// What one sample brought.
+#[derive(Clone, Debug, Default)]
+pub struct EstimationOutput {
+    /// The filtered state at the sample.
+    pub state: Option<StateRecord>,
+    /// What the aids did.
+    pub innovations: Vec<Innovation, AIDS>,
+    /// Smoothed signals at the instants of the regression grid that the sample completed.
+    pub smoothed: Vec<SmoothedRecord, INSTANTS>,
+    /// The trim, at the one sample that completed its window.
+    pub trim: Option<TrimRecord>,
+    /// What was noticed.
+    pub events: Vec<EstimationEvent, EVENTS>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct AidHealth {
+    mean_nis: f64,
+    count: u32,
+    rejected_s: Option<f64>,
+    reported: bool,
+}
+
+const HEALTHY: AidHealth = AidHealth { mean_nis: 1.0, count: 0, rejected_s: None, reported: false };
+
+/// The estimation stage.
+#[derive(Clone, Debug)]
+pub struct Estimator {
+    config: Config,
+    geometry: RunGeometry,
+    admission: Admission,
+    latest: Latest,
+    ekf: Option<Ekf>,
+    time_s: f64,
+    input: Input,
+    waiting_since_s: Option<f64>,
+    started_s: f64,
+    missing_said: bool,
+    health: [AidHealth; AIDS],
+    delay: DelayLine<SIGNALS>,
+    next_grid: u64,
+    grid_origin_s: Option<f64>,
+    trim: TrimWindow,
+    consistency: [Consistency; 2],
+    disagreement_said: [bool; 2],
+    output: EstimationOutput,
+}
+
+impl Estimator {
+    /// A stage for a run with that geometry.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the setting that cannot be used.
+    pub fn new(config: Config, geometry: RunGeometry) -> Result<Self, ConfigError> {
+        config.validate()?;
+        Ok(Estimator {
+            admission: Admission::new(config.gap_s),
+            latest: Latest::new(config.hold_s),
+            ekf: None,
+            time_s: 0.0,
+            input: [0.0; INPUTS],
+            waiting_since_s: None,
+            started_s: 0.0,
+            missing_said: false,
+            health: [HEALTHY; AIDS],
+            delay: DelayLine::new(config.lag_s, config.hold_s),
+            next_grid: 0,
+            grid_origin_s: None,
+            trim: TrimWindow::new(config.trim_window_s),
+            consistency: [Consistency::default(); 2],
+            disagreement_said: [false; 2],
+            output: EstimationOutput::default(),
+            config,
+            geometry,
+        })
+    }
+
+    /// Which instruments have been found.
+    pub fn instrumentation(&self) -> Instrumentation {
+        self.latest.instrumentation(self.ekf.is_some())
+    }
+
+    /// The filter, where it runs.
+    pub fn filter(&self) -> Option<&Ekf> {
+        self.ekf.as_ref()
+    }
+
+    /// Coefficients of determination of the flow-angle rates (incidence, sideslip) by the kinematics, where they can be told.
+    pub fn consistency(&self) -> [Option<f64>; 2] {
+        self.consistency.map(|comparison| comparison.r_squared())
+    }
+
+    /// One sample.
+    pub fn step(&mut self, sample: &Sample) -> &EstimationOutput {
+        self.output = EstimationOutput::default();
+        let mut sample = *sample;
+        let events = &mut self.output.events;
+        let verdict = self.admission.admit(&mut sample, |event| {
+            // One sample has fewer channels than the list has places.
+            let _ = events.push(event);
+        });
+        match verdict {
+            Verdict::Drop => return &self.output,
+            Verdict::Restart => self.restart(),
+            Verdict::Use => {}
+        }
+        let tick = self.latest.take(&sample);
+        if self.ekf.is_none() {
+            if tick {
+                self.start(sample.time_s);
+            }
+        } else if self.advance(&sample, tick).is_err() {
+            self.notice(EstimationEvent::NumericBreakdown);
+            self.restart();
+        }
+        &self.output
+    }
+
+    fn notice(&mut self, event: EstimationEvent) {
+        let _ = self.output.events.push(event);
+    }
+
+    fn restart(&mut self) {
+        self.ekf = None;
+        self.waiting_since_s = None;
+        self.latest.clear();
+        self.delay.clear();
+        self.health = [HEALTHY; AIDS];
+    }
+
+    /// Starts the filter where the instruments allow it.
+    fn start(&mut self, time_s: f64) {
+        let waiting_since_s = *self.waiting_since_s.get_or_insert(time_s);
+        let patient = time_s - waiting_since_s < START_WAIT_S;
+        let latest = &self.latest;
+        let get = |channel| latest.get(channel, time_s);
+        let wanted = Aid::ALL.iter().all(|aid| get(aid.channel()).is_some()) && get(Channel::Ay).is_some();
+        if patient && !wanted {
+            return;
+        }
+        let Some(tas) = get(Channel::Tas).filter(|tas| *tas > aid::AIRSPEED_MIN_M_S) else { return };
+        let n = &self.config.noise;
+        let (phi, theta, attitude_std) = match (get(Channel::Phi), get(Channel::Theta)) {
+            (Some(phi), Some(theta)) => (phi, theta, n.bank_std.max(n.pitch_std)),
+            // No attitude gyro: level by the accelerometers, as if the aircraft were not accelerating.
+            _ => match (get(Channel::Ax), get(Channel::Ay), get(Channel::Az)) {
+                (Some(ax), Some(ay), Some(az)) => (libm::atan2(-ay, -az), libm::asin((ax / G0).clamp(-1.0, 1.0)), 0.1),
+                _ => return,
+            },
+        };
+        let (alpha, alpha_std) = get(Channel::Alpha).map_or((0.0, 0.2), |alpha| (alpha, n.incidence_std));
+        let (beta, beta_std) = get(Channel::Beta).map_or((0.0, 0.1), |beta| (beta, n.sideslip_std));
+        let (psi, psi_std) = get(Channel::Psi).map_or((0.0, 3.0), |psi| (psi, n.heading_std));
+        let (altitude, altitude_std) = get(Channel::Altitude).map_or((0.0, 1e3), |h| (h, n.altitude_std));
+        let mut x: State = [0.0; STATES];
+        let (sin_alpha, cos_alpha) = libm::sincos(alpha);
+        let (sin_beta, cos_beta) = libm::sincos(beta);
+        x[VELOCITY] = tas * cos_alpha * cos_beta;
+        x[VELOCITY + 1] = tas * sin_beta;
+        x[VELOCITY + 2] = tas * sin_alpha * cos_beta;
+        x[ATTITUDE] = phi;
+        x[ATTITUDE + 1] = theta;
+        x[ATTITUDE + 2] = psi;
+        x[ALTITUDE] = altitude;
+        let square = |std: f64| std * std;
+        let mut variances = [0.0; STATES];
+        variances[VELOCITY] = square(n.airspeed_std);
+        variances[VELOCITY + 1] = square(tas * beta_std);
+        variances[VELOCITY + 2] = square(tas * alpha_std);
+        variances[ATTITUDE] = square(attitude_std);
+        variances[ATTITUDE + 1] = square(attitude_std);
+        variances[ATTITUDE + 2] = square(psi_std);
+        variances[ALTITUDE] = square(altitude_std);
+        for i in 0..3 {
+            variances[ACCELEROMETER_BIAS + i] = square(self.config.accelerometer_bias_std);
+            variances[GYRO_BIAS + i] = square(self.config.gyro_bias_std);
+        }
+        self.input = self.latest.input(time_s, &x).0;
+        self.ekf = Some(Ekf::new(x, variances));
+        self.time_s = time_s;
+        self.started_s = time_s;
+        self.notice(EstimationEvent::Initialised);
+    }
+
+    fn advance(&mut self, sample: &Sample, tick: bool) -> Result<(), Breakdown> {
+        let Some(mut ekf) = self.ekf.take() else { return Ok(()) };
+        let time_s = sample.time_s;
+        let dt = time_s - self.time_s;
+        let (input, measured) = if tick { self.latest.input(time_s, ekf.state()) } else { (self.input, [true; 3]) };
+        let noise = self.process_noise(measured, dt);
+        ekf.propagate(&self.input, &input, dt, &noise)?;
+        self.input = input;
+        self.time_s = time_s;
+        for aid in Aid::ALL {
+            let Some(observation) = sample.get(aid.channel()) else { continue };
+            let Some(prediction) = aid::predict(aid, ekf.state(), &input, &self.geometry, &self.config.noise) else { continue };
+            let innovation = ekf.fuse(time_s, aid, observation, &prediction, self.config.gate_sigmas)?;
+            self.judge(&innovation);
+            let _ = self.output.innovations.push(innovation);
+        }
+        let state = self.record(&ekf);
+        self.output.state = Some(state);
+        self.ekf = Some(ekf);
+        if tick {
+            self.delay_tick(sample, &state);
+        }
+        if !self.missing_said && time_s - self.started_s > MISSING_AFTER_S {
+            self.missing_said = true;
+            let found = self.instrumentation();
+            for (i, channel) in [Channel::Ax, Channel::Ay, Channel::Az].into_iter().enumerate() {
+                if !found.accelerometers[i] {
+                    self.notice(EstimationEvent::NoAccelerometer { channel });
+                }
+            }
+            for aid in Aid::ALL {
+                if !found.aids[aid.index()] {
+                    self.notice(EstimationEvent::AidMissing { aid });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn process_noise(&self, measured: [bool; 3], dt: f64) -> ProcessNoise {
+        let config = &self.config;
+        let mut input_var = [0.0; INPUTS];
+        for (i, var) in input_var.iter_mut().enumerate() {
+            *var = match measured.get(i) {
+                Some(true) => config.noise.accelerometer_std * config.noise.accelerometer_std,
+                // Correlated over 1 s: as much variance a second as white noise of this variance a step.
+                Some(false) => 2.0 * config.unmeasured_acceleration_std * config.unmeasured_acceleration_std / dt,
+                None => config.noise.gyro_std * config.noise.gyro_std,
+            };
+        }
+        ProcessNoise {
+            input_var,
+            accelerometer_walk_var: config.accelerometer_bias_walk * config.accelerometer_bias_walk,
+            gyro_walk_var: config.gyro_bias_walk * config.gyro_bias_walk,
+        }
+    }
+
+    /// Keeps the health of the aid and says where it changes.
+    fn judge(&mut self, innovation: &Innovation) {
+        let aid = innovation.aid;
+        let health = &mut self.health[aid.index()];
+        let nis = innovation.innovation * innovation.innovation / innovation.innovation_var;
+        health.count = health.count.saturating_add(1);
+        health.mean_nis += NIS_GAIN.max(1.0 / f64::from(health.count)) * (nis - health.mean_nis);
+        let mut event = None;
+        if innovation.fused {
+            if health.rejected_s.is_some_and(|since| innovation.time_s - since > QUIET_S) {
+                health.rejected_s = None;
+                event = Some(EstimationEvent::AidAccepted { aid });
+            }
+        } else {
+            if health.rejected_s.is_none() {
+                event = Some(EstimationEvent::AidRejected { aid, test_ratio: innovation.test_ratio });
+            }
+            health.rejected_s = Some(innovation.time_s);
+        }
+        if health.count > 100 && health.mean_nis > NIS_LARGE && !health.reported {
+            health.reported = true;
+            event = event.or(Some(EstimationEvent::InnovationsTooLarge { aid, mean_nis: health.mean_nis }));
+        }
+        if let Some(event) = event {
+            self.notice(event);
+        }
+    }
+
+    fn record(&self, ekf: &Ekf) -> StateRecord {
+        let x = ekf.state();
+        let three = |offset: usize| core::array::from_fn(|i| x[offset + i]);
+        let three_std = |offset: usize| core::array::from_fn(|i| ekf.std(offset + i));
+        let rates: [f64; 3] = core::array::from_fn(|i| self.input[3 + i] - x[GYRO_BIAS + i]);
+        let [u, v, w]: [f64; 3] = three(VELOCITY);
+        let [ax, ay, az] = self.geometry.accelerometer_position_m;
+        let [p, q, r] = rates;
+        StateRecord {
+            time_s: self.time_s,
+            // From the accelerometers back to the centre of mass.
+            velocity: [u - (q * az - r * ay), v - (r * ax - p * az), w - (p * ay - q * ax)],
+            velocity_std: three_std(VELOCITY),
+            rates,
+            attitude: three(ATTITUDE),
+            attitude_std: three_std(ATTITUDE),
+            altitude: x[ALTITUDE],
+            altitude_std: ekf.std(ALTITUDE),
+            accelerometer_bias: three(ACCELEROMETER_BIAS),
+            accelerometer_bias_std: three_std(ACCELEROMETER_BIAS),
+            gyro_bias: three(GYRO_BIAS),
+            gyro_bias_std: three_std(GYRO_BIAS),
+            fused: self.output.innovations.iter().filter(|innovation| innovation.fused).count() as u8,
+        }
+    }
+
+    /// Puts the tick on the delay line and takes off what has come of age.
+    fn delay_tick(&mut self, sample: &Sample, state: &StateRecord) {
+        let value = |channel| sample.get(channel).unwrap_or(f64::NAN);
+        let [p, q, r]: [f64; 3] = core::array::from_fn(|i| self.input[3 + i]);
+        let force = [value(Channel::Ax), value(Channel::Ay), value(Channel::Az)];
+        let [x, y, z] = self.geometry.vane_position_m;
+        let u = state.velocity[0];
+        // The vane's own motion, brought back to the centre of mass (small angles).
+        let alpha = value(Channel::Alpha) - (p * y - q * x) / u;
+        let beta = value(Channel::Beta) - (r * x - p * z) / u;
+        let attitude = [state.attitude[0], state.attitude[1]];
+        let kinematic = flow_angle_rates(state.velocity, attitude, force, [p, q, r]).unwrap_or([f64::NAN; 2]);
+        let controls = Channel::CONTROLS.map(value);
+        let mut row = [f64::NAN; SIGNALS];
+        row[..3].copy_from_slice(&state.velocity);
+        row[3..6].copy_from_slice(&[p, q, r]);
+        row[6..8].copy_from_slice(&attitude);
+        row[8..CONTROL_SIGNALS].copy_from_slice(&force);
+        row[CONTROL_SIGNALS..VANE_SIGNALS].copy_from_slice(&controls);
+        row[VANE_SIGNALS..KINEMATIC_SIGNALS].copy_from_slice(&[alpha, beta]);
+        row[KINEMATIC_SIGNALS..].copy_from_slice(&kinematic);
+        self.delay.push(self.time_s, &row);
+
+        let tick = TrimRecord { velocity: state.velocity, rates: [p, q, r], attitude, specific_force: force, controls };
+        if let Some((trim, rate_rms)) = self.trim.take(self.time_s, &tick) {
+            self.output.trim = Some(trim);
+            if rate_rms > super::trim::STEADY_RATE_RMS {
+                self.notice(EstimationEvent::TrimNotSteady { rate_rms });
+            }
+        }
+
+        self.come_of_age(state);
+    }
+
+    /// Takes the instants of the regression grid off the delay line whose kernel is now covered.
+    fn come_of_age(&mut self, state: &StateRecord) {
+        let grid_s = self.config.grid_s;
+        let ready_s = self.time_s - self.config.lag_s;
+        let origin_s = *self.grid_origin_s.get_or_insert(self.time_s);
+        let mut centre_s = origin_s + self.next_grid as f64 * grid_s;
+        if centre_s > self.time_s + grid_s {
+            // A clock that was set back: the grid starts again.
+            self.grid_origin_s = Some(self.time_s);
+            self.next_grid = 0;
+            return;
+        }
+        if ready_s - centre_s > INSTANTS as f64 * grid_s {
+            // Silence, or a clock that was set forward: the grid goes on from here.
+            self.next_grid = libm::floor((ready_s - origin_s) / grid_s) as u64;
+            centre_s = origin_s + self.next_grid as f64 * grid_s;
+        }
+        while centre_s < ready_s {
+            self.next_grid += 1;
+            if let Some(smoothed) = self.delay.at(centre_s) {
+                self.compare_vanes(&smoothed);
+                let record = self.smoothed_record(centre_s, &smoothed, state);
+                let _ = self.output.smoothed.push(record);
+            }
+            centre_s = origin_s + self.next_grid as f64 * grid_s;
+        }
+    }
+
+    fn smoothed_record(&self, time_s: f64, smoothed: &Smoothed<SIGNALS>, state: &StateRecord) -> SmoothedRecord {
+        let value = &smoothed.value;
+        let [u, v, w, p, q, r, phi, theta, ax, ay, az, ..] = *value;
+        let [dp, dq, dr] = [smoothed.slope[3], smoothed.slope[4], smoothed.slope[5]];
+        // Specific force at the centre of mass: a - omega' x s - omega x (omega x s), s where the accelerometers stand.
+        let [x, y, z] = self.geometry.accelerometer_position_m;
+        let force = [
+            ax + (q * q + r * r) * x - (p * q - dr) * y - (p * r + dq) * z,
+            ay - (p * q + dr) * x + (p * p + r * r) * y - (q * r - dp) * z,
+            az - (p * r - dq) * x - (q * r + dp) * y + (p * p + q * q) * z,
+        ];
+        let mut controls = [0.0; 4];
+        let mut controls_present = [false; 4];
+        for i in 0..4 {
+            let control = value[CONTROL_SIGNALS + i];
+            controls_present[i] = control.is_finite();
+            if controls_present[i] {
+                controls[i] = control;
+            }
+        }
+        SmoothedRecord {
+            time_s,
+            velocity: [u, v, w],
+            velocity_std: state.velocity_std,
+            rates: [p, q, r],
+            attitude: [phi, theta],
+            specific_force: force,
+            angular_acceleration: [dp, dq, dr],
+            controls,
+            controls_present,
+        }
+    }
+
+    fn compare_vanes(&mut self, smoothed: &Smoothed<SIGNALS>) {
+        let n = &self.config.noise;
+        let u = smoothed.value[0];
+        let vane_var = [n.incidence_std * n.incidence_std, n.sideslip_std * n.sideslip_std];
+        let force_var = n.accelerometer_std * n.accelerometer_std / (u * u) + n.gyro_std * n.gyro_std;
+        let aids = [Aid::Incidence, Aid::Sideslip];
+        for (i, aid) in aids.into_iter().enumerate() {
+            let noise_var = smoothed.slope_noise_gain * vane_var[i] + smoothed.value_noise_gain * force_var;
+            let (measured, kinematic) = (smoothed.slope[VANE_SIGNALS + i], smoothed.value[KINEMATIC_SIGNALS + i]);
+            self.consistency[i].compare(measured, kinematic, noise_var);
+            if self.disagreement_said[i] {
+                continue;
+            }
+            if let Some(r_squared) = self.consistency[i].disagreement() {
+                self.disagreement_said[i] = true;
+                self.notice(EstimationEvent::KinematicsDisagree { aid, r_squared });
+            }
+        }
+    }
+}

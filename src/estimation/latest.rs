@@ -1,0 +1,96 @@
+//! The newest value of every channel, with its age: what stands in where channels come at different rates.
+//!
+//! Consumes admitted samples; produces held values, the filter's inputs, and which instruments there are. A value serves
+//! for at most the hold time; then the channel counts as silent.
+
+use super::process::{ATTITUDE, INPUTS, Input, State};
+use super::record::{Aid, Instrumentation};
+use crate::flight::channel::{CHANNELS, Channel};
+use crate::flight::unit::STANDARD_GRAVITY as G0;
+use crate::telemetry::record::Sample;
+
+/// Weight of the newest interval in the running mean of the gyros' interval.
+const INTERVAL_GAIN: f64 = 0.05;
+
+/// Newest values and their times.
+#[derive(Clone, Debug)]
+pub struct Latest {
+    hold_s: f64,
+    values: [f64; CHANNELS],
+    times_s: [f64; CHANNELS],
+    seen: u32,
+    tick_s: Option<f64>,
+    interval_s: f64,
+}
+
+const GYROS: [Channel; 3] = [Channel::P, Channel::Q, Channel::R];
+const ACCELEROMETERS: [Channel; 3] = [Channel::Ax, Channel::Ay, Channel::Az];
+
+impl Latest {
+    /// Values serve for `hold_s`.
+    pub fn new(hold_s: f64) -> Self {
+        Latest { hold_s, values: [0.0; CHANNELS], times_s: [f64::NEG_INFINITY; CHANNELS], seen: 0, tick_s: None, interval_s: 0.0 }
+    }
+
+    /// Forgets the values, not which instruments there are.
+    pub fn clear(&mut self) {
+        self.times_s = [f64::NEG_INFINITY; CHANNELS];
+        self.tick_s = None;
+    }
+
+    /// Takes a sample in; says whether it is a tick: all three rates were sampled.
+    pub fn take(&mut self, sample: &Sample) -> bool {
+        for channel in Channel::ALL {
+            if let Some(value) = sample.get(channel) {
+                self.values[channel.index()] = value;
+                self.times_s[channel.index()] = sample.time_s;
+            }
+        }
+        self.seen |= sample.present;
+        let tick = GYROS.iter().all(|&gyro| sample.get(gyro).is_some());
+        if tick {
+            if let Some(before_s) = self.tick_s {
+                let interval_s = sample.time_s - before_s;
+                let gain = if self.interval_s > 0.0 { INTERVAL_GAIN } else { 1.0 };
+                self.interval_s += gain * (interval_s - self.interval_s);
+            }
+            self.tick_s = Some(sample.time_s);
+        }
+        tick
+    }
+
+    /// The channel's value, where it is no older than the hold time.
+    pub fn get(&self, channel: Channel, time_s: f64) -> Option<f64> {
+        let i = channel.index();
+        (time_s - self.times_s[i] <= self.hold_s).then_some(self.values[i])
+    }
+
+    /// The filter's inputs, and which specific forces were measured. One that was not is taken to balance gravity at the
+    /// state's attitude.
+    pub fn input(&self, time_s: f64, state: &State) -> (Input, [bool; 3]) {
+        let (sin_phi, cos_phi) = libm::sincos(state[ATTITUDE]);
+        let (sin_theta, cos_theta) = libm::sincos(state[ATTITUDE + 1]);
+        let balance = [G0 * sin_theta, -G0 * cos_theta * sin_phi, -G0 * cos_theta * cos_phi];
+        let mut input = [0.0; INPUTS];
+        let mut measured = [false; 3];
+        for i in 0..3 {
+            let force = self.get(ACCELEROMETERS[i], time_s);
+            measured[i] = force.is_some();
+            input[i] = force.unwrap_or(balance[i]);
+            input[3 + i] = self.values[GYROS[i].index()];
+        }
+        (input, measured)
+    }
+
+    /// Which instruments have been seen.
+    pub fn instrumentation(&self, running: bool) -> Instrumentation {
+        let seen = |channel: Channel| self.seen & (1 << channel.index()) != 0;
+        Instrumentation {
+            running,
+            rate_hz: if self.interval_s > 0.0 { 1.0 / self.interval_s } else { 0.0 },
+            gyros: GYROS.into_iter().all(seen),
+            accelerometers: ACCELEROMETERS.map(seen),
+            aids: Aid::ALL.map(|aid| seen(aid.channel())),
+        }
+    }
+}

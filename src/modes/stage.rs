@@ -1,0 +1,51 @@
+//! The modes stage: derivatives in, modes out, with a status of their own.
+
+use super::lateral;
+use super::record::ModesRecord;
+use crate::flight::derivative::Axis;
+use crate::regression::record::{DerivativesRecord, Reason, Status};
+
+/// Standard error of omega, relative, below which the Dutch roll is known.
+const OMEGA_KNOWN: f64 = 0.05;
+/// Standard error of zeta below which the Dutch roll is known.
+const ZETA_KNOWN: f64 = 0.02;
+
+/// The modes of these derivatives.
+pub fn step(derivatives: &DerivativesRecord) -> ModesRecord {
+    let time_s = derivatives.time_s;
+    let status = least(derivatives);
+    let record = derivatives.lateral.as_ref().and_then(|lateral| lateral::modes(time_s, status, lateral));
+    let Some(mut record) = record else {
+        return ModesRecord { time_s, status, dutch_roll: None, roll: None, spiral: None, lateral_phugoid: None };
+    };
+    if record.status == Status::Converged {
+        let known = record.dutch_roll.is_some_and(|pair| pair.std_omega < OMEGA_KNOWN * pair.omega && pair.std_zeta < ZETA_KNOWN);
+        if !known {
+            record.status = Status::Converging;
+        }
+    }
+    record
+}
+
+/// The status of the least advanced of the three lateral equations.
+fn least(derivatives: &DerivativesRecord) -> Status {
+    let rank = |status: &Status| match status {
+        Status::NotIdentifiable(_) => 0,
+        Status::Waiting => 1,
+        Status::Exciting => 2,
+        Status::Stale => 3,
+        Status::Converging => 4,
+        Status::Converged => 5,
+    };
+    let mut least = Status::Converged;
+    for axis in [Axis::L, Axis::N, Axis::Y] {
+        let equation = &derivatives.equations[axis.index()];
+        if rank(&equation.status) < rank(&least) {
+            least = match equation.status {
+                Status::NotIdentifiable(_) => Status::NotIdentifiable(Reason::Equation { axis }),
+                status => status,
+            };
+        }
+    }
+    least
+}

@@ -1,0 +1,9 @@
+//! Small dense mathematics without a word of aerospace: only what nalgebra lacks or does with an allocator.
+//!
+//! In: arrays of fixed size. Out: arrays of fixed size, or a refusal that says which pivot or variance failed.
+//! Assumed: finite input. Refused: a variance that is not positive, a pivot that has vanished; nothing is repaired.
+
+pub mod eigen;
+pub mod kernel;
+pub mod sweep;
+pub mod ud;

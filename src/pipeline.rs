@@ -1,0 +1,123 @@
+//! The pipeline: the only wiring of the stages. A sample in, everything that it brought out.
+//!
+//! No clock, no I/O, no allocation: live, replay and firmware run this very code.
+
+use crate::estimation::config::{Config as EstimationConfig, ConfigError};
+use crate::estimation::estimator::{EVENTS as ESTIMATION_EVENTS, Estimator};
+use crate::estimation::record::{AIDS, EstimationEvent, Innovation, StateRecord};
+use crate::flight::run::RunGeometry;
+use crate::modes::record::ModesRecord;
+use crate::modes::stage;
+use crate::regression::config::Config as RegressionConfig;
+use crate::regression::record::{DerivativesRecord, RegressionEvent};
+use crate::regression::recursive::{EVENTS as REGRESSION_EVENTS, Recursive};
+use crate::telemetry::record::Sample;
+use heapless::Vec;
+
+/// Derivatives and modes are published at the first sample that is so much later than the last publication, s: 10 Hz or
+/// faster for every rate that is fast enough for derivatives.
+const PUBLISH_S: f64 = 0.05 - 1e-6;
+
+/// Configuration of every stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Config {
+    /// Of the state estimation.
+    pub estimation: EstimationConfig,
+    /// Of the regression.
+    pub regression: RegressionConfig,
+}
+
+/// What one sample brought.
+#[derive(Clone, Debug, Default)]
+pub struct Tick {
+    /// The filtered state.
+    pub state: Option<StateRecord>,
+    /// What the aids did.
+    pub innovations: Vec<Innovation, AIDS>,
+    /// The derivatives, at each publication.
+    pub derivatives: Option<DerivativesRecord>,
+    /// The modes, at each publication.
+    pub modes: Option<ModesRecord>,
+    /// What the estimation noticed.
+    pub estimation_events: Vec<EstimationEvent, ESTIMATION_EVENTS>,
+    /// What the regression noticed.
+    pub regression_events: Vec<RegressionEvent, REGRESSION_EVENTS>,
+}
+
+/// The stages, wired.
+#[derive(Clone, Debug)]
+pub struct Pipeline {
+    estimator: Estimator,
+    recursive: Recursive,
+    published_s: Option<f64>,
+    tick: Tick,
+}
+
+impl Pipeline {
+    /// A pipeline for a run with that geometry.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the setting that cannot be used.
+    pub fn new(config: &Config, geometry: RunGeometry) -> Result<Self, ConfigError> {
+        Ok(Pipeline {
+            estimator: Estimator::new(config.estimation, geometry)?,
+            recursive: Recursive::new(config.regression, config.estimation.grid_s)?,
+            published_s: None,
+            tick: Tick::default(),
+        })
+    }
+
+    /// The estimation stage.
+    pub fn estimator(&self) -> &Estimator {
+        &self.estimator
+    }
+
+    /// The regression stage.
+    pub fn regression(&self) -> &Recursive {
+        &self.recursive
+    }
+
+    /// One sample.
+    pub fn step(&mut self, sample: &Sample) -> &Tick {
+        let output = self.estimator.step(sample);
+        self.tick.state = output.state;
+        self.tick.innovations.clone_from(&output.innovations);
+        self.tick.estimation_events.clone_from(&output.events);
+        self.tick.derivatives = None;
+        self.tick.modes = None;
+        self.tick.regression_events.clear();
+        if let Some(trim) = output.trim {
+            self.recursive.begin(trim);
+        }
+        for smoothed in &output.smoothed {
+            self.recursive.step(smoothed);
+        }
+        let due = match self.published_s {
+            // A clock that was set back counts as due.
+            Some(published_s) => sample.time_s - published_s >= PUBLISH_S || sample.time_s < published_s,
+            None => true,
+        };
+        if due && sample.time_s.is_finite() {
+            self.publish(sample.time_s);
+        }
+        &self.tick
+    }
+
+    /// The last word at the end of a run: derivatives and modes from everything that came of age.
+    pub fn finish(&mut self) -> &Tick {
+        self.tick = Tick::default();
+        if let Some(published_s) = self.published_s {
+            self.publish(published_s);
+        }
+        &self.tick
+    }
+
+    fn publish(&mut self, time_s: f64) {
+        let elapsed_s = self.published_s.map_or(0.0, |published_s| (time_s - published_s).max(0.0));
+        self.published_s = Some(time_s);
+        let derivatives = self.recursive.record(time_s, elapsed_s, &self.estimator.instrumentation());
+        self.tick.regression_events = self.recursive.take_events();
+        self.tick.modes = Some(stage::step(&derivatives));
+        self.tick.derivatives = Some(derivatives);
+    }
+}

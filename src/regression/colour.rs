@@ -1,0 +1,105 @@
+//! Standard errors for coloured residuals.
+//!
+//! Consumes an information matrix and fitted equations; produces the covariance of the estimates
+//!     Sigma_ab = D_a [ sum_l w_l (R^ab_l G_l + R^ba_l G_l') ] D_b   (l = 0 counted once)             (1)
+//! for equations a and b (a = b: the ordinary covariance of one), with
+//! | symbol | shape | meaning |
+//! | --- | --- | --- |
+//! | D_a | p x p | (X_a'X_a)^-1 of equation a, zero where a regressor is not in it |
+//! | G_l | p x p | lagged products of the regressors, information (2) |
+//! | R^ab_l | 1 | covariance of residual a at k with residual b at k - l, information (3) |
+//! | w_l | 1 | 1 - l/(LAGS + 1): with it (1) cannot be negative, for it is then the product of two positive sequences |
+//!
+//! For white residuals and no forgetting (1) is sigma^2 D, (19) of the paper.
+//! Source: E. A. Morelli and V. Klein, J. Guidance 20(1), 1997, eq. (22); weights: W. K. Newey and K. D. West,
+//! Econometrica 55(3), 1987. The number of fitted parameters is made good by n/(n - p) on every R.
+//! Numerics: the weights leave out part of a residual that stays correlated over much of LAGS steps of the grid.
+
+use super::candidate::{REGRESSORS, SIGNALS};
+use super::information::{Information, LAGS};
+
+/// A residual as coefficients over z: 1 at the response, -theta at the regressors.
+pub type Coefficients = [f64; SIGNALS];
+
+/// Covariances of two residuals at lags 0 .. LAGS: `[l]` is (first at k, second at k - l).
+pub type LagCovariance = [f64; LAGS + 1];
+
+/// a' M b over the places where a and b are not zero.
+fn form(matrix: &[[f64; SIGNALS]; SIGNALS], a: &Coefficients, b: &Coefficients) -> f64 {
+    let mut sum = 0.0;
+    for (row, &ai) in matrix.iter().zip(a) {
+        if ai == 0.0 {
+            continue;
+        }
+        let mut inner = 0.0;
+        for (entry, &bj) in row.iter().zip(b) {
+            inner += entry * bj;
+        }
+        sum += ai * inner;
+    }
+    sum
+}
+
+/// Covariances R^ab_l of two residuals; `parameters` fitted in each.
+pub fn residual_covariance(
+    information: &Information<SIGNALS>,
+    a: &Coefficients,
+    b: &Coefficients,
+    parameters: usize,
+) -> LagCovariance {
+    let n = information.effective_samples();
+    let used_up = if n > parameters as f64 { n / (n - parameters as f64) } else { f64::INFINITY };
+    let scale = used_up / information.weight2();
+    core::array::from_fn(|lag| scale * form(information.lagged(lag), a, b))
+}
+
+/// Weight of a lag in (1).
+fn taper(lag: usize) -> f64 {
+    1.0 - lag as f64 / (LAGS + 1) as f64
+}
+
+/// Variance of one estimate, (1) for a single regressor: `direction` is that regressor after regression on all the others in
+/// its equation (coefficients over z), `squares` its sum of squares.
+pub fn variance(information: &Information<SIGNALS>, direction: &Coefficients, squares: f64, residual: &LagCovariance) -> f64 {
+    let mut sum = 0.0;
+    for (lag, r) in residual.iter().enumerate() {
+        let twice = if lag == 0 { 1.0 } else { 2.0 };
+        sum += twice * taper(lag) * r * form(information.lagged(lag), direction, direction);
+    }
+    sum / (squares * squares)
+}
+
+/// (1) for two equations, entry `[i][j]` the covariance of regressor i's estimate in a with regressor j's in b.
+pub fn covariance(
+    information: &Information<SIGNALS>,
+    d_a: &[[f64; REGRESSORS]; REGRESSORS],
+    d_b: &[[f64; REGRESSORS]; REGRESSORS],
+    forward: &LagCovariance,
+    backward: &LagCovariance,
+) -> [[f64; REGRESSORS]; REGRESSORS] {
+    let mut middle = [[0.0; REGRESSORS]; REGRESSORS];
+    for lag in 0..=LAGS {
+        let g = information.lagged(lag);
+        let (ahead, behind) = (taper(lag) * forward[lag], if lag == 0 { 0.0 } else { taper(lag) * backward[lag] });
+        for i in 0..REGRESSORS {
+            for j in 0..REGRESSORS {
+                middle[i][j] += ahead * g[i][j] + behind * g[j][i];
+            }
+        }
+    }
+    product(d_a, &product(&middle, d_b))
+}
+
+fn product(a: &[[f64; REGRESSORS]; REGRESSORS], b: &[[f64; REGRESSORS]; REGRESSORS]) -> [[f64; REGRESSORS]; REGRESSORS] {
+    let mut out = [[0.0; REGRESSORS]; REGRESSORS];
+    for (row, out_row) in a.iter().zip(&mut out) {
+        for (entry, b_row) in row.iter().zip(b) {
+            if *entry != 0.0 {
+                for (o, x) in out_row.iter_mut().zip(b_row) {
+                    *o += entry * x;
+                }
+            }
+        }
+    }
+    out
+}

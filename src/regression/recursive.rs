@@ -1,0 +1,291 @@
+//! The regression stage: smoothed signals in, all six equations out, at a cost that does not grow with the record.
+//!
+//! Consumes the run's trim once and a [`SmoothedRecord`] an instant of the grid; produces a [`DerivativesRecord`] whenever
+//! asked, with a status where there is no number.
+
+use super::candidate::{self, REGRESSORS, SIGNALS, STILL, is_primary, regressor, response};
+use super::colour::{self, LagCovariance};
+use super::config::Config;
+use super::excitation::Excitation;
+use super::information::Information;
+use super::record::{
+    DerivativesRecord, EquationRecord, LATERAL, LateralDerivatives, Reason, RegressionEvent, Status, TermRecord,
+};
+use super::status::Settling;
+use super::stepwise::{Fit, Offer, Thresholds, fit};
+use crate::estimation::config::ConfigError;
+use crate::estimation::record::{Aid, Instrumentation, SmoothedRecord, TrimRecord};
+use crate::flight::channel::Channel;
+use crate::flight::derivative::{AXES, Axis, Variable};
+use crate::num::eigen::condition_index;
+use heapless::Vec;
+
+/// Events that one publication can bring.
+pub const EVENTS: usize = AXES + 6;
+
+/// How long an instrument may keep away before what needs it is called not identifiable, s.
+const PATIENCE_S: f64 = 2.0;
+/// A velocity that no aid observes is still good for regression while its standard deviation is below this part of its
+/// own deviation from trim.
+const UNAIDED_STD: f64 = 0.2;
+
+/// The regression stage.
+#[derive(Clone, Debug)]
+pub struct Recursive {
+    config: Config,
+    grid_s: f64,
+    lambda: f64,
+    trim: Option<TrimRecord>,
+    information: Information<SIGNALS>,
+    excitation: Excitation,
+    excited: bool,
+    excited_s: f64,
+    quiet_s: f64,
+    age_s: f64,
+    velocity_std: [f64; 3],
+    settling: [Settling; AXES],
+    statuses: [Status; AXES],
+    events: Vec<RegressionEvent, EVENTS>,
+}
+
+impl Recursive {
+    /// A stage for signals on a grid of that interval.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the setting that cannot be used.
+    pub fn new(config: Config, grid_s: f64) -> Result<Self, ConfigError> {
+        config.validate()?;
+        Ok(Recursive {
+            grid_s,
+            lambda: libm::exp(-grid_s / config.forgetting_s),
+            trim: None,
+            information: Information::default(),
+            excitation: Excitation::new(grid_s),
+            excited: false,
+            excited_s: 0.0,
+            quiet_s: 0.0,
+            age_s: 0.0,
+            velocity_std: [0.0; 3],
+            settling: [Settling::new(config.settled_s); AXES],
+            statuses: [Status::Waiting; AXES],
+            events: Vec::new(),
+            config,
+        })
+    }
+
+    /// The run's trim; signals before it are not used.
+    pub fn begin(&mut self, trim: TrimRecord) {
+        self.trim = Some(trim);
+    }
+
+    /// The information matrix.
+    pub fn information(&self) -> &Information<SIGNALS> {
+        &self.information
+    }
+
+    /// What was noticed since the last call.
+    pub fn take_events(&mut self) -> Vec<RegressionEvent, EVENTS> {
+        core::mem::take(&mut self.events)
+    }
+
+    fn notice(&mut self, event: RegressionEvent) {
+        let _ = self.events.push(event);
+    }
+
+    /// One instant of the grid.
+    pub fn step(&mut self, record: &SmoothedRecord) {
+        let Some(trim) = &self.trim else { return };
+        let Some(z) = candidate::signals(record, trim) else {
+            self.information.skip();
+            return;
+        };
+        let excited = self.excitation.step(&z);
+        if excited != self.excited {
+            self.excited = excited;
+            self.notice(if excited { RegressionEvent::ExcitationBegan } else { RegressionEvent::ExcitationEnded });
+        }
+        if excited {
+            self.information.add(&z, self.lambda);
+            self.excited_s += self.grid_s;
+            self.quiet_s = 0.0;
+            self.velocity_std = record.velocity_std;
+        } else {
+            self.information.skip();
+            self.quiet_s += self.grid_s;
+        }
+    }
+
+    /// All equations as they stand; `elapsed_s` since the last time, for what depends on time alone.
+    pub fn record(&mut self, time_s: f64, elapsed_s: f64, instruments: &Instrumentation) -> DerivativesRecord {
+        self.age_s += elapsed_s;
+        let mut fits: [Option<Fit>; AXES] = [const { None }; AXES];
+        let equations = Axis::ALL.map(|axis| {
+            let refused = self.refusal(axis, instruments);
+            let (equation, fit) = match refused {
+                Some(reason) => (EquationRecord::empty(axis, Status::NotIdentifiable(reason)), None),
+                None => self.equation(axis, time_s, instruments),
+            };
+            fits[axis.index()] = fit;
+            equation
+        });
+        for (i, axis) in Axis::ALL.into_iter().enumerate() {
+            let status = equations[i].status;
+            if core::mem::discriminant(&status) != core::mem::discriminant(&self.statuses[i]) {
+                self.notice(RegressionEvent::StatusChanged { axis, status });
+            }
+            self.statuses[i] = status;
+        }
+        let lateral = self.lateral(&fits);
+        DerivativesRecord { time_s, equations, lateral, excited: self.excited }
+    }
+
+    /// Why the axis can have no number from these instruments.
+    fn refusal(&self, axis: Axis, instruments: &Instrumentation) -> Option<Reason> {
+        if self.age_s < PATIENCE_S {
+            return None;
+        }
+        if !instruments.gyros {
+            return Some(Reason::NoRates);
+        }
+        if instruments.rate_hz > 0.0 && instruments.rate_hz < self.config.rate_min_hz {
+            return Some(Reason::RateTooLow { hz: instruments.rate_hz, needed_hz: self.config.rate_min_hz });
+        }
+        if !instruments.aids[Aid::Airspeed.index()] {
+            return Some(Reason::Unobserved { variable: Variable::U, missing: Channel::Tas });
+        }
+        if axis.is_force() && !instruments.accelerometers[axis.index()] {
+            let channel = [Channel::Ax, Channel::Ay, Channel::Az][axis.index()];
+            return Some(Reason::NoAccelerometer { channel });
+        }
+        let needed = match axis {
+            Axis::Y | Axis::L | Axis::N => Variable::V,
+            Axis::X | Axis::Z | Axis::M => Variable::W,
+        };
+        let missing = if needed == Variable::V { Channel::Beta } else { Channel::Alpha };
+        if self.observed(needed, instruments) { None } else { Some(Reason::Unobserved { variable: needed, missing }) }
+    }
+
+    /// Whether the velocity is observed: by its vane, or by accelerometers well enough for what it did.
+    fn observed(&self, variable: Variable, instruments: &Instrumentation) -> bool {
+        let (aid, place) = match variable {
+            Variable::V => (Aid::Sideslip, 1),
+            Variable::W => (Aid::Incidence, 2),
+            _ => return true,
+        };
+        let unaided = instruments.accelerometers[place]
+            && (self.excited_s < self.config.exciting_s
+                || self.velocity_std[place] < UNAIDED_STD * self.information.deviation(regressor(variable)));
+        instruments.aids[aid.index()] || unaided
+    }
+
+    fn offer(&self, axis: Axis, instruments: &Instrumentation) -> Offer {
+        let mut offer = Offer { primary: [false; REGRESSORS], optional: [false; REGRESSORS] };
+        for variable in Variable::ALL {
+            let place = regressor(variable);
+            let moved = self.information.deviation(place) > STILL[variable.index()];
+            if moved && self.observed(variable, instruments) {
+                let primary = is_primary(axis, variable);
+                offer.primary[place] = primary;
+                offer.optional[place] = !primary;
+            }
+        }
+        offer
+    }
+
+    fn equation(&mut self, axis: Axis, time_s: f64, instruments: &Instrumentation) -> (EquationRecord, Option<Fit>) {
+        if self.excited_s <= 0.0 {
+            return (EquationRecord::empty(axis, Status::Waiting), None);
+        }
+        if self.excited_s < self.config.exciting_s {
+            return (EquationRecord::empty(axis, Status::Exciting), None);
+        }
+        let offer = self.offer(axis, instruments);
+        let thresholds = Thresholds { f_enter: self.config.f_enter, f_remove: self.config.f_remove };
+        let Some(fit) = fit(&self.information, response(axis), &offer, &thresholds) else {
+            return (EquationRecord::empty(axis, Status::Exciting), None);
+        };
+        let mut equation = self.written(axis, &fit, &offer);
+        equation.status = self.status(&equation, time_s);
+        (equation, Some(fit))
+    }
+
+    /// The fit as a record; the status is still to come.
+    fn written(&self, axis: Axis, fit: &Fit, offer: &Offer) -> EquationRecord {
+        let information = &self.information;
+        let parameters = fit.order.len();
+        let residual = colour::residual_covariance(information, &fit.residual, &fit.residual, parameters);
+        let cov = colour::covariance(information, &fit.dispersion, &fit.dispersion, &residual, &residual);
+        let mut white: LagCovariance = [0.0; _];
+        white[0] = residual[0];
+        let cov_white = colour::covariance(information, &fit.dispersion, &fit.dispersion, &white, &white);
+        let samples = information.effective_samples();
+        let r_squared = if fit.response_squares > 0.0 { 1.0 - fit.squares / fit.response_squares } else { 0.0 };
+        let mut equation = EquationRecord::empty(axis, Status::Converging);
+        equation.r_squared = r_squared;
+        // (21) of the paper: p parameters, the bias among them, on m samples.
+        equation.f_total = r_squared / (parameters as f64 - 1.0) * (samples - parameters as f64) / (1.0 - r_squared);
+        equation.samples = samples;
+        equation.residual_std = libm::sqrt(residual[0]);
+        equation.condition_index = condition_index(information.sums(), &fit.order);
+        for (step, &place) in fit.order.iter().enumerate() {
+            let term = TermRecord {
+                variable: candidate::variable(place),
+                value: fit.theta[place],
+                std: libm::sqrt(cov[place][place]),
+                std_white: libm::sqrt(cov_white[place][place]),
+                step: step as u8,
+                primary: offer.primary[place],
+            };
+            let _ = equation.terms.push(term);
+        }
+        equation
+    }
+
+    /// Whether the equation's numbers have settled.
+    fn status(&mut self, equation: &EquationRecord, time_s: f64) -> Status {
+        if !equation.terms.iter().all(|term| term.value.is_finite() && term.std.is_finite()) {
+            return Status::NotIdentifiable(Reason::Collinear { condition_index: equation.condition_index });
+        }
+        let settled = self.settling[equation.axis.index()].step(time_s, equation);
+        if self.quiet_s > self.config.stale_s {
+            return Status::Stale;
+        }
+        let deviation = self.information.deviation(response(equation.axis));
+        let known = equation.terms.iter().filter(|term| term.primary).all(|term| {
+            let Some(variable) = term.variable else { return true };
+            let contribution = term.std * self.information.deviation(regressor(variable)) / deviation;
+            term.std < self.config.known_relative * term.value.abs() || contribution < self.config.known_contribution
+        });
+        if settled && known { Status::Converged } else { Status::Converging }
+    }
+
+    /// The lateral derivatives with their joint covariance, where Y, L and N all have numbers.
+    fn lateral(&self, fits: &[Option<Fit>; AXES]) -> Option<LateralDerivatives> {
+        let trim = self.trim.as_ref()?;
+        let mut values = [0.0; LATERAL];
+        let mut cov = [[0.0; LATERAL]; LATERAL];
+        let axes = [Axis::Y, Axis::L, Axis::N];
+        for (a, axis_a) in axes.into_iter().enumerate() {
+            let fit_a = fits[axis_a.index()].as_ref()?;
+            for (b, axis_b) in axes.into_iter().enumerate() {
+                let fit_b = fits[axis_b.index()].as_ref()?;
+                let parameters = fit_a.order.len().max(fit_b.order.len());
+                let ahead = colour::residual_covariance(&self.information, &fit_a.residual, &fit_b.residual, parameters);
+                let behind = colour::residual_covariance(&self.information, &fit_b.residual, &fit_a.residual, parameters);
+                let block = colour::covariance(&self.information, &fit_a.dispersion, &fit_b.dispersion, &ahead, &behind);
+                for i in 0..3 {
+                    for j in 0..3 {
+                        let (row, column) = (LateralDerivatives::NAMES[3 * a + i].1, LateralDerivatives::NAMES[3 * b + j].1);
+                        cov[3 * a + i][3 * b + j] = block[regressor(row)][regressor(column)];
+                    }
+                }
+            }
+            for i in 0..3 {
+                values[3 * a + i] = fit_a.theta[regressor(LateralDerivatives::NAMES[3 * a + i].1)];
+            }
+        }
+        let [u0, _, w0] = trim.velocity;
+        let [phi0, theta0] = trim.attitude;
+        Some(LateralDerivatives { values, cov, u0, w0, phi0, theta0 })
+    }
+}

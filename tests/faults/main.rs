@@ -1,0 +1,12 @@
+//! The fault matrix: broken inputs give a clear end, never a panic and never a guess.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stderr,
+    reason = "a test fails by panicking, and says aloud what it skipped"
+)]
+
+mod inspect;
+mod model_files;
+mod run_files;
