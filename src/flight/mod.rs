@@ -8,6 +8,8 @@ pub mod channel;
 pub mod control;
 pub mod derivative;
 pub mod effect;
+#[cfg(feature = "std")]
+pub mod log_head;
 pub mod model;
 pub mod run;
 #[cfg(feature = "std")]
