@@ -13,5 +13,6 @@ mod dual;
 mod uniform;
 
 mod aids;
+mod linear_model;
 mod process;
 mod states;
