@@ -3,7 +3,7 @@
 //! Consumes the run's trim once and a [`SmoothedRecord`] an instant of the grid; produces a [`DerivativesRecord`] whenever
 //! asked, with a status where there is no number.
 
-use super::candidate::{self, REGRESSORS, SIGNALS, STILL, is_primary, regressor, response};
+use super::candidate::{self, REGRESSORS, SIGNALS, STILL, UNMOVED, is_primary, regressor, response};
 use super::colour::{self, LagCovariance};
 use super::config::Config;
 use super::excitation::Excitation;
@@ -182,9 +182,10 @@ impl Recursive {
         let mut offer = Offer { primary: [false; REGRESSORS], optional: [false; REGRESSORS] };
         for variable in Variable::ALL {
             let place = regressor(variable);
-            let moved = self.information.deviation(place) > STILL[variable.index()];
-            if moved && self.observed(variable, instruments) {
-                let primary = is_primary(axis, variable);
+            let deviation = self.information.deviation(place);
+            let still = STILL[variable.index()];
+            if deviation > UNMOVED * still && self.observed(variable, instruments) {
+                let primary = is_primary(axis, variable) && deviation > still;
                 offer.primary[place] = primary;
                 offer.optional[place] = !primary;
             }
