@@ -12,9 +12,7 @@
 //! Returns [`Breakdown`] where a variance is not positive or a state not finite; the filter is then to be thrown away.
 
 use super::aid::Prediction;
-use super::process::{
-    ACCELEROMETER_BIAS, GYRO_BIAS, INPUTS, Input, NAVIGATION, STATES, State, jacobians, rate, unbiased,
-};
+use super::process::{ACCELEROMETER_BIAS, GYRO_BIAS, INPUTS, Input, NAVIGATION, STATES, State, jacobians, rate, unbiased};
 use super::record::{Aid, Innovation};
 use crate::num::ud::{Breakdown, UdFactor};
 use core::f64::consts::PI;

@@ -11,9 +11,7 @@ use super::delay_line::{DelayLine, Smoothed};
 use super::ekf::{Ekf, ProcessNoise};
 use super::latest::Latest;
 use super::process::{ACCELEROMETER_BIAS, ALTITUDE, ATTITUDE, GYRO_BIAS, INPUTS, Input, STATES, State, VELOCITY};
-use super::record::{
-    AIDS, Aid, EstimationEvent, Innovation, Instrumentation, SmoothedRecord, StateRecord, TrimRecord,
-};
+use super::record::{AIDS, Aid, EstimationEvent, Innovation, Instrumentation, SmoothedRecord, StateRecord, TrimRecord};
 use super::trim::TrimWindow;
 use crate::flight::channel::Channel;
 use crate::flight::run::RunGeometry;

@@ -12,7 +12,7 @@
 //! | symbol | unit | meaning |
 //! | --- | --- | --- |
 //! | u v w | m/s | velocity through the air of the point where the accelerometers stand, body axes |
-//! | phi theta psi | rad | Euler angles | 
+//! | phi theta psi | rad | Euler angles |
 //! | h | m | altitude (still air) |
 //! | ax ay az, p q r | m/s^2, rad/s | measured less bias; the biases are states 7 to 12 |
 //!

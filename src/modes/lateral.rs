@@ -85,8 +85,7 @@ fn real_root(a: &[[f64; 4]; 4], cov: &[[f64; LATERAL]; LATERAL], root: Complex<f
 pub fn modes(time_s: f64, status: Status, lateral: &LateralDerivatives) -> Option<ModesRecord> {
     let a = matrix(lateral);
     let roots = eigenvalues_4(&a)?;
-    let mut record =
-        ModesRecord { time_s, status, dutch_roll: None, roll: None, spiral: None, lateral_phugoid: None };
+    let mut record = ModesRecord { time_s, status, dutch_roll: None, roll: None, spiral: None, lateral_phugoid: None };
     let mut pairs: [Option<Complex<f64>>; 2] = [None; 2];
     for root in roots {
         let size = libm::hypot(root.re, root.im);

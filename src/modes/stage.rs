@@ -19,9 +19,7 @@ pub fn step(derivatives: &DerivativesRecord) -> ModesRecord {
         return ModesRecord { time_s, status, dutch_roll: None, roll: None, spiral: None, lateral_phugoid: None };
     };
     if record.status == Status::Converged {
-        let known = record
-            .dutch_roll
-            .is_some_and(|pair| pair.std_omega < OMEGA_KNOWN * pair.omega && pair.std_zeta < ZETA_KNOWN);
+        let known = record.dutch_roll.is_some_and(|pair| pair.std_omega < OMEGA_KNOWN * pair.omega && pair.std_zeta < ZETA_KNOWN);
         if !known {
             record.status = Status::Converging;
         }

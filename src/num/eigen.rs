@@ -10,7 +10,7 @@
 //! a parameter, Numer. Math. 6, 1964. Eigenvalues by nalgebra's real Schur form.
 //! Numerics: double eigenvalues have no derivative; [`sensitivity`] then returns `None`, never a huge number.
 
-use nalgebra::{Complex, Matrix4, Schur, SMatrix};
+use nalgebra::{Complex, Matrix4, SMatrix, Schur};
 
 /// Iterations of the Schur form before it is said not to converge.
 const ITERATIONS: usize = 500;

@@ -60,12 +60,7 @@ fn taper(lag: usize) -> f64 {
 
 /// Variance of one estimate, (1) for a single regressor: `direction` is that regressor after regression on all the others in
 /// its equation (coefficients over z), `squares` its sum of squares.
-pub fn variance(
-    information: &Information<SIGNALS>,
-    direction: &Coefficients,
-    squares: f64,
-    residual: &LagCovariance,
-) -> f64 {
+pub fn variance(information: &Information<SIGNALS>, direction: &Coefficients, squares: f64, residual: &LagCovariance) -> f64 {
     let mut sum = 0.0;
     for (lag, r) in residual.iter().enumerate() {
         let twice = if lag == 0 { 1.0 } else { 2.0 };
@@ -95,10 +90,7 @@ pub fn covariance(
     product(d_a, &product(&middle, d_b))
 }
 
-fn product(
-    a: &[[f64; REGRESSORS]; REGRESSORS],
-    b: &[[f64; REGRESSORS]; REGRESSORS],
-) -> [[f64; REGRESSORS]; REGRESSORS] {
+fn product(a: &[[f64; REGRESSORS]; REGRESSORS], b: &[[f64; REGRESSORS]; REGRESSORS]) -> [[f64; REGRESSORS]; REGRESSORS] {
     let mut out = [[0.0; REGRESSORS]; REGRESSORS];
     for (row, out_row) in a.iter().zip(&mut out) {
         for (entry, b_row) in row.iter().zip(b) {

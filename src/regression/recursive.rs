@@ -223,8 +223,7 @@ impl Recursive {
         let mut equation = EquationRecord::empty(axis, Status::Converging);
         equation.r_squared = r_squared;
         // (21) of the paper: p parameters, the bias among them, on m samples.
-        equation.f_total =
-            r_squared / (parameters as f64 - 1.0) * (samples - parameters as f64) / (1.0 - r_squared);
+        equation.f_total = r_squared / (parameters as f64 - 1.0) * (samples - parameters as f64) / (1.0 - r_squared);
         equation.samples = samples;
         equation.residual_std = libm::sqrt(residual[0]);
         equation.condition_index = condition_index(information.sums(), &fit.order);

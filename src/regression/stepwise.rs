@@ -101,8 +101,7 @@ impl<'a> Selection<'a> {
                 if both > 0.0 { sums[i][j] / both } else { 0.0 }
             })
         });
-        let mut selection =
-            Selection { information, swept: Swept::new(scaled), scale, response, order: Vec::new() };
+        let mut selection = Selection { information, swept: Swept::new(scaled), scale, response, order: Vec::new() };
         selection.enter(BIAS).then_some(selection)
     }
 
@@ -164,8 +163,8 @@ impl<'a> Selection<'a> {
             direction[other] = -self.swept.at(other, place) * self.scale[place] / self.scale[other];
         }
         let squares = self.swept.at(place, place) * self.scale[place] * self.scale[place];
-        let theta = self.swept.at(place, self.response) / self.swept.at(place, place) * self.scale[self.response]
-            / self.scale[place];
+        let theta =
+            self.swept.at(place, self.response) / self.swept.at(place, place) * self.scale[self.response] / self.scale[place];
         let mut residual = self.residual();
         for (r, d) in residual.iter_mut().zip(&direction) {
             *r -= theta * d;

@@ -63,11 +63,8 @@ impl LocalVelocity {
     fn at(position: [f64; 3], state: &State, measured: &Input, geometry: &RunGeometry, noise: &Noise) -> Self {
         let [x, y, z]: [f64; 3] = core::array::from_fn(|i| position[i] - geometry.accelerometer_position_m[i]);
         let [p, q, r]: [f64; 3] = core::array::from_fn(|i| measured[3 + i] - state[GYRO_BIAS + i]);
-        let velocity = [
-            state[VELOCITY] + q * z - r * y,
-            state[VELOCITY + 1] + r * x - p * z,
-            state[VELOCITY + 2] + p * y - q * x,
-        ];
+        let velocity =
+            [state[VELOCITY] + q * z - r * y, state[VELOCITY + 1] + r * x - p * z, state[VELOCITY + 2] + p * y - q * x];
         LocalVelocity { velocity, arm: [x, y, z], gyro_var: noise.gyro_std * noise.gyro_std }
     }
 
