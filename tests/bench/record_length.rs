@@ -16,7 +16,7 @@ pub(crate) fn run(criterion: &mut Criterion, ledger: &Ledger, flight: &Flight) {
     let mut pipeline = Box::new(Pipeline::new(&Config::default(), RunGeometry::default()).unwrap());
     let mut group = group(criterion, "whole sample");
     let mut fed = 0;
-    for (name, after) in [("sample: after 1e3", 1_000), ("sample: after 1e5", 100_000)] {
+    for (name, after) in [("sample: after 1e3", 1_000), ("sample: after 1e4", 10_000), ("sample: after 1e5", 100_000)] {
         for sample in &flight.samples[fed..after] {
             pipeline.step(sample);
         }
@@ -39,5 +39,6 @@ pub(crate) fn run(criterion: &mut Criterion, ledger: &Ledger, flight: &Flight) {
         });
     }
     group.finish();
+    ledger.compare("sample: after 1e5", "sample: after 1e4", " (late/early)");
     ledger.compare("sample: after 1e5", "sample: after 1e3", " (late/early: 1 is independent of the record's length)");
 }

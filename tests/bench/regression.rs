@@ -63,7 +63,7 @@ fn agree(vectors: &[[f64; SIGNALS]]) {
         sums.add(&SVector::from(*z), LAMBDA);
         plain.add(&SVector::from(*z), LAMBDA);
     }
-    let apart = sums.apart(ours.sums(), |lag| *ours.lagged(lag));
+    let apart = sums.apart(ours.sums(), |lag| ours.lagged(lag));
     assert!(apart < 1e-12, "sums are {apart} apart");
     // N_v of the flight.
     assert!((plain.theta(2, 5) - 0.02).abs() < 2e-3, "N_v {}", plain.theta(2, 5));
