@@ -4,7 +4,7 @@
 //! asked, with a status where there is no number.
 
 use super::candidate::{self, REGRESSORS, SIGNALS, STILL, UNMOVED, is_primary, regressor, response};
-use super::colour::{self, LagCovariance};
+use super::colour;
 use super::config::Config;
 use super::excitation::Excitation;
 use super::information::Information;
@@ -215,9 +215,7 @@ impl Recursive {
         let information = &self.information;
         let parameters = fit.order.len();
         let residual = colour::residual_covariance(information, &fit.residual, &fit.residual, parameters);
-        let mut white: LagCovariance = [0.0; _];
-        white[0] = residual[0];
-        let cov_white = colour::covariance(information, &fit.dispersion, &fit.dispersion, &white, &white);
+        let cov_white = colour::white_covariance(information, &fit.dispersion, residual[0]);
         let samples = information.effective_samples();
         let r_squared = if fit.response_squares > 0.0 { 1.0 - fit.squares / fit.response_squares } else { 0.0 };
         let mut equation = EquationRecord::empty(axis, Status::Converging);
@@ -267,7 +265,7 @@ impl Recursive {
         let axes = [Axis::Y, Axis::L, Axis::N];
         for (a, axis_a) in axes.into_iter().enumerate() {
             let fit_a = fits[axis_a.index()].as_ref()?;
-            for (b, axis_b) in axes.into_iter().enumerate() {
+            for (b, axis_b) in axes.into_iter().enumerate().skip(a) {
                 let fit_b = fits[axis_b.index()].as_ref()?;
                 if a == b {
                     continue;
@@ -280,6 +278,8 @@ impl Recursive {
                     for j in 0..3 {
                         let (row, column) = (LateralDerivatives::NAMES[3 * a + i].1, LateralDerivatives::NAMES[3 * b + j].1);
                         cov[3 * a + i][3 * b + j] = block[regressor(row)][regressor(column)];
+                        // The same where a is b: the block of one equation is symmetric.
+                        cov[3 * b + j][3 * a + i] = block[regressor(row)][regressor(column)];
                     }
                 }
             }
