@@ -107,10 +107,13 @@ impl Stored {
         self.covariance_of(a, b, lags, |lag| (self.residual_covariance(a, b, lag), self.residual_covariance(b, a, lag)))
     }
 
-    /// The same from the autocovariance of the equation error, as one equation is published.
+    /// The same from the autocovariance of the equation error, as one equation is published: from that of the residual where
+    /// the record is too short for it.
     fn own_covariance(&self, a: &Batch) -> DMatrix<f64> {
         let error = self.error_covariance(a);
-        self.covariance_of(a, a, LAGS, |lag| (error[lag], error[lag]))
+        let cov = self.covariance_of(a, a, LAGS, |lag| (error[lag], error[lag]));
+        let enough = error[0] > 0.0 && cov.diagonal().iter().all(|variance| *variance > 0.0);
+        if enough { cov } else { self.covariance(a, a, LAGS) }
     }
 
     /// Lagged products of the equation's own regressors.
