@@ -22,6 +22,9 @@ const THETA0: f64 = 0.031;
 /// Lateral derivatives of the flight, by which the estimate can be judged: Y_v L_v L_p L_r N_v N_p N_r.
 pub const LATERAL: [f64; 7] = [-0.138, -0.070, -1.79, 0.138, 0.0056, -0.21, -0.50];
 
+/// u, w and theta of its trim, m/s and rad.
+pub const TRIM: [f64; 3] = [U0, W0, THETA0];
+
 /// A control by doublets: (begin s, half length s, amplitude rad), straight between samples.
 type Doublets = [(f64, f64, f64); 3];
 const PEDAL: Doublets = [(3.0, 1.0, 0.02), (14.0, 1.5, -0.015), (27.0, 1.0, 0.02)];

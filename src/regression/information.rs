@@ -30,19 +30,22 @@ pub struct Information<const N: usize> {
 
 impl<const N: usize> Default for Information<N> {
     fn default() -> Self {
-        Information {
-            sums: [[0.0; N]; N],
-            lagged: [[[0.0; N]; N]; LAGS + 1],
-            weight: 0.0,
-            weight2: 0.0,
-            recent: [[0.0; N]; LAGS],
-            used: [false; LAGS],
-            head: 0,
-        }
+        Information::EMPTY
     }
 }
 
 impl<const N: usize> Information<N> {
+    /// No vector yet.
+    pub const EMPTY: Information<N> = Information {
+        sums: [[0.0; N]; N],
+        lagged: [[[0.0; N]; N]; LAGS + 1],
+        weight: 0.0,
+        weight2: 0.0,
+        recent: [[0.0; N]; LAGS],
+        used: [false; LAGS],
+        head: 0,
+    };
+
     /// One vector, with everything before it forgotten by `lambda`.
     pub fn add(&mut self, z: &[f64; N], lambda: f64) {
         accumulate(&mut self.sums, z, z, lambda, 1.0);
