@@ -13,8 +13,8 @@
 //! autocovariance taken from (2) instead of from stored residuals.
 //! Numerics: plain sums; vectors are deviations from trim, so that the bias does not swamp them.
 
-/// Lags that are kept: 24 steps of the grid, three kernel supports of the default smoothing.
-pub const LAGS: usize = 24;
+/// Lags that are kept: 16 steps of the grid, twice the support that the default smoothing colours.
+pub const LAGS: usize = 16;
 
 /// Sums of products (1) and lagged products (2).
 #[derive(Clone, Debug)]
@@ -23,6 +23,7 @@ pub struct Information<const N: usize> {
     lagged: [[[f64; N]; N]; LAGS + 1],
     weight: f64,
     weight2: f64,
+    weight3: f64,
     recent: [[f64; N]; LAGS],
     used: [bool; LAGS],
     head: usize,
@@ -41,6 +42,7 @@ impl<const N: usize> Information<N> {
         lagged: [[[0.0; N]; N]; LAGS + 1],
         weight: 0.0,
         weight2: 0.0,
+        weight3: 0.0,
         recent: [[0.0; N]; LAGS],
         used: [false; LAGS],
         head: 0,
@@ -52,6 +54,7 @@ impl<const N: usize> Information<N> {
         accumulate(&mut self.lagged[0], z, z, lambda * lambda, 1.0);
         self.weight = lambda * self.weight + 1.0;
         self.weight2 = lambda * lambda * self.weight2 + 1.0;
+        self.weight3 = lambda * lambda * lambda * self.weight3 + 1.0;
         let mut forgotten = lambda;
         for lag in 1..=LAGS {
             let place = (self.head + LAGS - lag) % LAGS;
@@ -94,6 +97,27 @@ impl<const N: usize> Information<N> {
     /// Sum of the squared weights.
     pub fn weight2(&self) -> f64 {
         self.weight2
+    }
+
+    /// Sum of the cubed weights.
+    pub fn weight3(&self) -> f64 {
+        self.weight3
+    }
+
+    /// a' G_l b, over the places where a and b are not zero.
+    pub fn form(&self, lag: usize, a: &[f64; N], b: &[f64; N]) -> f64 {
+        let mut sum = 0.0;
+        for (row, &ai) in self.lagged[lag].iter().zip(a) {
+            if ai == 0.0 {
+                continue;
+            }
+            let mut inner = 0.0;
+            for (entry, &bj) in row.iter().zip(b) {
+                inner += entry * bj;
+            }
+            sum += ai * inner;
+        }
+        sum
     }
 
     /// Number of vectors that carry as much information: weight^2/weight2.
