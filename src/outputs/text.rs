@@ -256,6 +256,15 @@ impl Display for ReasonText {
             Reason::Collinear { condition_index } => {
                 write!(f, "the regressors cannot be told apart (condition index {})", Digits(condition_index, 3))
             }
+            Reason::NotExcited { axis, variable } => {
+                write!(
+                    f,
+                    "{}_{} is not known: {} hardly moved",
+                    axis.name(),
+                    variable.name(self.controls),
+                    variable.name(self.controls)
+                )
+            }
             Reason::Equation { axis } => write!(f, "the {} equation has no numbers", axis.name()),
         }
     }
