@@ -17,28 +17,13 @@
 
 use super::candidate::{REGRESSORS, SIGNALS};
 use super::information::{Information, LAGS};
+use super::unbiased;
 
 /// A residual as coefficients over z: 1 at the response, -theta at the regressors.
 pub type Coefficients = [f64; SIGNALS];
 
 /// Covariances of two residuals at lags 0 .. LAGS: `[l]` is (first at k, second at k - l).
 pub type LagCovariance = [f64; LAGS + 1];
-
-/// a' M b over the places where a and b are not zero.
-fn form(matrix: &[[f64; SIGNALS]; SIGNALS], a: &Coefficients, b: &Coefficients) -> f64 {
-    let mut sum = 0.0;
-    for (row, &ai) in matrix.iter().zip(a) {
-        if ai == 0.0 {
-            continue;
-        }
-        let mut inner = 0.0;
-        for (entry, &bj) in row.iter().zip(b) {
-            inner += entry * bj;
-        }
-        sum += ai * inner;
-    }
-    sum
-}
 
 /// Covariances R^ab_l of two residuals; `parameters` fitted in each.
 pub fn residual_covariance(
@@ -50,7 +35,7 @@ pub fn residual_covariance(
     let n = information.effective_samples();
     let used_up = if n > parameters as f64 { n / (n - parameters as f64) } else { f64::INFINITY };
     let scale = used_up / information.weight2();
-    core::array::from_fn(|lag| scale * form(information.lagged(lag), a, b))
+    core::array::from_fn(|lag| scale * information.form(lag, a, b))
 }
 
 /// Weight of a lag in (1).
@@ -64,7 +49,7 @@ pub fn variance(information: &Information<SIGNALS>, direction: &Coefficients, sq
     let mut sum = 0.0;
     for (lag, r) in residual.iter().enumerate() {
         let twice = if lag == 0 { 1.0 } else { 2.0 };
-        sum += twice * taper(lag) * r * form(information.lagged(lag), direction, direction);
+        sum += twice * taper(lag) * r * information.form(lag, direction, direction);
     }
     sum / (squares * squares)
 }
@@ -88,6 +73,24 @@ pub fn covariance(
         }
     }
     product(d_a, &product(&middle, d_b))
+}
+
+/// Covariance of the estimates of one equation with those terms, (1) with the autocovariance of the equation error
+/// (`unbiased`); with that of the residual where the record is too short for it.
+pub fn equation_covariance(
+    information: &Information<SIGNALS>,
+    order: &[usize],
+    dispersion: &[[f64; REGRESSORS]; REGRESSORS],
+    residual: &Coefficients,
+) -> [[f64; REGRESSORS]; REGRESSORS] {
+    if let Some(error) = unbiased::error_covariance(information, order, dispersion, residual) {
+        let cov = covariance(information, dispersion, dispersion, &error, &error);
+        if order.iter().all(|&place| cov[place][place] > 0.0) {
+            return cov;
+        }
+    }
+    let fitted = residual_covariance(information, residual, residual, order.len());
+    covariance(information, dispersion, dispersion, &fitted, &fitted)
 }
 
 fn product(a: &[[f64; REGRESSORS]; REGRESSORS], b: &[[f64; REGRESSORS]; REGRESSORS]) -> [[f64; REGRESSORS]; REGRESSORS] {
