@@ -2,7 +2,7 @@
 
 use super::lateral;
 use super::record::ModesRecord;
-use crate::flight::derivative::Axis;
+use crate::flight::derivative::{Axis, Variable};
 use crate::regression::record::{DerivativesRecord, Reason, Status};
 
 /// Standard error of omega, relative, below which the Dutch roll is known.
@@ -14,6 +14,10 @@ const ZETA_KNOWN: f64 = 0.02;
 pub fn step(derivatives: &DerivativesRecord) -> ModesRecord {
     let time_s = derivatives.time_s;
     let status = least(derivatives);
+    if let Some(axis) = without_motion(derivatives) {
+        let status = Status::NotIdentifiable(Reason::Equation { axis });
+        return ModesRecord { time_s, status, dutch_roll: None, roll: None, spiral: None, lateral_phugoid: None };
+    }
     let record = derivatives.lateral.as_ref().and_then(|lateral| lateral::modes(time_s, status, lateral));
     let Some(mut record) = record else {
         return ModesRecord { time_s, status, dutch_roll: None, roll: None, spiral: None, lateral_phugoid: None };
@@ -25,6 +29,14 @@ pub fn step(derivatives: &DerivativesRecord) -> ModesRecord {
         }
     }
     record
+}
+
+/// The equation that has numbers and yet none for the motion that it stands for: roll without `L_p`, yaw without `N_v`.
+/// A run that never moved sideways gives such ones, and roots of a matrix of zeros would be no answer.
+fn without_motion(derivatives: &DerivativesRecord) -> Option<Axis> {
+    derivatives.lateral?;
+    let lacks = |(axis, variable): &(Axis, Variable)| derivatives.equations[axis.index()].term(*variable).is_none();
+    [(Axis::L, Variable::P), (Axis::N, Variable::V)].into_iter().find(lacks).map(|(axis, _)| axis)
 }
 
 /// The status of the least advanced of the three lateral equations.

@@ -171,11 +171,12 @@ impl Table<'_> {
         let mut first = true;
         for event in self.events.iter().filter(told) {
             if std::mem::take(&mut first) {
-                self.heading(f, 0, "Mind")?;
+                self.heading(f, 0, "Warnings")?;
             }
             let severity = event_severity(&event.kind);
             let code = if severity == Severity::DataLost { "31" } else { "33" };
-            let sentence = format!("{}: {}", severity.name(), FoldedText { event, controls: self.controls });
+            let lost = if severity == Severity::DataLost { "data lost: " } else { "" };
+            let sentence = format!("{lost}{}", FoldedText { event, controls: self.controls });
             for (place, line) in wrapped(&sentence, WIDTH - 5).into_iter().enumerate() {
                 let margin = if place == 0 { "  " } else { "     " };
                 writeln!(f, "{margin}{}", self.style.paint(code, line))?;
