@@ -52,6 +52,8 @@ pub struct Table<'a> {
     pub modes: Option<&'a ModesRecord>,
     /// What was noticed, repeats folded.
     pub events: &'a [FoldedEvent],
+    /// What is to be said of the recording itself.
+    pub notes: &'a [String],
     /// Whether it is coloured.
     pub style: Style,
 }
@@ -168,15 +170,17 @@ impl Table<'_> {
             event_severity(&event.kind) > Severity::Info
                 && !matches!(event.kind, EventKind::Regression(RegressionEvent::StatusChanged { .. }))
         };
+        let sentences = self.events.iter().filter(told).map(|event| {
+            let lost = event_severity(&event.kind) == Severity::DataLost;
+            let (code, mark) = if lost { ("31", "data lost: ") } else { ("33", "") };
+            (code, format!("{mark}{}", FoldedText { event, controls: self.controls }))
+        });
+        let notes = self.notes.iter().map(|note| ("31", format!("recording: {note}")));
         let mut first = true;
-        for event in self.events.iter().filter(told) {
+        for (code, sentence) in notes.chain(sentences) {
             if std::mem::take(&mut first) {
                 self.heading(f, 0, "Warnings")?;
             }
-            let severity = event_severity(&event.kind);
-            let code = if severity == Severity::DataLost { "31" } else { "33" };
-            let lost = if severity == Severity::DataLost { "data lost: " } else { "" };
-            let sentence = format!("{lost}{}", FoldedText { event, controls: self.controls });
             for (place, line) in wrapped(&sentence, WIDTH - 5).into_iter().enumerate() {
                 let margin = if place == 0 { "  " } else { "     " };
                 writeln!(f, "{margin}{}", self.style.paint(code, line))?;
@@ -298,7 +302,7 @@ mod tests {
     fn table(style: Style) -> String {
         let (derivatives, modes, events) = example();
         let (derivatives, modes) = (Some(&derivatives), Some(&modes));
-        Table { controls: ControlNames::Rotorcraft, derivatives, modes, events: &events, style }.to_string()
+        Table { controls: ControlNames::Rotorcraft, derivatives, modes, events: &events, notes: &[], style }.to_string()
     }
 
     #[test]

@@ -32,8 +32,8 @@ fn a_run_file_that_was_cut_gives_what_is_whole_and_says_what_is_not() {
     std::fs::write(&file, &text[..cut]).unwrap();
     let (status, run, said) = replayed(&file, &[]);
     assert_eq!(status, 3, "{said}");
-    assert!(said.contains("1 of 938 rows skipped") && said.contains("cut short"), "{said}");
-    assert!(warns(&run, &["1 of 938 rows skipped"]));
+    assert!(said.contains("1 of 939 rows skipped") && said.contains("cut short"), "{said}");
+    assert!(warns(&run, &["1 of 939 rows skipped"]));
     assert!(run["modes"]["dutch_roll"]["omega"].as_f64().unwrap() > 1.0, "and the numbers of the rest");
 }
 

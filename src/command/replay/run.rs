@@ -40,9 +40,9 @@ pub(super) struct Played {
     sink: Sink,
     events: Vec<FoldedEvent>,
     consistency: [Option<f64>; 2],
-    /// Rows skipped, a file cut short: sentences about the recording itself.
-    recording_losses: Vec<String>,
+    /// Rows skipped, a file cut short: sentences about the recording itself; the first so many are losses.
     notes: Vec<String>,
+    losses: usize,
     warnings: Vec<String>,
     log: Option<Logged>,
     /// Whether a signal stopped it before its end.
@@ -126,10 +126,11 @@ impl Run {
         let events = sink.events.entries().iter().map(|event| with_final_r2(*event, consistency)).collect();
         let controls = self.info.geometry().controls;
         let about = ["aircraft", "manoeuvre", "flight_path"].iter().filter_map(|key| self.info.text(key)).map(String::from);
+        let notes = recording_losses(&self.recording, rows);
         let mut played = Played {
             about: about.collect(),
-            recording_losses: recording_losses(&self.recording, rows),
-            notes: Vec::new(),
+            losses: notes.len(),
+            notes,
             file: self.file,
             name,
             controls,
@@ -142,7 +143,7 @@ impl Run {
             log,
             interrupted,
         };
-        if self.recording.ends_abruptly() && self.recording.shortfall().is_none() && !interrupted {
+        if self.recording.ends_abruptly() && played.losses == 0 && !interrupted {
             let note = "the last line has no end: the file may have been cut short, and the last value with it";
             played.notes.push(note.into());
         }
@@ -200,7 +201,7 @@ impl Played {
 
     /// What was lost or skipped, a sentence each.
     pub(super) fn losses(&self) -> Vec<String> {
-        let mut losses = self.recording_losses.clone();
+        let mut losses: Vec<String> = self.notes.iter().take(self.losses).cloned().collect();
         if self.sink.dropped_samples > 0 {
             losses.push(format!("{} of {} samples dropped for their time", self.sink.dropped_samples, self.rows));
         }
@@ -239,10 +240,8 @@ impl Played {
             let _ = write!(text, "\n{} samples, {from:.2} to {to:.2} s", self.rows);
         }
         let (derivatives, modes) = (self.sink.derivatives.as_ref(), self.sink.modes.as_ref());
-        let _ = write!(text, "\n{}", Table { controls: self.controls, derivatives, modes, events: &self.events, style });
-        for sentence in self.recording_losses.iter().chain(&self.notes) {
-            let _ = writeln!(text, "  recording: {sentence}");
-        }
+        let table = Table { controls: self.controls, derivatives, modes, events: &self.events, notes: &self.notes, style };
+        let _ = write!(text, "\n{table}");
         if let Some(log) = &self.log {
             let _ = writeln!(text, "log: {}, {} messages", log.path.display(), log.written);
         }
@@ -252,6 +251,6 @@ impl Played {
     fn warnings(&self) -> Vec<String> {
         let told = self.events.iter().filter(|event| event_severity(&event.kind) > Severity::Info);
         let events = told.map(|event| FoldedText { event, controls: self.controls }.to_string());
-        self.recording_losses.iter().chain(&self.notes).cloned().chain(events).collect()
+        self.notes.iter().cloned().chain(events).collect()
     }
 }
