@@ -35,7 +35,7 @@ pub fn residual_covariance(
     let n = information.effective_samples();
     let used_up = if n > parameters as f64 { n / (n - parameters as f64) } else { f64::INFINITY };
     let scale = used_up / information.weight2();
-    core::array::from_fn(|lag| scale * information.form(lag, a, b))
+    information.forms(a, b).map(|form| scale * form)
 }
 
 /// Weight of a lag in (1).
@@ -46,10 +46,11 @@ fn taper(lag: usize) -> f64 {
 /// Variance of one estimate, (1) for a single regressor: `direction` is that regressor after regression on all the others in
 /// its equation (coefficients over z), `squares` its sum of squares.
 pub fn variance(information: &Information<SIGNALS>, direction: &Coefficients, squares: f64, residual: &LagCovariance) -> f64 {
+    let forms = information.forms(direction, direction);
     let mut sum = 0.0;
-    for (lag, r) in residual.iter().enumerate() {
+    for (lag, (r, form)) in residual.iter().zip(&forms).enumerate() {
         let twice = if lag == 0 { 1.0 } else { 2.0 };
-        sum += twice * taper(lag) * r * information.form(lag, direction, direction);
+        sum += twice * taper(lag) * r * form;
     }
     sum / (squares * squares)
 }
@@ -62,14 +63,12 @@ pub fn covariance(
     forward: &LagCovariance,
     backward: &LagCovariance,
 ) -> [[f64; REGRESSORS]; REGRESSORS] {
+    let ahead: LagCovariance = core::array::from_fn(|lag| taper(lag) * forward[lag]);
+    let behind: LagCovariance = core::array::from_fn(|lag| if lag == 0 { 0.0 } else { taper(lag) * backward[lag] });
     let mut middle = [[0.0; REGRESSORS]; REGRESSORS];
-    for lag in 0..=LAGS {
-        let g = information.lagged(lag);
-        let (ahead, behind) = (taper(lag) * forward[lag], if lag == 0 { 0.0 } else { taper(lag) * backward[lag] });
-        for i in 0..REGRESSORS {
-            for j in 0..REGRESSORS {
-                middle[i][j] += ahead * g[i][j] + behind * g[j][i];
-            }
+    for i in (0..REGRESSORS).filter(|&i| d_a[i][i] != 0.0) {
+        for j in (0..REGRESSORS).filter(|&j| d_b[j][j] != 0.0) {
+            middle[i][j] = information.weighted(&ahead, i, j) + information.weighted(&behind, j, i);
         }
     }
     product(d_a, &product(&middle, d_b))
@@ -91,6 +90,17 @@ pub fn equation_covariance(
     }
     let fitted = residual_covariance(information, residual, residual, order.len());
     covariance(information, dispersion, dispersion, &fitted, &fitted)
+}
+
+/// (1) for one equation whose residual is white with that variance.
+pub fn white_covariance(
+    information: &Information<SIGNALS>,
+    d: &[[f64; REGRESSORS]; REGRESSORS],
+    residual_var: f64,
+) -> [[f64; REGRESSORS]; REGRESSORS] {
+    let squared = information.squared();
+    let middle = core::array::from_fn(|i| core::array::from_fn(|j| residual_var * squared[i][j]));
+    product(d, &product(&middle, d))
 }
 
 fn product(a: &[[f64; REGRESSORS]; REGRESSORS], b: &[[f64; REGRESSORS]; REGRESSORS]) -> [[f64; REGRESSORS]; REGRESSORS] {

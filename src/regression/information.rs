@@ -11,69 +11,81 @@
 //! Source: E. A. Morelli and V. Klein, Accuracy of aerodynamic model parameters estimated from flight test data,
 //! J. Guidance 20(1), 1997; recursive form after J. A. Grauer and E. A. Morelli, NTRS 20160007740, with the residuals'
 //! autocovariance taken from (2) instead of from stored residuals.
-//! Numerics: plain sums; vectors are deviations from trim, so that the bias does not swamp them.
+//! Numerics: plain sums; vectors are deviations from trim, so that the bias does not swamp them. G_l is kept with the lag as
+//! its last index, so that an update, a form over all lags and a weighted sum over lags each run along memory.
 
 /// Lags that are kept: 16 steps of the grid, twice the support that the default smoothing colours.
 pub const LAGS: usize = 16;
+
+/// One number a lag, from lag 1; two cache lines that no other entry shares.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+struct Lagged([f64; LAGS]);
 
 /// Sums of products (1) and lagged products (2).
 #[derive(Clone, Debug)]
 pub struct Information<const N: usize> {
     sums: [[f64; N]; N],
-    lagged: [[[f64; N]; N]; LAGS + 1],
+    /// G_0.
+    squared: [[f64; N]; N],
+    /// Entry `[i][j][l - 1]` is that of G_l.
+    lagged: [[Lagged; N]; N],
     weight: f64,
     weight2: f64,
     weight3: f64,
-    recent: [[f64; N]; LAGS],
-    used: [bool; LAGS],
-    head: usize,
+    /// Entry `[i][l - 1]` is z_i of l instants ago, forgotten as often as vectors came since; zero where it was skipped.
+    recent: [Lagged; N],
 }
 
 impl<const N: usize> Default for Information<N> {
     fn default() -> Self {
-        Information {
-            sums: [[0.0; N]; N],
-            lagged: [[[0.0; N]; N]; LAGS + 1],
-            weight: 0.0,
-            weight2: 0.0,
-            weight3: 0.0,
-            recent: [[0.0; N]; LAGS],
-            used: [false; LAGS],
-            head: 0,
-        }
+        Information::EMPTY
     }
 }
 
 impl<const N: usize> Information<N> {
+    /// No vector yet.
+    pub const EMPTY: Information<N> = Information {
+        sums: [[0.0; N]; N],
+        squared: [[0.0; N]; N],
+        lagged: [[Lagged([0.0; LAGS]); N]; N],
+        weight: 0.0,
+        weight2: 0.0,
+        weight3: 0.0,
+        recent: [Lagged([0.0; LAGS]); N],
+    };
+
     /// One vector, with everything before it forgotten by `lambda`.
     pub fn add(&mut self, z: &[f64; N], lambda: f64) {
-        accumulate(&mut self.sums, z, z, lambda, 1.0);
-        accumulate(&mut self.lagged[0], z, z, lambda * lambda, 1.0);
+        let forget = lambda * lambda;
+        accumulate(&mut self.sums, z, lambda);
+        accumulate(&mut self.squared, z, forget);
         self.weight = lambda * self.weight + 1.0;
-        self.weight2 = lambda * lambda * self.weight2 + 1.0;
-        self.weight3 = lambda * lambda * lambda * self.weight3 + 1.0;
-        let mut forgotten = lambda;
-        for lag in 1..=LAGS {
-            let place = (self.head + LAGS - lag) % LAGS;
-            let used = self.used[place];
-            let past = self.recent[place];
-            accumulate(&mut self.lagged[lag], z, &past, lambda * lambda, if used { forgotten } else { 0.0 });
-            if used {
-                forgotten *= lambda;
+        self.weight2 = forget * self.weight2 + 1.0;
+        self.weight3 = forget * lambda * self.weight3 + 1.0;
+        for before in &mut self.recent {
+            before.0 = before.0.map(|past| lambda * past);
+        }
+        for (row, &zi) in self.lagged.iter_mut().zip(z) {
+            for (products, before) in row.iter_mut().zip(&self.recent) {
+                for (product, before) in products.0.iter_mut().zip(&before.0) {
+                    *product = forget * *product + zi * before;
+                }
             }
         }
-        self.remember(z, true);
+        self.remember(z);
     }
 
     /// One instant of the grid without a vector: nothing is added and nothing forgotten.
     pub fn skip(&mut self) {
-        self.remember(&[0.0; N], false);
+        self.remember(&[0.0; N]);
     }
 
-    fn remember(&mut self, z: &[f64; N], used: bool) {
-        self.recent[self.head] = *z;
-        self.used[self.head] = used;
-        self.head = (self.head + 1) % LAGS;
+    fn remember(&mut self, z: &[f64; N]) {
+        for (before, &zi) in self.recent.iter_mut().zip(z) {
+            before.0.copy_within(..LAGS - 1, 1);
+            before.0[0] = zi;
+        }
     }
 
     /// S of (1).
@@ -81,9 +93,55 @@ impl<const N: usize> Information<N> {
         &self.sums
     }
 
-    /// G_l of (2); entry `[i][j]` is the sum of z_i at k times z_j at k - l.
-    pub fn lagged(&self, lag: usize) -> &[[f64; N]; N] {
-        &self.lagged[lag]
+    /// G_0 of (2).
+    pub fn squared(&self) -> &[[f64; N]; N] {
+        &self.squared
+    }
+
+    /// G_l of (2), copied out; entry `[i][j]` is the sum of z_i at k times z_j at k - l.
+    pub fn lagged(&self, lag: usize) -> [[f64; N]; N] {
+        match lag.checked_sub(1) {
+            None => self.squared,
+            Some(l) => core::array::from_fn(|i| core::array::from_fn(|j| self.lagged[i][j].0[l])),
+        }
+    }
+
+    /// a' G_l b for every lag, over the places where a and b are not zero.
+    pub fn forms(&self, a: &[f64; N], b: &[f64; N]) -> [f64; LAGS + 1] {
+        let mut now = 0.0;
+        let mut later = [0.0; LAGS];
+        for (i, &ai) in a.iter().enumerate() {
+            if ai == 0.0 {
+                continue;
+            }
+            for (j, &bj) in b.iter().enumerate() {
+                if bj == 0.0 {
+                    continue;
+                }
+                let both = ai * bj;
+                now += both * self.squared[i][j];
+                for (sum, product) in later.iter_mut().zip(&self.lagged[i][j].0) {
+                    *sum += both * product;
+                }
+            }
+        }
+        let mut forms = [now; LAGS + 1];
+        forms[1..].copy_from_slice(&later);
+        forms
+    }
+
+    /// Entry i, j of the weighted sum of G_l over the lags.
+    pub fn weighted(&self, weights: &[f64; LAGS + 1], i: usize, j: usize) -> f64 {
+        // Four sums side by side: one alone would wait for each addition.
+        let mut sums = [weights[0] * self.squared[i][j], 0.0, 0.0, 0.0];
+        let (products, _) = self.lagged[i][j].0.as_chunks::<4>();
+        let (weights, _) = weights[1..].as_chunks::<4>();
+        for (products, weights) in products.iter().zip(weights) {
+            for ((sum, product), weight) in sums.iter_mut().zip(products).zip(weights) {
+                *sum += product * weight;
+            }
+        }
+        (sums[0] + sums[2]) + (sums[1] + sums[3])
     }
 
     /// Sum of the weights lambda^(n-k): the number of vectors where nothing is forgotten.
@@ -101,22 +159,6 @@ impl<const N: usize> Information<N> {
         self.weight3
     }
 
-    /// a' G_l b, over the places where a and b are not zero.
-    pub fn form(&self, lag: usize, a: &[f64; N], b: &[f64; N]) -> f64 {
-        let mut sum = 0.0;
-        for (row, &ai) in self.lagged[lag].iter().zip(a) {
-            if ai == 0.0 {
-                continue;
-            }
-            let mut inner = 0.0;
-            for (entry, &bj) in row.iter().zip(b) {
-                inner += entry * bj;
-            }
-            sum += ai * inner;
-        }
-        sum
-    }
-
     /// Number of vectors that carry as much information: weight^2/weight2.
     pub fn effective_samples(&self) -> f64 {
         if self.weight2 > 0.0 { self.weight * self.weight / self.weight2 } else { 0.0 }
@@ -132,12 +174,14 @@ impl<const N: usize> Information<N> {
     }
 }
 
-/// matrix <- forget matrix + scale a b'.
-fn accumulate<const N: usize>(matrix: &mut [[f64; N]; N], a: &[f64; N], b: &[f64; N], forget: f64, scale: f64) {
-    for (row, &ai) in matrix.iter_mut().zip(a) {
-        let ai = scale * ai;
-        for (entry, &bj) in row.iter_mut().zip(b) {
-            *entry = forget * *entry + ai * bj;
+/// matrix <- forget matrix + z z'.
+fn accumulate<const N: usize>(matrix: &mut [[f64; N]; N], z: &[f64; N], forget: f64) {
+    for (row, &zi) in matrix.iter_mut().zip(z) {
+        for (entry, &zj) in row.iter_mut().zip(z) {
+            *entry = forget * *entry + zi * zj;
         }
     }
 }
+
+// `weighted` takes the lags four at a time.
+const _: () = assert!(LAGS.is_multiple_of(4));

@@ -4,7 +4,7 @@
 //! asked, with a status where there is no number.
 
 use super::candidate::{self, REGRESSORS, SIGNALS, STILL, UNMOVED, is_primary, regressor, response};
-use super::colour::{self, LagCovariance};
+use super::colour;
 use super::config::Config;
 use super::excitation::Excitation;
 use super::information::Information;
@@ -55,11 +55,16 @@ impl Recursive {
     /// [`ConfigError`] names the setting that cannot be used.
     pub fn new(config: Config, grid_s: f64) -> Result<Self, ConfigError> {
         config.validate()?;
-        Ok(Recursive {
+        Ok(Recursive::of(config, grid_s))
+    }
+
+    /// The same for a configuration that has been validated; at compile time too.
+    pub(crate) const fn of(config: Config, grid_s: f64) -> Self {
+        Recursive {
             grid_s,
-            lambda: libm::exp(-grid_s / config.forgetting_s),
+            lambda: 1.0,
             trim: None,
-            information: Information::default(),
+            information: Information::EMPTY,
             excitation: Excitation::new(grid_s),
             excited: false,
             excited_s: 0.0,
@@ -70,11 +75,12 @@ impl Recursive {
             statuses: [Status::Waiting; AXES],
             events: Vec::new(),
             config,
-        })
+        }
     }
 
     /// The run's trim; signals before it are not used.
     pub fn begin(&mut self, trim: TrimRecord) {
+        self.lambda = libm::exp(-self.grid_s / self.config.forgetting_s);
         self.trim = Some(trim);
     }
 
@@ -215,9 +221,7 @@ impl Recursive {
         let information = &self.information;
         let parameters = fit.order.len();
         let residual = colour::residual_covariance(information, &fit.residual, &fit.residual, parameters);
-        let mut white: LagCovariance = [0.0; _];
-        white[0] = residual[0];
-        let cov_white = colour::covariance(information, &fit.dispersion, &fit.dispersion, &white, &white);
+        let cov_white = colour::white_covariance(information, &fit.dispersion, residual[0]);
         let samples = information.effective_samples();
         let r_squared = if fit.response_squares > 0.0 { 1.0 - fit.squares / fit.response_squares } else { 0.0 };
         let mut equation = EquationRecord::empty(axis, Status::Converging);
@@ -267,7 +271,7 @@ impl Recursive {
         let axes = [Axis::Y, Axis::L, Axis::N];
         for (a, axis_a) in axes.into_iter().enumerate() {
             let fit_a = fits[axis_a.index()].as_ref()?;
-            for (b, axis_b) in axes.into_iter().enumerate() {
+            for (b, axis_b) in axes.into_iter().enumerate().skip(a) {
                 let fit_b = fits[axis_b.index()].as_ref()?;
                 if a == b {
                     continue;
@@ -280,6 +284,8 @@ impl Recursive {
                     for j in 0..3 {
                         let (row, column) = (LateralDerivatives::NAMES[3 * a + i].1, LateralDerivatives::NAMES[3 * b + j].1);
                         cov[3 * a + i][3 * b + j] = block[regressor(row)][regressor(column)];
+                        // The same where a is b: the block of one equation is symmetric.
+                        cov[3 * b + j][3 * a + i] = block[regressor(row)][regressor(column)];
                     }
                 }
             }

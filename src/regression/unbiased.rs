@@ -74,8 +74,71 @@ pub fn error_covariance(
         let own = if l == m { pairs[l] } else { 0.0 };
         own - 2.0 * w3 * linear + quadratic
     });
-    let sums = SVector::<f64, COUNT>::from_iterator((0..COUNT).map(|lag| information.form(lag, residual, residual)));
+    let sums = SVector::<f64, COUNT>::from(information.forms(residual, residual));
     let r = t.lu().solve(&sums)?;
     let finite = r.iter().all(|entry| entry.is_finite());
     (finite && r[0] > 0.0).then(|| core::array::from_fn(|lag| r[lag]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flight::derivative::Axis;
+    use crate::regression::candidate::response;
+    use crate::regression::stepwise::{Offer, Thresholds, fit};
+
+    /// Oscillating regressors and an autoregressive error of known autocovariance: the residual's is too small, this one's
+    /// is not.
+    #[test]
+    fn the_mean_over_many_records_is_the_autocovariance_of_the_error() {
+        let mut seed = 11_u64;
+        let mut uniform = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            ((seed >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
+        };
+        let mut normal = || libm::sqrt(-2.0 * libm::log(uniform())) * libm::cos(2.0 * core::f64::consts::PI * uniform());
+        let (records, samples, memory) = (400, 250, 0.6);
+        let y = response(Axis::L);
+        let mut offer = Offer { primary: [false; REGRESSORS], optional: [false; REGRESSORS] };
+        offer.primary[1..9].fill(true);
+        let mut mean = [0.0; 5];
+        let mut mean_residual = [0.0; 5];
+        for _ in 0..records {
+            let mut information = Information::<SIGNALS>::default();
+            let mut error = normal();
+            let phase = 6.0 * normal();
+            for k in 0..samples {
+                let t = 0.08 * f64::from(k) + phase;
+                let mut z = [0.0; SIGNALS];
+                z[BIAS] = 1.0;
+                for (j, entry) in z.iter_mut().enumerate().take(9).skip(1) {
+                    *entry = libm::sin(0.45 * j as f64 * t + j as f64);
+                }
+                error = memory * error + libm::sqrt(1.0 - memory * memory) * normal();
+                z[y] = 0.7 * z[1] - 0.2 * z[5] + error;
+                information.add(&z, 1.0);
+            }
+            let thresholds = Thresholds { f_enter: 12.0, f_remove: 8.0 };
+            let fit = fit(&information, y, &offer, &thresholds).unwrap();
+            assert_eq!(fit.order.len(), 9);
+            let r = error_covariance(&information, &fit.order, &fit.dispersion, &fit.residual).unwrap();
+            let fitted = super::super::colour::residual_covariance(&information, &fit.residual, &fit.residual, 9);
+            for lag in 0..5 {
+                mean[lag] += r[lag] / f64::from(records);
+                mean_residual[lag] += fitted[lag] / f64::from(records);
+            }
+        }
+        for lag in 0..5 {
+            let truth = libm::pow(memory, lag as f64);
+            // The mean of 400 records knows each lag to about 0.01.
+            assert!((mean[lag] - truth).abs() < 0.04, "lag {lag}: {} for {truth}", mean[lag]);
+        }
+        assert!(mean_residual[2] < 0.36 - 0.1, "{mean_residual:?}: nothing to make good in this example");
+    }
+
+    #[test]
+    fn a_record_of_nothing_has_no_autocovariance() {
+        let information = Information::<SIGNALS>::default();
+        assert!(error_covariance(&information, &[0], &[[0.0; REGRESSORS]; REGRESSORS], &[0.0; SIGNALS]).is_none());
+    }
 }

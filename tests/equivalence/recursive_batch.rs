@@ -100,10 +100,15 @@ impl Stored {
 
     /// Covariance of the estimates of a with those of b for residuals of that many lags, tapered linearly.
     fn covariance(&self, a: &Batch, b: &Batch, lags: usize) -> DMatrix<f64> {
+        self.covariance_of(a, b, |lag| (self.residual_covariance(a, b, lag), self.residual_covariance(b, a, lag)), lags)
+    }
+
+    /// The same from covariances of the errors at each lag: a at k with b at k - lag, and b with a.
+    fn covariance_of(&self, a: &Batch, b: &Batch, of: impl Fn(usize) -> (f64, f64), lags: usize) -> DMatrix<f64> {
         let mut middle = DMatrix::zeros(a.places.len(), b.places.len());
         for lag in 0..=lags {
             let taper = 1.0 - lag as f64 / (LAGS + 1) as f64;
-            let (ahead, behind) = (self.residual_covariance(a, b, lag), self.residual_covariance(b, a, lag));
+            let (ahead, behind) = of(lag);
             for (i, &row) in a.places.iter().enumerate() {
                 for (j, &column) in b.places.iter().enumerate() {
                     let at = self.lagged(lag, |k, before| self.z(k)[row] * self.z(before)[column]);
@@ -113,6 +118,44 @@ impl Stored {
             }
         }
         &a.dispersion * middle * &b.dispersion
+    }
+
+    /// The autocovariance of the equation error behind a fitted residual: the sums of its lagged products, less what the fit
+    /// took out of them, solved for; `None` where that cannot be.
+    fn error_covariance(&self, batch: &Batch) -> Option<DVector<f64>> {
+        let p = batch.places.len();
+        let g = |lag: usize| {
+            DMatrix::from_fn(p, p, |i, j| {
+                self.lagged(lag, |k, before| self.z(k)[batch.places[i]] * self.z(before)[batch.places[j]])
+            })
+        };
+        let g: Vec<DMatrix<f64>> = (0..=LAGS).map(g).collect();
+        let d = &batch.dispersion;
+        let t = |lag: usize| if lag <= LAGS { (d * &g[lag]).trace() } else { 0.0 };
+        let w3 = self.sum(3, |_| 1.0) / self.weight2();
+        let expected = DMatrix::from_fn(LAGS + 1, LAGS + 1, |l, m| {
+            let (twice, both) = if m > 0 { (t(l + m), &g[m] + g[m].transpose()) } else { (0.0, g[0].clone()) };
+            let own = if l == m { self.lagged(l, |_, _| 1.0) } else { 0.0 };
+            own - 2.0 * w3 * (t(l.abs_diff(m)) + twice) + (g[l].transpose() * d * both * d).trace()
+        });
+        let r = expected.lu().solve(&self.residual_sums(batch))?;
+        (r.iter().all(|entry| entry.is_finite()) && r[0] > 0.0).then_some(r)
+    }
+
+    fn residual_sums(&self, batch: &Batch) -> DVector<f64> {
+        let sum = |lag| self.lagged(lag, |k, before| batch.residual[k].unwrap() * batch.residual[before].unwrap());
+        DVector::from_fn(LAGS + 1, |lag, _| sum(lag))
+    }
+
+    /// Covariance of one equation's estimates as it is published: with the error's autocovariance, else the residual's.
+    fn own_covariance(&self, batch: &Batch) -> DMatrix<f64> {
+        if let Some(error) = self.error_covariance(batch) {
+            let cov = self.covariance_of(batch, batch, |lag| (error[lag], error[lag]), LAGS);
+            if cov.diagonal().iter().all(|&var| var > 0.0) {
+                return cov;
+            }
+        }
+        self.covariance(batch, batch, LAGS)
     }
 }
 
@@ -135,7 +178,7 @@ fn vectors(uniform: &mut Uniform, count: usize, skip_one_in: u64) -> Vec<Option<
         for (response, theta) in z.into_iter().zip(theta).enumerate().skip(REGRESSORS).map(|(i, (_, theta))| (i, theta)) {
             z[response] += (0..REGRESSORS).map(|j| theta[j] * z[j]).sum::<f64>();
         }
-        (uniform.bits() % skip_one_in != 0).then_some(z)
+        (!uniform.bits().is_multiple_of(skip_one_in)).then_some(z)
     };
     (0..count).map(|_| one()).collect()
 }
@@ -185,7 +228,7 @@ fn estimates_and_their_covariances_are_those_of_the_stored_vectors() {
         for axis in [Axis::X, Axis::L, Axis::N] {
             let mut primary = [false; REGRESSORS];
             for place in primary.iter_mut().skip(1) {
-                *place = uniform.bits() % 3 != 0;
+                *place = !uniform.bits().is_multiple_of(3);
             }
             let offer = Offer { primary, optional: [false; REGRESSORS] };
             let found = fit(&information, response(axis), &offer, &Thresholds { f_enter: 12.0, f_remove: 8.0 }).unwrap();
@@ -249,12 +292,12 @@ fn smoothed(z: &[f64; SIGNALS]) -> SmoothedRecord {
 
 /// Every number that the stage publishes, for the terms that it chose itself.
 fn assert_published(record: &DerivativesRecord, stored: &Stored) {
-    let mut batches = Vec::new();
+    let (mut batches, mut covariances) = (Vec::new(), Vec::new());
     for equation in &record.equations {
         let places: Vec<usize> = equation.terms.iter().map(|term| term.variable.map_or(BIAS, regressor)).collect();
         assert!(places.len() > 2 && places[0] == BIAS, "{equation:?}");
         let batch = stored.fit(&places, response(equation.axis));
-        let (cov, white) = (stored.covariance(&batch, &batch, LAGS), stored.covariance(&batch, &batch, 0));
+        let (cov, white) = (stored.own_covariance(&batch), stored.covariance(&batch, &batch, 0));
         for (i, term) in equation.terms.iter().enumerate() {
             let what = format!("{:?} {:?}", equation.axis, term.variable);
             assert_close(term.value, batch.theta[i], batch.theta[i].abs().max(white[(i, i)].sqrt()), &what);
@@ -279,6 +322,7 @@ fn assert_published(record: &DerivativesRecord, stored: &Stored) {
         let singular = unit.singular_values();
         assert_close(equation.condition_index, singular.max() / singular.min(), singular.max() / singular.min(), &what);
         batches.push(batch);
+        covariances.push(cov);
     }
     let lateral = record.lateral.unwrap();
     let find = |axis: Axis, variable: Variable| {
@@ -293,9 +337,9 @@ fn assert_published(record: &DerivativesRecord, stored: &Stored) {
                 assert_close(lateral.cov[a][b], 0.0, 0.0, &what);
                 continue;
             };
-            let expected = stored.covariance(batch_a, batch_b, LAGS)[(i, j)];
-            let own = |batch: &Batch, i: usize| stored.covariance(batch, batch, LAGS)[(i, i)];
-            assert_close(lateral.cov[a][b], expected, (own(batch_a, i) * own(batch_b, j)).sqrt(), &what);
+            let own = |axis: Axis| &covariances[axis.index()];
+            let joint = if axis_a == axis_b { own(axis_a)[(i, j)] } else { stored.covariance(batch_a, batch_b, LAGS)[(i, j)] };
+            assert_close(lateral.cov[a][b], joint, (own(axis_a)[(i, i)] * own(axis_b)[(j, j)]).sqrt(), &what);
         }
         let (axis, variable) = LateralDerivatives::NAMES[a];
         let expected = find(axis, variable).map_or(0.0, |(batch, i)| batch.theta[i]);

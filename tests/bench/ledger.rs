@@ -1,0 +1,97 @@
+//! The benchmark's own book: durations as criterion measured them, and the ratios between partners.
+
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, Criterion, SamplingMode, Throughput};
+use std::cell::RefCell;
+use std::time::{Duration, Instant};
+
+/// A piece and what was measured of it.
+struct Entry {
+    name: String,
+    /// Iterations and the time that they took, each call of criterion.
+    calls: Vec<(u64, Duration)>,
+}
+
+/// Which piece is compared with which, and what is to be said of it.
+struct Comparison {
+    ours: String,
+    theirs: String,
+    remark: &'static str,
+}
+
+/// Durations and comparisons.
+#[derive(Default)]
+pub(crate) struct Ledger {
+    entries: RefCell<Vec<Entry>>,
+    comparisons: RefCell<Vec<Comparison>>,
+}
+
+/// A group of pieces in flat sampling: every sample is the same number of iterations.
+pub(crate) fn group<'a>(criterion: &'a mut Criterion, name: &str) -> BenchmarkGroup<'a, WallTime> {
+    let mut group = criterion.benchmark_group(name);
+    group.sampling_mode(SamplingMode::Flat).throughput(Throughput::Elements(1));
+    group
+}
+
+impl Ledger {
+    /// Times `step` alone.
+    pub(crate) fn bench(&self, group: &mut BenchmarkGroup<WallTime>, name: &str, mut step: impl FnMut()) {
+        self.bench_prepared(group, name, |iterations| {
+            let begin = Instant::now();
+            for _ in 0..iterations {
+                step();
+            }
+            begin.elapsed()
+        });
+    }
+
+    /// Keeps what `timed` says that so many iterations took.
+    pub(crate) fn bench_prepared(
+        &self,
+        group: &mut BenchmarkGroup<WallTime>,
+        name: &str,
+        mut timed: impl FnMut(u64) -> Duration,
+    ) {
+        let mut calls = Vec::new();
+        group.bench_function(name, |bencher| {
+            bencher.iter_custom(|iterations| {
+                let took = timed(iterations);
+                calls.push((iterations, took));
+                took
+            });
+        });
+        self.entries.borrow_mut().push(Entry { name: name.to_owned(), calls });
+    }
+
+    /// Notes that `ours` is to be compared with `theirs`.
+    pub(crate) fn compare(&self, ours: &str, theirs: &str, remark: &'static str) {
+        let comparison = Comparison { ours: ours.to_owned(), theirs: theirs.to_owned(), remark };
+        self.comparisons.borrow_mut().push(comparison);
+    }
+
+    /// Quartiles of the time an iteration, ns; `None` where the piece was not run.
+    fn quartiles(&self, name: &str) -> Option<[f64; 3]> {
+        let entries = self.entries.borrow();
+        let calls = &entries.iter().find(|entry| entry.name == name)?.calls;
+        // The measured samples are the last calls, all with the same number of iterations; the rest was warming up.
+        let (iterations, _) = *calls.last()?;
+        let mut times: Vec<f64> =
+            calls.iter().filter(|(n, _)| *n == iterations).map(|(n, took)| took.as_secs_f64() * 1e9 / *n as f64).collect();
+        times.sort_by(f64::total_cmp);
+        let at = |part: usize| times[(times.len() - 1) * part / 4];
+        Some([at(1), at(2), at(3)])
+    }
+
+    /// The table of ratios.
+    pub(crate) fn print(&self) {
+        println!("\nours/theirs, medians of this run (quartiles in brackets, ns):");
+        for Comparison { ours, theirs, remark } in self.comparisons.borrow().iter() {
+            let (Some(a), Some(b)) = (self.quartiles(ours), self.quartiles(theirs)) else { continue };
+            println!("  {:6.3}  {ours} {} / {theirs} {}{remark}", a[1] / b[1], written(a), written(b));
+        }
+    }
+}
+
+fn written([low, median, high]: [f64; 3]) -> String {
+    format!("{median:.0} [{low:.0} {high:.0}]")
+}

@@ -1,0 +1,145 @@
+//! One stepwise pass and a whole publication (six equations and modes), beside stepwise by Cholesky.
+
+use crate::flight::Flight;
+use crate::ledger::{Ledger, group};
+use crate::regression::Smoothed;
+use crate::textbook_regression::{Depth, Equation, P, Sums, stepwise};
+use criterion::Criterion;
+use nalgebra::{Matrix4, SVector};
+use sideslip::flight::derivative::{Axis, Variable};
+use sideslip::modes::stage;
+use sideslip::regression::candidate::{REGRESSORS, is_primary, regressor, response};
+use sideslip::regression::config::Config;
+use sideslip::regression::information::Information;
+use sideslip::regression::stepwise::{Fit, Offer, Thresholds, fit};
+use std::hint::black_box;
+
+const F_ENTER: f64 = 12.0;
+const F_REMOVE: f64 = 8.0;
+
+/// What an axis is offered, in both forms.
+struct Offered {
+    response: usize,
+    offer: Offer,
+    primary: Vec<usize>,
+    optional: Vec<usize>,
+}
+
+fn offered(axis: Axis) -> Offered {
+    let mut offer = Offer { primary: [false; REGRESSORS], optional: [false; REGRESSORS] };
+    let (mut primary, mut optional) = (Vec::new(), Vec::new());
+    for variable in Variable::ALL {
+        let place = regressor(variable);
+        if is_primary(axis, variable) {
+            offer.primary[place] = true;
+            primary.push(place);
+        } else {
+            offer.optional[place] = true;
+            optional.push(place);
+        }
+    }
+    Offered { response: response(axis), offer, primary, optional }
+}
+
+fn theirs(sums: &Sums, offered: &Offered, depth: Depth) -> Equation {
+    stepwise(sums, offered.response, &offered.primary, &offered.optional, F_ENTER, F_REMOVE, depth).unwrap()
+}
+
+fn ours(information: &Information<{ crate::textbook_regression::N }>, offered: &Offered) -> Fit {
+    fit(information, offered.response, &offered.offer, &Thresholds { f_enter: F_ENTER, f_remove: F_REMOVE }).unwrap()
+}
+
+/// Lateral matrix from the textbook's Y, L and N equations, and its roots.
+fn roots(equations: &[Equation], u0: f64, w0: f64, theta0: f64) -> f64 {
+    let mut a = Matrix4::zeros();
+    for (equation, row) in [(1, 0), (3, 1), (5, 3)] {
+        let Equation { terms, theta, .. } = &equations[equation];
+        for (term, theta) in terms.iter().zip(theta) {
+            match term {
+                2 => a[(row, 0)] = *theta,
+                4 => a[(row, 1)] = *theta,
+                6 => a[(row, 3)] = *theta,
+                _ => {}
+            }
+        }
+    }
+    a[(0, 1)] += w0;
+    a[(0, 2)] = 9.80665 * theta0.cos();
+    a[(0, 3)] -= u0;
+    a[(2, 1)] = 1.0;
+    a[(2, 3)] = theta0.tan();
+    a.complex_eigenvalues().iter().map(|root| root.im).fold(0.0, f64::max)
+}
+
+/// Runs the group.
+pub(crate) fn run(criterion: &mut Criterion, ledger: &Ledger, flight: &Flight) {
+    let Smoothed { vectors, mut recursive, instruments } = Smoothed::of(flight);
+    // The very vectors that the stage took: those from the excited part.
+    let lambda = (-0.08_f64 / Config::default().forgetting_s).exp();
+    let (mut information, mut sums) = (Information::default(), Sums::new());
+    for z in &vectors {
+        information.add(z, lambda);
+        sums.add(&SVector::from(*z), lambda);
+    }
+    let axes = Axis::ALL.map(offered);
+    for offered in &axes {
+        let (ours, theirs) = (ours(&information, offered), theirs(&sums, offered, Depth::Coloured));
+        assert_eq!(ours.order.as_slice(), theirs.terms.as_slice(), "the same terms in the same order");
+        for (&place, theta) in ours.order.iter().zip(&theirs.theta) {
+            assert!((ours.theta[place] - theta).abs() < 1e-6 * theta.abs().max(1e-3), "{} {theta}", ours.theta[place]);
+        }
+    }
+    let record = recursive.record(80.0, 80.0, &instruments);
+    for (equation, offered) in record.equations.iter().zip(&axes) {
+        let theirs = theirs(&sums, offered, Depth::Coloured);
+        for (term, std) in equation.terms.iter().zip(&theirs.std) {
+            // A few quiet instants at the beginning are in one and not in the other.
+            assert!((term.std / std - 1.0).abs() < 0.05, "{:?}: {} {std}", term.variable, term.std);
+        }
+    }
+    let modes = stage::step(&record).dutch_roll.unwrap();
+    assert!((modes.omega - 1.1).abs() < 0.2, "{modes:?}");
+    assert_eq!(P, REGRESSORS);
+
+    let yaw = &axes[Axis::N.index()];
+    let mut group = group(criterion, "selection");
+    ledger.bench(&mut group, "stepwise, one axis: ours", || {
+        black_box(ours(&information, yaw));
+    });
+    ledger.bench(&mut group, "stepwise, one axis: Cholesky, white", || {
+        black_box(theirs(&sums, yaw, Depth::White));
+    });
+    ledger.bench(&mut group, "stepwise, one axis: Cholesky, same answer", || {
+        black_box(theirs(&sums, yaw, Depth::Coloured));
+    });
+    let mut time_s = 80.0;
+    ledger.bench(&mut group, "publication: ours", || {
+        time_s += 0.06;
+        let derivatives = recursive.record(time_s, 0.06, &instruments);
+        black_box(stage::step(&derivatives));
+    });
+    for (name, depth) in [("publication: Cholesky, white", Depth::White), ("publication: Cholesky, same answer", Depth::Coloured)]
+    {
+        ledger.bench(&mut group, name, || {
+            let equations: Vec<Equation> = axes.iter().map(|offered| theirs(&sums, offered, depth)).collect();
+            black_box(roots(&equations, 51.3, 1.6, 0.031));
+        });
+    }
+    group.finish();
+    ledger.compare("stepwise, one axis: ours", "stepwise, one axis: Cholesky, same answer", "");
+    ledger.compare(
+        "stepwise, one axis: ours",
+        "stepwise, one axis: Cholesky, white",
+        " (does less: no standard errors for coloured residuals)",
+    );
+    ledger.compare(
+        "publication: ours",
+        "publication: Cholesky, same answer",
+        " (does less: no covariance across equations, no standard errors of the modes, no condition index)",
+    );
+    ledger.compare(
+        "publication: ours",
+        "publication: Cholesky, white",
+        " (does less still: no standard errors for coloured residuals)",
+    );
+}
