@@ -84,6 +84,9 @@ impl fmt::Display for Losses {
     }
 }
 
+/// A sample with the values of its unknown columns, `None` where not sampled.
+pub type SampleWithOthers<'a> = (Sample, &'a [Option<f64>]);
+
 /// Reads the samples of a log, one after another.
 pub struct SampleReader<R> {
     stream: MessageStream<BufReader<R>>,
@@ -130,7 +133,7 @@ impl<R: Read> SampleReader<R> {
     ///
     /// # Errors
     /// Where reading the source fails; what is wrong with the bytes goes to [`SampleReader::losses`].
-    pub fn next_sample(&mut self) -> io::Result<Option<(Sample, &[Option<f64>])>> {
+    pub fn next_sample(&mut self) -> io::Result<Option<SampleWithOthers<'_>>> {
         let sample = loop {
             let Some((channel, payload)) = self.stream.next()? else { return Ok(None) };
             if channel.topic != SAMPLE_TOPIC {

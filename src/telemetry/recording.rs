@@ -121,7 +121,7 @@ impl Skipped {
 #[derive(Debug)]
 pub enum Recording {
     /// A run file in text.
-    Csv(CsvRecording),
+    Csv(Box<CsvRecording>),
     /// A log of this program.
     Mcap(Box<LogRecording>),
 }
@@ -142,7 +142,9 @@ impl Recording {
         let limit = u64::try_from(HEAD_BYTES).unwrap_or(u64::MAX);
         file.by_ref().take(limit).read_to_end(&mut head).map_err(|source| RecordingError::Io { path: path.into(), source })?;
         match Format::of(&head) {
-            Format::Csv => CsvRecording::new(path, Box::new(Cursor::new(head).chain(file))).map(Recording::Csv),
+            Format::Csv => {
+                CsvRecording::new(path, Box::new(Cursor::new(head).chain(file))).map(|text| Recording::Csv(Box::new(text)))
+            }
             Format::Mcap => {
                 file.seek(SeekFrom::Start(0)).map_err(|source| RecordingError::Io { path: path.into(), source })?;
                 LogRecording::new(path, file).map(|log| Recording::Mcap(Box::new(log)))
