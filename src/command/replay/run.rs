@@ -232,12 +232,13 @@ impl Played {
 
     /// The answer for a person.
     pub(super) fn table(&self, style: Style) -> String {
-        let mut text = format!("{}: run {}", self.file.display(), self.name);
+        let mut text = format!("{}: {} samples", self.file.display(), self.rows);
+        if let Some((from, to)) = self.range_s {
+            let _ = write!(text, ", {from:.2} to {to:.2} s");
+        }
+        let _ = write!(text, "\nrun {}", self.name);
         for about in &self.about {
             let _ = write!(text, ", {about}");
-        }
-        if let Some((from, to)) = self.range_s {
-            let _ = write!(text, "\n{} samples, {from:.2} to {to:.2} s", self.rows);
         }
         let (derivatives, modes) = (self.sink.derivatives.as_ref(), self.sink.modes.as_ref());
         let table = Table { controls: self.controls, derivatives, modes, events: &self.events, notes: &self.notes, style };
