@@ -9,4 +9,5 @@ pub mod derivative;
 pub mod run;
 #[cfg(feature = "std")]
 pub mod run_file;
+pub mod setting;
 pub mod unit;

@@ -1,7 +1,7 @@
 //! Covariance kept as U D U': symmetric by construction, positive as long as every d is.
 //!
 //! Consumes rows of a transition matrix, noise input columns and measurement rows; produces the factors
-//! U [N x N] (unit upper triangular) and d [N] with
+//! U [N x N] (unit upper triangular) and d \[N\] with
 //!     P = U diag(d) U'                                                                        (1)
 //! | symbol | shape | meaning |
 //! | --- | --- | --- |
@@ -20,6 +20,8 @@
 //! A. P. Andrews, Kalman Filtering, 4th ed. 2015, tables 7.9 to 7.11.
 //! Numerics: no subtraction forms a d, so a d stays positive unless it underflows; then [`Breakdown`] is returned and
 //! the factors are to be thrown away.
+
+#![expect(clippy::needless_range_loop, reason = "indices are those of the equations")]
 
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
@@ -207,7 +209,7 @@ impl<T: Real, const N: usize> UdFactor<T, N> {
         Ok(Projection { first, f, noise_var, innovation_var })
     }
 
-    /// Measurement update, (3); returns the gain K = P h'/innovation_var [N].
+    /// Measurement update, (3); returns the gain K = P h'/innovation_var \[N\].
     ///
     /// # Errors
     /// [`Breakdown`] where an updated variance is not positive.

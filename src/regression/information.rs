@@ -1,6 +1,6 @@
 //! The information matrix: everything the regression keeps of the past, at a cost independent of the record's length.
 //!
-//! Consumes vectors z_k [N] (bias, regressors, responses) on a uniform grid; produces
+//! Consumes vectors z_k \[N\] (bias, regressors, responses) on a uniform grid; produces
 //!     S   = sum_k lambda^(n-k) z_k z_k'                                                           (1)
 //!     G_l = sum_k lambda^(2(n-k)+l) z_k z_(k-l)',  l = 0 .. LAGS                                    (2)
 //! S gives least squares for any subset of regressors and any response. G_l gives, for any vector of coefficients e over z
