@@ -13,3 +13,5 @@ pub mod telemetry;
 
 #[cfg(feature = "std")]
 pub mod error;
+#[cfg(feature = "std")]
+pub mod simulation;

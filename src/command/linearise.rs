@@ -1,12 +1,200 @@
-//! `sideslip linearise`.
+//! `sideslip linearise`: trim, matrices, derivatives and modes of a model.
 
+use super::message;
+use super::model_input::read_model;
+use super::whole_file::write_whole;
+use serde_json::{Map, Value, json};
 use sideslip::error::{Failure, Outcome};
+use sideslip::flight::control::Control;
+use sideslip::flight::derivative::{Axis, Variable};
+use sideslip::flight::effect::{Effect, Family};
+use sideslip::flight::model::LinearModel;
+use sideslip::flight::model_file::ModelFile;
+use sideslip::simulation::eigenmodes::{Eigenmodes, eigenmodes};
+use sideslip::simulation::linear::{INPUTS, STATES, input_matrix, state_matrix, with_effects};
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
 
-/// x
+/// Trim, linear model and modes of a model
 #[derive(clap::Args)]
-pub(crate) struct Args {}
+#[command(after_help = "Example:\n  sideslip linearise --model puma-100kn.toml --json -")]
+pub(crate) struct Args {
+    /// Model file (TOML)
+    #[arg(long, value_name = "FILE")]
+    model: PathBuf,
+    /// Airspeed of the trim, m/s (models that can be trimmed anew; a linear model cannot)
+    #[arg(long, value_name = "M/S", allow_negative_numbers = true)]
+    speed: Option<f64>,
+    /// Climb rate of the trim, m/s (likewise)
+    #[arg(long, value_name = "M/S", allow_negative_numbers = true)]
+    climb: Option<f64>,
+    /// Air density, kg/m^3 (likewise)
+    #[arg(long, value_name = "KG/M3", allow_negative_numbers = true)]
+    density: Option<f64>,
+    /// Write the result as JSON to this file, or to standard output with -
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
 
-/// x
-pub(crate) fn run(_args: &Args) -> Result<Outcome, Failure> {
-    Err(Failure::Running("not written yet".into()))
+/// Linearises and prints.
+pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    let file = read_model(&args.model)?;
+    for (option, given) in [("--speed", args.speed), ("--climb", args.climb), ("--density", args.density)] {
+        if given.is_some() {
+            return Err(Failure::Input(format!(
+                "{option}: a model of kind `linear` holds at its own trim only ({})",
+                args.model.display()
+            )));
+        }
+    }
+    let effects: Vec<Effect> = file.effects.iter().map(|declared| declared.effect).collect();
+    let model = with_effects(&file.linear, &effects)
+        .map_err(|_| Failure::file(&args.model, "its effects add more nonlinear terms than a model may have"))?;
+    let modes = eigenmodes(&state_matrix(&model)).ok_or_else(|| {
+        Failure::Running(format!("{}: the modes cannot be computed from its derivatives", args.model.display()))
+    })?;
+    for effect in &effects {
+        if matches!(
+            effect,
+            Effect::ActuatorLag { .. } | Effect::TransportDelay { .. } | Effect::RateLimit { .. } | Effect::DeadZone { .. }
+        ) || matches!(effect.kind().family(), Family::Disturbance | Family::Instrument)
+        {
+            message(format_args!("note: `{}` is no part of A and B and is left out of them", effect.kind().name()));
+        }
+    }
+    let result = to_json(&file, &model, &effects, &modes);
+    let table = to_table(&file, &model, &effects, &modes);
+    match &args.json {
+        None => print(&table)?,
+        Some(path) => {
+            message(format_args!("{}", table.trim_end()));
+            let mut text = serde_json::to_string_pretty(&result).map_err(|error| Failure::Running(error.to_string()))?;
+            text.push('\n');
+            if path.as_path() == Path::new("-") {
+                print(&text)?
+            } else {
+                write_whole(path, |file| file.write_all(text.as_bytes()))?
+            }
+        }
+    }
+    Ok(Outcome::Done)
+}
+
+/// To standard output; a reader that has gone away is no failure.
+fn print(text: &str) -> Result<(), Failure> {
+    match std::io::stdout().lock().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Failure::io(Path::new("standard output"), &error)),
+        _ => Ok(()),
+    }
+}
+
+fn to_json(file: &ModelFile, model: &LinearModel, effects: &[Effect], modes: &Eigenmodes) -> Value {
+    let trim = &model.trim;
+    let controls: Map<String, Value> = Control::ALL
+        .into_iter()
+        .zip(trim.controls)
+        .map(|(control, value)| (control.name(file.controls).to_owned(), json!(value)))
+        .collect();
+    let mut trim_json =
+        json!({"u": trim.u, "v": trim.v, "w": trim.w, "phi": trim.phi, "theta": trim.theta, "controls": controls});
+    if let (Some(rotor_speed), Some(entries)) = (trim.rotor_speed, trim_json.as_object_mut()) {
+        entries.insert("rotor_speed".to_owned(), json!(rotor_speed));
+    }
+    let a = state_matrix(model);
+    let b = input_matrix(model, effects);
+    let derivatives: Map<String, Value> =
+        Axis::ALL.into_iter().map(|axis| (axis.name().to_owned(), axis_json(file, model, axis))).collect();
+    json!({
+        "trim": trim_json,
+        "states": STATES,
+        "inputs": INPUTS.map(|input| input.name(file.controls)),
+        "A": a.row_iter().map(|row| row.iter().copied().collect()).collect::<Vec<Vec<f64>>>(),
+        "B": b.row_iter().map(|row| row.iter().copied().collect()).collect::<Vec<Vec<f64>>>(),
+        "derivatives": derivatives,
+        "modes": modes_json(modes),
+    })
+}
+
+fn axis_json(file: &ModelFile, model: &LinearModel, axis: Axis) -> Value {
+    let mut entries: Map<String, Value> = Variable::ALL
+        .into_iter()
+        .map(|variable| (variable.name(file.controls).to_owned(), json!(model.derivative(axis, variable))))
+        .collect();
+    if let Some(&value) = model.rotor_speed.get(axis.index()).filter(|&&value| value != 0.0) {
+        entries.insert("rotor_speed".to_owned(), json!(value));
+    }
+    for term in model.terms.iter().filter(|term| term.axis == axis) {
+        entries.insert(term.term.to_string(), json!(term.coefficient));
+    }
+    Value::Object(entries)
+}
+
+fn modes_json(modes: &Eigenmodes) -> Value {
+    let real = |mode: Option<f64>| mode.map(|real| json!({"real": real, "imag": 0.0}));
+    json!({
+        "dutch_roll": modes.dutch_roll.map(|mode| {
+            let omega = libm::hypot(mode.re, mode.im);
+            json!({"real": mode.re, "imag": mode.im, "omega": omega, "zeta": -mode.re / omega})
+        }),
+        "roll": real(modes.roll),
+        "spiral": real(modes.spiral),
+        "others": modes.others.iter().map(|mode| json!({"real": mode.re, "imag": mode.im})).collect::<Vec<Value>>(),
+    })
+}
+
+fn to_table(file: &ModelFile, model: &LinearModel, effects: &[Effect], modes: &Eigenmodes) -> String {
+    let trim = &model.trim;
+    let mut text = String::new();
+    let _ = writeln!(text, "{}", if file.name.is_empty() { "(model without a name)" } else { &file.name });
+    let _ = writeln!(
+        text,
+        "trim: V {:.3} m/s (u {:.3}, v {:.3}, w {:.3}), phi {:.4} rad, theta {:.4} rad, flight path {:.4} rad",
+        trim.airspeed(),
+        trim.u,
+        trim.v,
+        trim.w,
+        trim.phi,
+        trim.theta,
+        trim.flight_path_angle()
+    );
+    for (control, value) in Control::ALL.into_iter().zip(trim.controls) {
+        let _ = writeln!(text, "      {} {value:.4} rad", control.name(file.controls));
+    }
+    let inputs = INPUTS.map(|input| input.name(file.controls));
+    let a = state_matrix(model);
+    let b = input_matrix(model, effects);
+    let _ = writeln!(text, "\nA (per s, SI and rad)");
+    write_matrix(&mut text, &STATES, a.row_iter().map(|row| row.iter().copied().collect()));
+    let _ = writeln!(text, "\nB");
+    write_matrix(&mut text, &inputs, b.row_iter().map(|row| row.iter().copied().collect()));
+    let _ = writeln!(text, "\nmodes (1/s)");
+    match modes.dutch_roll {
+        Some(mode) => {
+            let omega = libm::hypot(mode.re, mode.im);
+            let zeta = -mode.re / omega;
+            let _ = writeln!(text, "Dutch roll  {:9.4} +- {:.4}i   omega {omega:.4} rad/s, zeta {zeta:.4}", mode.re, mode.im);
+        }
+        None => text.push_str("Dutch roll  none\n"),
+    }
+    for (name, mode) in [("roll", modes.roll), ("spiral", modes.spiral)] {
+        let _ = match mode {
+            Some(real) => writeln!(text, "{name:<10}  {real:9.4}"),
+            None => writeln!(text, "{name:<10}  none"),
+        };
+    }
+    for mode in &modes.others {
+        let _ = match mode.im > 0.0 {
+            true => writeln!(text, "other       {:9.4} +- {:.4}i", mode.re, mode.im),
+            false => writeln!(text, "other       {:9.4}", mode.re),
+        };
+    }
+    text
+}
+
+fn write_matrix(text: &mut String, columns: &[&str], rows: impl Iterator<Item = Vec<f64>>) {
+    let _ = writeln!(text, "{:6}{}", "", columns.iter().map(|name| format!("{name:>11}")).collect::<String>());
+    for (state, row) in STATES.iter().zip(rows) {
+        let _ = writeln!(text, "{state:<6}{}", row.iter().map(|value| format!("{value:11.4}")).collect::<String>());
+    }
 }

@@ -2,8 +2,11 @@
 
 pub(crate) mod inspect;
 pub(crate) mod linearise;
+mod model_input;
 pub(crate) mod replay;
+mod run_controls;
 pub(crate) mod simulate;
+mod whole_file;
 
 use std::fmt::Arguments;
 use std::io::Write;

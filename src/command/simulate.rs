@@ -1,12 +1,239 @@
-//! `sideslip simulate`.
+//! `sideslip simulate`: a model flown on given controls, recorded as a run file.
 
+use super::message;
+use super::model_input::read_model;
+use super::run_controls::{ControlHistory, read_controls};
+use super::whole_file::write_whole;
 use sideslip::error::{Failure, Outcome};
+use sideslip::flight::channel::{CHANNELS, Channel, ControlNames};
+use sideslip::flight::control::Control;
+use sideslip::flight::effect::Effect;
+use sideslip::flight::model::LinearModel;
+use sideslip::flight::model_file::ModelFile;
+use sideslip::simulation::fly::{Flight, Inputs, uniform_times};
+use sideslip::simulation::input::InputSpec;
+use sideslip::simulation::instrument::Instruments;
+use sideslip::simulation::turbulence::MEDIUM_HEIGHT_LENGTH_M;
+use sideslip::telemetry::record::Sample;
+use std::path::{Path, PathBuf};
 
-/// x
+/// Fly a model on given controls and record it
 #[derive(clap::Args)]
-pub(crate) struct Args {}
-
-/// x
-pub(crate) fn run(_args: &Args) -> Result<Outcome, Failure> {
-    Err(Failure::Running("not written yet".into()))
+#[command(
+    after_help = "Example:\n  sideslip simulate --model puma-100kn.toml --input pedal:3211:0.02:0.7 --noise flight --seed 1 --out run.csv"
+)]
+#[command(group(clap::ArgGroup::new("flown").required(true).args(["controls", "input"])))]
+pub(crate) struct Args {
+    /// Model file (TOML, kind "linear")
+    #[arg(long, value_name = "FILE")]
+    model: PathBuf,
+    /// Fly the controls of this run (and its rotor speed), straight lines between its samples
+    #[arg(long, value_name = "RUN", conflicts_with_all = ["lead"])]
+    controls: Option<PathBuf>,
+    /// Fly a test input, control:shape:amplitude:clock[:start]: rad, s; shape step, doublet, 3211 or other digits
+    /// (pulse lengths in clocks, signs alternating); start in s, after the lead if left out. Repeatable: inputs add up
+    #[arg(long, value_name = "SPEC")]
+    input: Vec<String>,
+    /// Where the recording goes (.csv)
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// How long, s [default: 10 s after the last input, or the length of the run]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    duration: Option<f64>,
+    /// Samples a second [default: 100, or the run's own times]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
+    rate: Option<f64>,
+    /// Instrument noise and bias: none, flight (flight-test quality), or that quality times a factor
+    #[arg(long, value_name = "none|flight|FACTOR", default_value = "none", value_parser = noise_factor, allow_negative_numbers = true)]
+    noise: f64,
+    /// Gusts with this standard deviation, m/s (Dryden, scale 533 m)
+    #[arg(long, value_name = "SIGMA", allow_negative_numbers = true)]
+    turbulence: Option<f64>,
+    /// Seed of noise, biases and gusts
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Seconds in trim before the first input
+    #[arg(long, value_name = "S", default_value_t = 2.0, allow_negative_numbers = true)]
+    lead: f64,
 }
+
+fn noise_factor(text: &str) -> Result<f64, String> {
+    match text {
+        "none" => Ok(0.0),
+        "flight" => Ok(1.0),
+        number => match number.parse::<f64>() {
+            Ok(factor) if factor.is_finite() && factor >= 0.0 => Ok(factor),
+            _ => Err("expected none, flight, or a factor of zero or more".to_owned()),
+        },
+    }
+}
+
+/// Flies and records.
+pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    check_output(&args.out)?;
+    let lead_s = within("--lead", args.lead, 0.0, 1e4)?;
+    let rate_hz = args.rate.map(|rate| within("--rate", rate, 0.01, 1e4)).transpose()?;
+    let duration_s = args.duration.map(|duration| within("--duration", duration, 0.0, 1e6)).transpose()?;
+    let file = read_model(&args.model)?;
+    let model = &file.linear;
+    let mut effects: Vec<Effect> = file.effects.iter().map(|declared| declared.effect).collect();
+    if let Some(sigma) = args.turbulence {
+        effects.push(Effect::Turbulence { sigma: within("--turbulence", sigma, 0.0, 100.0)?, length: MEDIUM_HEIGHT_LENGTH_M });
+    }
+    let times = |start_s, duration_s, rate_hz| {
+        uniform_times(start_s, duration_s, rate_hz).map_err(|refused| Failure::Input(refused.to_string()))
+    };
+    let (inputs, times_s, manoeuvre) = match &args.controls {
+        Some(path) => {
+            let run = read_controls(path)?;
+            let times_s = match (rate_hz, duration_s) {
+                (None, None) => run.times_s.clone(),
+                (None, Some(duration)) => run.times_s.iter().copied().take_while(|t| t - run.start_s() <= duration).collect(),
+                (Some(rate), _) => times(run.start_s(), duration_s.unwrap_or(run.end_s() - run.start_s()), rate)?,
+            };
+            (inputs_of_run(path, run, model), times_s, format!("controls of {}", path.display()))
+        }
+        None => {
+            let specs = args.input.iter().map(|text| InputSpec::parse(text)).collect::<Result<Vec<_>, _>>();
+            let specs = specs.map_err(|error| Failure::Input(format!("--input: {error}")))?;
+            let end_s = specs.iter().map(|spec| spec.end_s(lead_s)).fold(lead_s, f64::max);
+            let times_s = times(0.0, duration_s.unwrap_or(end_s + 10.0), rate_hz.unwrap_or(100.0))?;
+            (inputs_of_specs(&specs, lead_s, model)?.sampled(&times_s), times_s, args.input.join(" "))
+        }
+    };
+    if times_s.len() < 2 {
+        return Err(Failure::Input(format!("expected a flight of two samples or more, found {}", times_s.len())));
+    }
+    warn_of_still_rotor(&effects, model, &inputs);
+    let instruments = Instruments::flight_quality(args.noise);
+    let flight = Flight { effects, inputs, instruments, times_s, seed: args.seed, ..Flight::of(model.clone()) };
+    let flown = flight.fly().map_err(|refused| Failure::file(&args.model, refused))?;
+    let preamble = preamble(args, &file, &manoeuvre);
+    write_run(&args.out, &preamble, file.controls, &flown.samples)?;
+    let last_s = flown.samples.last().map_or(0.0, |sample| sample.time_s);
+    message(format_args!("{}: {} samples, to {last_s} s", args.out.display(), flown.samples.len()));
+    Ok(match flown.diverged_at_s {
+        None => Outcome::Done,
+        Some(time_s) => {
+            let lost = flight.times_s.len() - flown.truth.len();
+            message(format_args!(
+                "the motion diverged at {time_s:.3} s and is cut there: {lost} of {} samples lost",
+                flight.times_s.len()
+            ));
+            Outcome::DataLost
+        }
+    })
+}
+
+fn within(option: &str, value: f64, least: f64, most: f64) -> Result<f64, Failure> {
+    if (least..=most).contains(&value) {
+        Ok(value)
+    } else {
+        Err(Failure::Input(format!("{option}: expected {least} to {most}, found {value}")))
+    }
+}
+
+fn check_output(path: &Path) -> Result<(), Failure> {
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
+    match ending.as_str() {
+        "csv" => Ok(()),
+        "mcap" | "tlog" => Err(Failure::file(path, format_args!("simulate writes .csv; .{ending} is not written yet"))),
+        _ => Err(Failure::file(path, "expected a name that ends in .csv")),
+    }
+}
+
+/// The run's controls; one that it lacks stays at the model's trim, and it is said.
+fn inputs_of_run(path: &Path, run: ControlHistory, model: &LinearModel) -> Inputs {
+    let mut inputs = Inputs::at_trim(model);
+    for ((control, place), history) in Control::ALL.into_iter().zip(&mut inputs.controls).zip(run.controls) {
+        match history {
+            Some(history) => *place = history,
+            None => {
+                let name = control.name(ControlNames::Rotorcraft);
+                message(format_args!("note: {} has no `{name}`; it stays at the model's trim", path.display()));
+            }
+        }
+    }
+    inputs.rotor_speed = run.rotor_speed.filter(|_| model.trim.rotor_speed.is_some());
+    inputs
+}
+
+fn inputs_of_specs(specs: &[InputSpec], lead_s: f64, model: &LinearModel) -> Result<Inputs, Failure> {
+    let mut inputs = Inputs::at_trim(model);
+    for spec in specs {
+        let deviation = spec.deviation(lead_s);
+        if spec.channel == Channel::RotorSpeed {
+            let at_trim = model.trim.rotor_speed.ok_or_else(|| {
+                Failure::Input(format!("--input: {spec}: an input of rotor speed needs `rotor_speed` in the model's [trim]"))
+            })?;
+            inputs.rotor_speed = Some(match inputs.rotor_speed.take() {
+                None => deviation.clone().shifted(at_trim),
+                Some(earlier) => earlier.plus(1.0, &deviation),
+            });
+        }
+        for (control, history) in Control::ALL.into_iter().zip(&mut inputs.controls) {
+            if control.channel() == spec.channel {
+                *history = history.plus(1.0, &deviation);
+            }
+        }
+    }
+    Ok(inputs)
+}
+
+fn warn_of_still_rotor(effects: &[Effect], model: &LinearModel, inputs: &Inputs) {
+    let matters = model.rotor_speed.iter().any(|&derivative| derivative != 0.0)
+        || effects.iter().any(|effect| matches!(effect, Effect::RotorSpeed { .. }));
+    if matters && inputs.rotor_speed.is_none() {
+        message(format_args!(
+            "note: the rotor speed stays at trim, so its effect does nothing (fly --input rotor_speed:... or a run that has it)"
+        ));
+    }
+}
+
+/// What the run file says about itself, as TOML.
+fn preamble(args: &Args, file: &ModelFile, manoeuvre: &str) -> String {
+    let quoted = |text: &str| toml::Value::String(text.to_owned()).to_string();
+    let gamma = file.linear.trim.flight_path_angle();
+    let flight_path = match gamma {
+        angle if angle > 0.01 => "climb",
+        angle if angle < -0.01 => "descent",
+        _ => "level",
+    };
+    let name = args.out.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    format!(
+        "run = {}\naircraft = {}\nmanoeuvre = {}\nflight_path = \"{flight_path}\"\n\
+         accelerometer_position_m = [0.0, 0.0, 0.0]\nvane_position_m = [0.0, 0.0, 0.0]\nsimulated = true\nseed = {}\nnoise = {:?}\n",
+        quoted(&name),
+        quoted(&file.name),
+        quoted(manoeuvre),
+        args.seed.min(i64::MAX as u64),
+        args.noise,
+    )
+}
+
+/// Writes samples as a run file: preamble, header, one row a sample, an empty cell where a channel was not sampled.
+fn write_run(path: &Path, preamble: &str, controls: ControlNames, samples: &[Sample]) -> Result<(), Failure> {
+    let present = samples.iter().fold(0, |present, sample| present | sample.present);
+    let channels: Vec<Channel> = Channel::ALL.into_iter().filter(|channel| present & (1 << channel.index()) != 0).collect();
+    write_whole(path, |file| {
+        for line in preamble.lines() {
+            writeln!(file, "# {line}")?;
+        }
+        write!(file, "time")?;
+        channels.iter().try_for_each(|channel| write!(file, ",{}", channel.name(controls)))?;
+        writeln!(file)?;
+        for sample in samples {
+            write!(file, "{}", sample.time_s)?;
+            for &channel in &channels {
+                match sample.get(channel) {
+                    Some(value) => write!(file, ",{value}")?,
+                    None => write!(file, ",")?,
+                }
+            }
+            writeln!(file)?;
+        }
+        Ok(())
+    })
+}
+
+const _: () = assert!(CHANNELS <= 32, "a sample's presence has 32 bits");

@@ -3,4 +3,21 @@
 //! In: the records of every stage, through a bounded queue that never holds the estimator up. Out: files and text.
 //! Assumed: messages of one run in order of time. Refused: nothing; what cannot be written is counted and said.
 
+pub mod event_ring;
 pub mod record;
+pub mod text;
+
+#[cfg(feature = "std")]
+pub mod derivatives_json;
+#[cfg(feature = "std")]
+pub mod json_schema;
+#[cfg(feature = "std")]
+pub mod log_thread;
+#[cfg(feature = "std")]
+pub mod mcap_log;
+#[cfg(feature = "std")]
+mod message_json;
+#[cfg(feature = "std")]
+pub mod queue;
+#[cfg(feature = "std")]
+pub mod terminal;

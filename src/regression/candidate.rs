@@ -31,8 +31,11 @@ pub const fn response(axis: Axis) -> usize {
     REGRESSORS + axis.index()
 }
 
-/// Standard deviation below which a regressor has not moved, SI: nothing can be learned of its derivative.
+/// Standard deviation below which a regressor stands still, SI: no excitation, and no primary term.
 pub const STILL: [f64; VARIABLES] = [0.3, 0.15, 0.15, 0.003, 0.003, 0.003, 5e-4, 5e-4, 5e-4, 5e-4];
+
+/// Part of [`STILL`] below which a regressor is not even offered: nothing can be learned of its derivative.
+pub const UNMOVED: f64 = 1.0 / 3.0;
 
 /// Whether the term belongs to the equation whatever its F.
 pub const fn is_primary(axis: Axis, variable: Variable) -> bool {

@@ -17,6 +17,7 @@
 
 use super::candidate::{REGRESSORS, SIGNALS};
 use super::information::{Information, LAGS};
+use super::unbiased;
 
 /// A residual as coefficients over z: 1 at the response, -theta at the regressors.
 pub type Coefficients = [f64; SIGNALS];
@@ -71,6 +72,24 @@ pub fn covariance(
         }
     }
     product(d_a, &product(&middle, d_b))
+}
+
+/// Covariance of the estimates of one equation with those terms, (1) with the autocovariance of the equation error
+/// (`unbiased`); with that of the residual where the record is too short for it.
+pub fn equation_covariance(
+    information: &Information<SIGNALS>,
+    order: &[usize],
+    dispersion: &[[f64; REGRESSORS]; REGRESSORS],
+    residual: &Coefficients,
+) -> [[f64; REGRESSORS]; REGRESSORS] {
+    if let Some(error) = unbiased::error_covariance(information, order, dispersion, residual) {
+        let cov = covariance(information, dispersion, dispersion, &error, &error);
+        if order.iter().all(|&place| cov[place][place] > 0.0) {
+            return cov;
+        }
+    }
+    let fitted = residual_covariance(information, residual, residual, order.len());
+    covariance(information, dispersion, dispersion, &fitted, &fitted)
 }
 
 /// (1) for one equation whose residual is white with that variance.

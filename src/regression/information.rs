@@ -2,21 +2,22 @@
 //!
 //! Consumes vectors z_k \[N\] (bias, regressors, responses) on a uniform grid; produces
 //!     S   = sum_k lambda^(n-k) z_k z_k'                                                           (1)
-//!     G_l = sum_k lambda^(2(n-k)+l) z_k z_(k-l)',  l = 0 .. LAGS                                    (2)
+//!     G_l = sum_k lambda^((n-k)+(n-(k-l))) z_k z_(k-l)',  l = 0 .. LAGS                             (2)
 //! S gives least squares for any subset of regressors and any response. G_l gives, for any vector of coefficients e over z
 //! (such as e = response - X theta), the autocovariance of the residual v_k = e'z_k afterwards, without a second pass:
 //!     R_l = e' G_l e / sum_k lambda^(2(n-k))                                                       (3)
-//! lambda < 1 forgets; a vector that is skipped ages nothing and leaves a hole in the lagged products.
+//! lambda < 1 forgets; a vector that is skipped ages nothing and leaves a hole in the lagged products: lags count instants
+//! of the grid, the exponents of lambda count only the vectors that were added.
 //! Source: E. A. Morelli and V. Klein, Accuracy of aerodynamic model parameters estimated from flight test data,
 //! J. Guidance 20(1), 1997; recursive form after J. A. Grauer and E. A. Morelli, NTRS 20160007740, with the residuals'
 //! autocovariance taken from (2) instead of from stored residuals.
 //! Numerics: plain sums; vectors are deviations from trim, so that the bias does not swamp them. G_l is kept with the lag as
 //! its last index, so that an update, a form over all lags and a weighted sum over lags each run along memory.
 
-/// Lags that are kept: 24 steps of the grid, three kernel supports of the default smoothing.
-pub const LAGS: usize = 24;
+/// Lags that are kept: 16 steps of the grid, twice the support that the default smoothing colours.
+pub const LAGS: usize = 16;
 
-/// One number a lag, from lag 1; three cache lines that no other entry shares.
+/// One number a lag, from lag 1; two cache lines that no other entry shares.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 struct Lagged([f64; LAGS]);
@@ -31,7 +32,8 @@ pub struct Information<const N: usize> {
     lagged: [[Lagged; N]; N],
     weight: f64,
     weight2: f64,
-    /// Entry `[i][l - 1]` is z_i of l instants ago, zero where it was skipped.
+    weight3: f64,
+    /// Entry `[i][l - 1]` is z_i of l instants ago, forgotten as often as vectors came since; zero where it was skipped.
     recent: [Lagged; N],
 }
 
@@ -43,6 +45,7 @@ impl<const N: usize> Default for Information<N> {
             lagged: [[Lagged([0.0; LAGS]); N]; N],
             weight: 0.0,
             weight2: 0.0,
+            weight3: 0.0,
             recent: [Lagged([0.0; LAGS]); N],
         }
     }
@@ -56,15 +59,14 @@ impl<const N: usize> Information<N> {
         accumulate(&mut self.squared, z, forget);
         self.weight = lambda * self.weight + 1.0;
         self.weight2 = forget * self.weight2 + 1.0;
-        let mut forgotten = [lambda; LAGS];
-        for l in 1..LAGS {
-            forgotten[l] = lambda * forgotten[l - 1];
+        self.weight3 = forget * lambda * self.weight3 + 1.0;
+        for before in &mut self.recent {
+            before.0 = before.0.map(|past| lambda * past);
         }
         for (row, &zi) in self.lagged.iter_mut().zip(z) {
-            let now = forgotten.map(|scale| scale * zi);
             for (products, before) in row.iter_mut().zip(&self.recent) {
-                for ((product, now), before) in products.0.iter_mut().zip(&now).zip(&before.0) {
-                    *product = forget * *product + now * before;
+                for (product, before) in products.0.iter_mut().zip(&before.0) {
+                    *product = forget * *product + zi * before;
                 }
             }
         }
@@ -147,6 +149,11 @@ impl<const N: usize> Information<N> {
     /// Sum of the squared weights.
     pub fn weight2(&self) -> f64 {
         self.weight2
+    }
+
+    /// Sum of the cubed weights.
+    pub fn weight3(&self) -> f64 {
+        self.weight3
     }
 
     /// Number of vectors that carry as much information: weight^2/weight2.

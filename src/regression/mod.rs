@@ -14,3 +14,4 @@ pub mod record;
 pub mod recursive;
 pub mod status;
 pub mod stepwise;
+pub mod unbiased;

@@ -3,7 +3,7 @@
 //! Consumes the run's trim once and a [`SmoothedRecord`] an instant of the grid; produces a [`DerivativesRecord`] whenever
 //! asked, with a status where there is no number.
 
-use super::candidate::{self, REGRESSORS, SIGNALS, STILL, is_primary, regressor, response};
+use super::candidate::{self, REGRESSORS, SIGNALS, STILL, UNMOVED, is_primary, regressor, response};
 use super::colour;
 use super::config::Config;
 use super::excitation::Excitation;
@@ -182,9 +182,10 @@ impl Recursive {
         let mut offer = Offer { primary: [false; REGRESSORS], optional: [false; REGRESSORS] };
         for variable in Variable::ALL {
             let place = regressor(variable);
-            let moved = self.information.deviation(place) > STILL[variable.index()];
-            if moved && self.observed(variable, instruments) {
-                let primary = is_primary(axis, variable);
+            let deviation = self.information.deviation(place);
+            let still = STILL[variable.index()];
+            if deviation > UNMOVED * still && self.observed(variable, instruments) {
+                let primary = is_primary(axis, variable) && deviation > still;
                 offer.primary[place] = primary;
                 offer.optional[place] = !primary;
             }
@@ -214,7 +215,6 @@ impl Recursive {
         let information = &self.information;
         let parameters = fit.order.len();
         let residual = colour::residual_covariance(information, &fit.residual, &fit.residual, parameters);
-        let cov = colour::covariance(information, &fit.dispersion, &fit.dispersion, &residual, &residual);
         let cov_white = colour::white_covariance(information, &fit.dispersion, residual[0]);
         let samples = information.effective_samples();
         let r_squared = if fit.response_squares > 0.0 { 1.0 - fit.squares / fit.response_squares } else { 0.0 };
@@ -229,7 +229,7 @@ impl Recursive {
             let term = TermRecord {
                 variable: candidate::variable(place),
                 value: fit.theta[place],
-                std: libm::sqrt(cov[place][place]),
+                std: libm::sqrt(fit.cov[place][place]),
                 std_white: libm::sqrt(cov_white[place][place]),
                 step: step as u8,
                 primary: offer.primary[place],
@@ -267,6 +267,9 @@ impl Recursive {
             let fit_a = fits[axis_a.index()].as_ref()?;
             for (b, axis_b) in axes.into_iter().enumerate().skip(a) {
                 let fit_b = fits[axis_b.index()].as_ref()?;
+                if a == b {
+                    continue;
+                }
                 let parameters = fit_a.order.len().max(fit_b.order.len());
                 let ahead = colour::residual_covariance(&self.information, &fit_a.residual, &fit_b.residual, parameters);
                 let behind = colour::residual_covariance(&self.information, &fit_b.residual, &fit_a.residual, parameters);
@@ -281,6 +284,10 @@ impl Recursive {
                 }
             }
             for i in 0..3 {
+                for j in 0..3 {
+                    let (row, column) = (LateralDerivatives::NAMES[3 * a + i].1, LateralDerivatives::NAMES[3 * a + j].1);
+                    cov[3 * a + i][3 * a + j] = fit_a.cov[regressor(row)][regressor(column)];
+                }
                 values[3 * a + i] = fit_a.theta[regressor(LateralDerivatives::NAMES[3 * a + i].1)];
             }
         }

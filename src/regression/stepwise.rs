@@ -5,7 +5,9 @@
 //!     F_i = theta_i^2/s_i^2                                       (22), s_i corrected for colour    (2)
 //! Primary terms enter first, the one with the largest partial F ahead; then, one a step, the term with the largest
 //! partial F (the highest partial correlation with the residual) whose corrected F exceeds `f_enter`; after each entry
-//! terms that are not primary and have fallen below `f_remove` leave, and stay out.
+//! terms that are not primary and have fallen below `f_remove` leave, and stay out. A second look lets all the others in at
+//! once and the weak ones out again, for terms that matter only together. Last, terms leave that fall below `f_remove` on
+//! their final standard errors.
 //! Source: RAE/Glasgow paper, section 2.2.5; N. R. Draper and H. Smith, Applied Regression Analysis, 3rd ed., ch. 15.
 //! Numerics: sums scaled to unit diagonal, pivots below `PIVOT_MIN` refused: such a term cannot be told from those in.
 
@@ -17,6 +19,9 @@ use heapless::Vec;
 
 /// Pivot below which a regressor counts as a combination of those in.
 const PIVOT_MIN: f64 = 1e-9;
+
+/// The same for terms that enter together: condition indexes stay in the tens.
+const PIVOT_SECOND: f64 = 1e-4;
 
 /// Thresholds of entry and removal, on the corrected partial F.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,6 +50,8 @@ pub struct Fit {
     pub theta: [f64; REGRESSORS],
     /// (X'X)^-1 by place; zero where a term is not in.
     pub dispersion: [[f64; REGRESSORS]; REGRESSORS],
+    /// Covariance of the estimates by place, corrected for coloured residuals.
+    pub cov: [[f64; REGRESSORS]; REGRESSORS],
     /// The residual over z.
     pub residual: Coefficients,
     /// Weighted sum of squared residuals.
@@ -61,6 +68,8 @@ struct Selection<'a> {
     scale: [f64; SIGNALS],
     response: usize,
     order: Vec<usize, REGRESSORS>,
+    /// Terms that left: they stay out, so that the selection ends.
+    left: [bool; REGRESSORS],
 }
 
 /// Selects terms for the response at that place of z and fits them; `None` where there are not yet more samples than terms.
@@ -78,14 +87,38 @@ pub fn fit(information: &Information<SIGNALS>, response: usize, offer: &Offer, t
         }
         open[best] = false;
         if selection.corrected_f_of_entry(best) > thresholds.f_enter && selection.enter(best) {
+            // The residual is another one now: what was refused before may be asked again.
+            open = core::array::from_fn(|place| offer.optional[place] && !selection.left[place]);
             while let Some(worst) = selection.smallest(offer, thresholds.f_remove) {
                 if !selection.leave(worst) {
                     break;
                 }
+                open[worst] = false;
             }
         }
     }
-    Some(selection.finish())
+    let mut selection = selection.second_look(offer, thresholds);
+    loop {
+        let fit = selection.finish();
+        match fit.weakest(offer, thresholds.f_remove) {
+            Some(worst) if selection.leave(worst) => {}
+            _ => return Some(fit),
+        }
+    }
+}
+
+impl Fit {
+    /// The optional term with the smallest F on its final standard error, where that is below `f_remove`.
+    fn weakest(&self, offer: &Offer, f_remove: f64) -> Option<usize> {
+        let mut worst: Option<(usize, f64)> = None;
+        for &place in self.order.iter().filter(|&&place| place != BIAS && !offer.primary[place]) {
+            let f = self.theta[place] * self.theta[place] / self.cov[place][place];
+            if f < f_remove && worst.is_none_or(|(_, smallest)| f < smallest) {
+                worst = Some((place, f));
+            }
+        }
+        worst.map(|(place, _)| place)
+    }
 }
 
 impl<'a> Selection<'a> {
@@ -101,7 +134,8 @@ impl<'a> Selection<'a> {
                 if both > 0.0 { sums[i][j] / both } else { 0.0 }
             })
         });
-        let mut selection = Selection { information, swept: Swept::new(scaled), scale, response, order: Vec::new() };
+        let mut selection =
+            Selection { information, swept: Swept::new(scaled), scale, response, order: Vec::new(), left: [false; REGRESSORS] };
         selection.enter(BIAS).then_some(selection)
     }
 
@@ -113,6 +147,7 @@ impl<'a> Selection<'a> {
 
     fn leave(&mut self, place: usize) -> bool {
         self.order.retain(|&other| other != place);
+        self.left[place] = true;
         self.swept.remove(place)
     }
 
@@ -198,7 +233,27 @@ impl<'a> Selection<'a> {
         worst.map(|(place, _)| place)
     }
 
-    fn finish(self) -> Fit {
+    /// Terms that matter only together are refused one by one: each alone leaves a residual that the other colours. So all
+    /// that are still out enter at once, and those below `f_enter` leave again, the weakest first. What remains of them has
+    /// earned its place beside everything else; where nothing does, the selection stands as it was.
+    fn second_look(self, offer: &Offer, thresholds: &Thresholds) -> Self {
+        let mut wider = Selection { swept: self.swept.clone(), order: self.order.clone(), ..self };
+        for place in 0..REGRESSORS {
+            if offer.optional[place] && wider.swept.at(place, place) > PIVOT_SECOND {
+                let _ = wider.enter(place);
+            }
+        }
+        while let Some(worst) = wider.smallest(offer, thresholds.f_enter) {
+            if !wider.leave(worst) {
+                break;
+            }
+        }
+        let gained = wider.order.iter().any(|place| !self.order.contains(place));
+        if gained { wider } else { self }
+    }
+
+    /// The fit as the selection stands.
+    fn finish(&self) -> Fit {
         let mut theta = [0.0; REGRESSORS];
         let mut dispersion = [[0.0; REGRESSORS]; REGRESSORS];
         for &i in &self.order {
@@ -209,14 +264,15 @@ impl<'a> Selection<'a> {
         }
         let sums = self.information.sums();
         let y = self.response;
-        let scale2 = self.scale[y] * self.scale[y];
+        let residual = self.residual();
         Fit {
-            residual: self.residual(),
+            cov: colour::equation_covariance(self.information, &self.order, &dispersion, &residual),
+            residual,
             theta,
             dispersion,
-            squares: self.swept.at(y, y) * scale2,
+            squares: self.swept.at(y, y) * self.scale[y] * self.scale[y],
             response_squares: sums[y][y] - sums[BIAS][y] * sums[BIAS][y] / self.information.weight(),
-            order: self.order,
+            order: self.order.clone(),
         }
     }
 }

@@ -8,4 +8,5 @@
 )]
 
 mod inspect;
+mod model_files;
 mod run_files;

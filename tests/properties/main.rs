@@ -3,7 +3,17 @@
     clippy::unwrap_used,
     clippy::expect_used,
     clippy::panic,
-    reason = "a test fails by panicking, and says aloud what it skipped"
+    clippy::float_cmp,
+    clippy::print_stderr,
+    reason = "a test fails by panicking, and says aloud what it measured"
 )]
 
+#[path = "../support/uniform.rs"]
+mod uniform;
+
+mod admission;
+mod any_sample;
+mod covariance;
+mod kernel;
+mod pipeline;
 mod run_files;

@@ -1,0 +1,159 @@
+//! A linear model of an aircraft about one trim: derivatives, nonlinear terms, rotor-speed derivatives.
+//!
+//! Consumes nothing; it is data that simulation, regression and diagnosis share. Perturbation forces it stands for:
+//!     a_axis = a_axis(trim) + sum over variables (derivative * deviation) + sum over terms (coefficient * term)
+//!              + rotor_speed derivative * (rotor speed - trim rotor speed)                                        (1)
+//! Forces are divided by mass (m/s^2), moments carry the products of inertia (rad/s^2); see `derivative`.
+
+use super::control::{CONTROLS, Control};
+use super::derivative::{AXES, Axis, VARIABLES, Variable};
+use super::term::Term;
+
+/// The steady flight that a model is about; body rates are zero in it.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Trim {
+    /// Velocity along body x through the air, m/s.
+    pub u: f64,
+    /// Velocity along body y through the air, m/s.
+    pub v: f64,
+    /// Velocity along body z through the air, m/s.
+    pub w: f64,
+    /// Bank angle, rad.
+    pub phi: f64,
+    /// Pitch attitude, rad.
+    pub theta: f64,
+    /// Main-rotor speed, rad/s, where the model says so.
+    pub rotor_speed: Option<f64>,
+    /// Controls by [`Control`] place, rad.
+    pub controls: [f64; CONTROLS],
+}
+
+impl Trim {
+    /// True airspeed, m/s.
+    pub fn airspeed(&self) -> f64 {
+        libm::sqrt(self.u * self.u + self.v * self.v + self.w * self.w)
+    }
+
+    /// Flight-path angle, rad, climb positive: `sin gamma = climb rate / airspeed`; zero without airspeed.
+    pub fn flight_path_angle(&self) -> f64 {
+        let airspeed = self.airspeed();
+        if airspeed == 0.0 {
+            return 0.0;
+        }
+        let (sin_phi, cos_phi) = libm::sincos(self.phi);
+        let (sin_theta, cos_theta) = libm::sincos(self.theta);
+        let climb = self.u * sin_theta - self.v * sin_phi * cos_theta - self.w * cos_phi * cos_theta;
+        libm::asin((climb / airspeed).clamp(-1.0, 1.0))
+    }
+
+    /// The trim value of a linear variable: velocities and controls as given, rates zero.
+    pub const fn of(&self, variable: Variable) -> f64 {
+        match variable {
+            Variable::U => self.u,
+            Variable::V => self.v,
+            Variable::W => self.w,
+            Variable::P | Variable::Q | Variable::R => 0.0,
+            Variable::LonCyclic => self.controls[Control::LonCyclic.index()],
+            Variable::LatCyclic => self.controls[Control::LatCyclic.index()],
+            Variable::Collective => self.controls[Control::Collective.index()],
+            Variable::Pedal => self.controls[Control::Pedal.index()],
+        }
+    }
+}
+
+/// One nonlinear term of one axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModelTerm {
+    /// The axis that it adds to.
+    pub axis: Axis,
+    /// The term.
+    pub term: Term,
+    /// Its coefficient, the axis's unit per unit of the term.
+    pub coefficient: f64,
+}
+
+/// How many nonlinear terms a model may have.
+pub const MODEL_TERMS: usize = 48;
+
+/// A linear model about a trim, with nonlinear terms where it declares them.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct LinearModel {
+    /// The trim that deviations are taken from.
+    pub trim: Trim,
+    /// Derivatives by axis and variable place; one not given is zero.
+    pub derivatives: [[f64; VARIABLES]; AXES],
+    /// Nonlinear terms, in the order they were declared.
+    pub terms: heapless::Vec<ModelTerm, MODEL_TERMS>,
+    /// Derivatives with respect to rotor speed, by axis, per rad/s.
+    pub rotor_speed: [f64; AXES],
+}
+
+/// The model already has [`MODEL_TERMS`] nonlinear terms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TooManyTerms;
+
+impl LinearModel {
+    /// A model about that trim with every derivative zero.
+    pub fn about(trim: Trim) -> Self {
+        LinearModel { trim, ..LinearModel::default() }
+    }
+
+    /// A derivative.
+    pub const fn derivative(&self, axis: Axis, variable: Variable) -> f64 {
+        self.derivatives[axis.index()][variable.index()]
+    }
+
+    /// A derivative, to be changed.
+    pub const fn derivative_mut(&mut self, axis: Axis, variable: Variable) -> &mut f64 {
+        &mut self.derivatives[axis.index()][variable.index()]
+    }
+
+    /// Adds `coefficient * term` to the axis; a term that is there already is added to, a linear one to its derivative.
+    ///
+    /// # Errors
+    /// [`TooManyTerms`] where there is no room for another nonlinear term.
+    pub fn add_term(&mut self, axis: Axis, term: Term, coefficient: f64) -> Result<(), TooManyTerms> {
+        if let Term::Linear(variable) = term {
+            *self.derivative_mut(axis, variable) += coefficient;
+            return Ok(());
+        }
+        if let Some(there) = self.terms.iter_mut().find(|there| there.axis == axis && there.term == term) {
+            there.coefficient += coefficient;
+            return Ok(());
+        }
+        self.terms.push(ModelTerm { axis, term, coefficient }).map_err(|_| TooManyTerms)
+    }
+}
+
+#[cfg(test)]
+#[expect(clippy::float_cmp, reason = "values are carried, not computed")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flight_path_angle_is_pitch_less_incidence_wings_level() {
+        let trim = Trim { u: 50.0, w: 2.0, theta: 0.1, ..Trim::default() };
+        assert!((trim.flight_path_angle() - (0.1 - (2.0f64 / 50.0).atan())).abs() < 1e-15);
+        assert_eq!(Trim::default().flight_path_angle(), 0.0);
+        assert_eq!(trim.of(Variable::W), 2.0);
+    }
+
+    #[test]
+    fn a_term_added_twice_is_one_term() {
+        let mut model = LinearModel::about(Trim { u: 50.0, ..Trim::default() });
+        let term = Term::SignedSquare(Variable::V);
+        model.add_term(Axis::N, term, 0.5).unwrap();
+        model.add_term(Axis::N, term, 0.25).unwrap();
+        model.add_term(Axis::N, Term::Linear(Variable::V), 0.1).unwrap();
+        assert_eq!(model.terms.as_slice(), [ModelTerm { axis: Axis::N, term, coefficient: 0.75 }]);
+        assert_eq!(model.derivative(Axis::N, Variable::V), 0.1);
+    }
+
+    #[test]
+    fn the_last_free_place_is_used_and_no_more() {
+        let mut model = LinearModel::default();
+        let added = Axis::ALL.into_iter().flat_map(|axis| Term::library().map(move |term| (axis, term)));
+        let refused = added.map(|(axis, term)| model.add_term(axis, term, 1.0)).filter(Result::is_err).count();
+        assert_eq!((model.terms.len(), refused), (MODEL_TERMS, 6 * 27 - MODEL_TERMS));
+    }
+}

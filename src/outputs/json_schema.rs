@@ -1,0 +1,245 @@
+//! The JSON Schema of each topic: what a viewer shows beside a plot, units included.
+//!
+//! Only plain types stand here (`number`, `integer`, `boolean`, `string`, `object`, `array`): the schema readers of
+//! log viewers refuse a channel whose schema has a list of types or no type. So a number that is not finite, written as
+//! null, is said in words; everything else that can be absent is left out of the message.
+
+use super::message_json::STATE_FIELDS;
+use crate::flight::derivative::Axis;
+use crate::flight::log_head::{ColumnTarget, LogHead};
+use serde_json::{Map, Value, json};
+
+/// A topic of the log, in the order of their channels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Topic {
+    /// Samples as they came in.
+    Sample,
+    /// The estimated state.
+    State,
+    /// What each aid did.
+    Innovation,
+    /// The derivatives so far.
+    Derivatives,
+    /// The modes so far.
+    Modes,
+    /// What the model gets wrong.
+    Finding,
+    /// What a stage noticed.
+    Event,
+}
+
+/// How many topics there are.
+pub const TOPICS: usize = 7;
+
+impl Topic {
+    /// Every topic, in the order of its place.
+    pub const ALL: [Topic; TOPICS] =
+        [Topic::Sample, Topic::State, Topic::Innovation, Topic::Derivatives, Topic::Modes, Topic::Finding, Topic::Event];
+
+    /// Place in tables per topic.
+    pub const fn index(self) -> usize {
+        self as usize
+    }
+
+    /// The topic's name in the log.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Topic::Sample => "/sample",
+            Topic::State => "/state",
+            Topic::Innovation => "/innovation",
+            Topic::Derivatives => "/derivatives",
+            Topic::Modes => "/modes",
+            Topic::Finding => "/finding",
+            Topic::Event => "/event",
+        }
+    }
+
+    /// The name of its schema.
+    pub const fn schema_name(self) -> &'static str {
+        match self {
+            Topic::Sample => "sideslip.Sample",
+            Topic::State => "sideslip.State",
+            Topic::Innovation => "sideslip.Innovation",
+            Topic::Derivatives => "sideslip.Derivatives",
+            Topic::Modes => "sideslip.Modes",
+            Topic::Finding => "sideslip.Finding",
+            Topic::Event => "sideslip.Event",
+        }
+    }
+}
+
+/// The schema of that topic's messages, as JSON text. The head decides the fields of `/sample`.
+pub fn schema(topic: Topic, head: &LogHead) -> String {
+    let (about, properties, required): (&str, Value, &[&str]) = match topic {
+        Topic::Sample => ("A sample as it came in, SI and radians", sample(head), &["time"]),
+        Topic::State => ("Estimated state, filtered, body axes at the centre of mass", state(), &["time", "fused"]),
+        Topic::Innovation => ("What one aid did at one sample", innovation(), &["time", "aid", "fused"]),
+        Topic::Derivatives => ("Stability and control derivatives so far", derivatives(), &["time", "excited", "equations"]),
+        Topic::Modes => ("Lateral modes so far", modes(), &["time", "status"]),
+        Topic::Finding => ("What the model gets wrong", finding(), &["time", "kind", "statement"]),
+        Topic::Event => ("What a stage noticed", event(), &["time", "severity", "kind", "text"]),
+    };
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": topic.schema_name(),
+        "description": about,
+        "type": "object",
+        "properties": properties,
+        "required": required,
+    })
+    .to_string()
+}
+
+fn number(about: &str, unit: &str) -> Value {
+    json!({ "type": "number", "description": format!("{about} [{unit}]") })
+}
+
+fn text(about: &str) -> Value {
+    json!({ "type": "string", "description": about })
+}
+
+fn flag(about: &str) -> Value {
+    json!({ "type": "boolean", "description": about })
+}
+
+fn object(about: &str, properties: Value) -> Value {
+    json!({ "type": "object", "description": about, "properties": properties })
+}
+
+fn time() -> Value {
+    let about = "time on the recording's own clock; exact, while log_time is this in whole ns, 0 where it is negative";
+    number(about, "s")
+}
+
+fn sample(head: &LogHead) -> Value {
+    let mut fields = Map::new();
+    fields.insert("time".into(), time());
+    for ((name, unit), target) in head.channels.iter().zip(head.targets()) {
+        let about = match target {
+            ColumnTarget::Known(_) => "absent where not sampled, null where the instrument gave no number",
+            ColumnTarget::Unknown(_) => "unknown to the program, carried along; absent where not sampled",
+        };
+        fields.insert(name.clone(), number(about, unit));
+    }
+    Value::Object(fields)
+}
+
+fn state() -> Value {
+    let mut fields = Map::new();
+    for (name, unit) in STATE_FIELDS {
+        let about = match name.strip_prefix("std_") {
+            Some(of) => format!("standard deviation of {of}"),
+            None => match name.strip_prefix("bias_") {
+                Some(of) => format!("instrument bias of {of}"),
+                None => name.to_owned(),
+            },
+        };
+        fields.insert(name.into(), number(&about, unit));
+    }
+    fields.insert("time".into(), time());
+    fields.insert("fused".into(), json!({ "type": "integer", "description": "aids fused at this sample" }));
+    Value::Object(fields)
+}
+
+fn innovation() -> Value {
+    json!({
+        "time": time(),
+        "aid": text("which measurement"),
+        "channel": text("the channel that carries it; its SI unit is the unit here"),
+        "observation": number("the measurement", "SI unit of the channel"),
+        "observation_var": number("variance of its noise", "that unit squared"),
+        "innovation": number("measurement less prediction", "SI unit of the channel"),
+        "innovation_var": number("predicted variance of the innovation", "that unit squared"),
+        "test_ratio": number("innovation^2 / (gate^2 innovation_var); above 1 it is rejected", "1"),
+        "fused": flag("whether it was used"),
+    })
+}
+
+fn derivatives() -> Value {
+    let mut equations = Map::new();
+    for axis in Axis::ALL {
+        let unit = if axis.is_force() { "m/s^2" } else { "rad/s^2" };
+        let term = json!({
+            "name": text("AXIS_variable, or AXIS_0 for the bias"),
+            "value": number("the derivative", "see unit"),
+            "std": number("standard error, for coloured residuals", "see unit"),
+            "partial_f": number("partial F ratio on std", "1"),
+            "std_white": number("standard error, right only for white residuals", "see unit"),
+            "partial_f_white": number("partial F ratio on std_white", "1"),
+            "step": { "type": "integer", "description": "step of the selection at which it entered; 0 for the bias" },
+            "primary": flag("in the equation whatever its F"),
+            "unit": text("unit of value, std and std_white"),
+        });
+        let equation = json!({
+            "status": text("waiting, exciting, converging, converged, stale, not identifiable: reason"),
+            "reason": text("why there is no number and none to come"),
+            "terms": { "type": "array", "items": { "type": "object", "properties": term } },
+            "r2": number("multiple correlation coefficient squared", "1"),
+            "f_total": number("total F ratio", "1"),
+            "samples": number("samples that it rests on", "1"),
+            "residual_std": number("standard deviation of the residual", unit),
+            "collinearity": number("largest condition index of the regressors", "1"),
+        });
+        equations.insert(axis.name().into(), object(&format!("equation of {}", axis.name()), equation));
+    }
+    json!({
+        "time": time(),
+        "excited": flag("whether the aircraft is being excited now"),
+        "equations": object("one equation an axis", Value::Object(equations)),
+    })
+}
+
+fn modes() -> Value {
+    let oscillation = |about: &str| {
+        object(
+            about,
+            json!({
+                "real": number("real part, negative where damped", "1/s"),
+                "imag": number("imaginary part", "rad/s"),
+                "omega": number("undamped natural frequency", "rad/s"),
+                "zeta": number("damping ratio", "1"),
+                "std_omega": number("standard error of omega", "rad/s"),
+                "std_zeta": number("standard error of zeta", "1"),
+            }),
+        )
+    };
+    let root = |about: &str| {
+        object(
+            about,
+            json!({ "value": number("the root, negative where stable", "1/s"), "std": number("its standard error", "1/s") }),
+        )
+    };
+    json!({
+        "time": time(),
+        "status": text("waiting, exciting, converging, converged, stale, not identifiable: reason"),
+        "reason": text("why there is no number and none to come"),
+        "dutch_roll": oscillation("Dutch roll; absent where there is no number"),
+        "roll": root("roll subsidence; absent where there is no number"),
+        "spiral": root("spiral; absent where there is no number"),
+        "lateral_phugoid": oscillation("roll and spiral joined into a slow oscillation; mostly absent"),
+    })
+}
+
+fn finding() -> Value {
+    json!({
+        "time": time(),
+        "kind": text("kind of effect"),
+        "axis": text("axis, where the kind has one"),
+        "variable": text("variable, where the kind has one"),
+        "delta": number("size of the effect", "its own unit"),
+        "std": number("standard error of delta", "its own unit"),
+        "probability": number("how likely this is the cause", "1"),
+        "statement": text("one sentence for a person"),
+    })
+}
+
+fn event() -> Value {
+    json!({
+        "time": time(),
+        "severity": text("info, warning or data lost"),
+        "kind": text("kind of event, for programs"),
+        "subject": text("channel or axis that it is about"),
+        "count": { "type": "integer", "description": "how many messages it is about" },
+        "text": text("one sentence for a person"),
+    })
+}

@@ -1,0 +1,353 @@
+//! Messages as JSON objects: the payload of every topic, and the parts that `derivatives.json` shares with them.
+//!
+//! `time` (s) comes first. Numbers are written in the shortest form that reads back as the same bits; one that is not
+//! finite is written as null. What is absent is left out: a viewer's schema reader knows no nullable object.
+
+use super::queue::Lost;
+use super::record::EventRecord;
+use super::text::{
+    EventText, ReasonText, StatusText, TermName, aid_name, derivative_unit, event_name, event_severity, event_subject,
+};
+use crate::estimation::record::{Innovation, StateRecord};
+use crate::flight::channel::{Channel, ControlNames};
+use crate::flight::log_head::{ColumnTarget, LogHead};
+use crate::modes::record::{ModesRecord, Oscillation, RealRoot};
+use crate::regression::record::{DerivativesRecord, EquationRecord, Status, TermRecord};
+use crate::telemetry::record::Sample;
+use serde::ser::{Serialize, SerializeMap, Serializer};
+
+/// A sample as the object of `/sample`: a field for each column that was sampled.
+pub(super) struct SampleJson<'a> {
+    pub(super) sample: &'a Sample,
+    pub(super) unknown: &'a [f64],
+    pub(super) head: &'a LogHead,
+    pub(super) targets: &'a [ColumnTarget],
+}
+
+impl Serialize for SampleJson<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("time", &self.sample.time_s)?;
+        let mut beyond_head = self.sample.present;
+        for ((name, _), target) in self.head.channels.iter().zip(self.targets) {
+            match *target {
+                ColumnTarget::Known(channel) => {
+                    beyond_head &= !(1 << channel.index());
+                    if let Some(value) = self.sample.get(channel) {
+                        map.serialize_entry(name, &value)?;
+                    }
+                }
+                ColumnTarget::Unknown(place) => {
+                    if let Some(value) = self.unknown.get(place).filter(|value| !value.is_nan()) {
+                        map.serialize_entry(name, value)?;
+                    }
+                }
+            }
+        }
+        if beyond_head != 0 {
+            for channel in Channel::ALL {
+                if beyond_head & (1 << channel.index()) != 0 {
+                    map.serialize_entry(channel.name(self.head.controls), &self.sample.get(channel))?;
+                }
+            }
+        }
+        map.end()
+    }
+}
+
+/// The fields of `/state` with their units, in their order; [`StateJson`] writes just these.
+pub(super) const STATE_FIELDS: [(&str, &str); 31] = [
+    ("u", "m/s"),
+    ("v", "m/s"),
+    ("w", "m/s"),
+    ("p", "rad/s"),
+    ("q", "rad/s"),
+    ("r", "rad/s"),
+    ("phi", "rad"),
+    ("theta", "rad"),
+    ("psi", "rad"),
+    ("altitude", "m"),
+    ("std_u", "m/s"),
+    ("std_v", "m/s"),
+    ("std_w", "m/s"),
+    ("std_phi", "rad"),
+    ("std_theta", "rad"),
+    ("std_psi", "rad"),
+    ("std_altitude", "m"),
+    ("bias_ax", "m/s^2"),
+    ("bias_ay", "m/s^2"),
+    ("bias_az", "m/s^2"),
+    ("bias_p", "rad/s"),
+    ("bias_q", "rad/s"),
+    ("bias_r", "rad/s"),
+    ("std_bias_ax", "m/s^2"),
+    ("std_bias_ay", "m/s^2"),
+    ("std_bias_az", "m/s^2"),
+    ("std_bias_p", "rad/s"),
+    ("std_bias_q", "rad/s"),
+    ("std_bias_r", "rad/s"),
+    ("fused", "1"),
+    ("time", "s"),
+];
+
+/// A state as the object of `/state`.
+pub(super) struct StateJson<'a>(pub(super) &'a StateRecord);
+
+impl Serialize for StateJson<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let s = self.0;
+        let groups: [&[f64]; 10] = [
+            &s.velocity,
+            &s.rates,
+            &s.attitude,
+            &[s.altitude],
+            &s.velocity_std,
+            &s.attitude_std,
+            &[s.altitude_std],
+            &s.accelerometer_bias,
+            &s.gyro_bias,
+            &[],
+        ];
+        let deviations = [s.accelerometer_bias_std, s.gyro_bias_std];
+        let values = groups.into_iter().flatten().chain(deviations.as_flattened());
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("time", &s.time_s)?;
+        for ((name, _), value) in STATE_FIELDS.iter().zip(values) {
+            map.serialize_entry(name, value)?;
+        }
+        map.serialize_entry("fused", &s.fused)?;
+        map.end()
+    }
+}
+
+/// An innovation as the object of `/innovation`.
+#[derive(serde::Serialize)]
+pub(super) struct InnovationJson {
+    time: f64,
+    aid: &'static str,
+    channel: &'static str,
+    observation: f64,
+    observation_var: f64,
+    innovation: f64,
+    innovation_var: f64,
+    test_ratio: f64,
+    fused: bool,
+}
+
+impl InnovationJson {
+    pub(super) fn new(record: &Innovation, controls: ControlNames) -> Self {
+        InnovationJson {
+            time: record.time_s,
+            aid: aid_name(record.aid),
+            channel: record.aid.channel().name(controls),
+            observation: record.observation,
+            observation_var: record.observation_var,
+            innovation: record.innovation,
+            innovation_var: record.innovation_var,
+            test_ratio: record.test_ratio,
+            fused: record.fused,
+        }
+    }
+}
+
+/// A status as its text, with the reason behind a colon where there is one.
+pub(super) fn status_text(status: Status, controls: ControlNames) -> String {
+    StatusText { status, controls }.to_string()
+}
+
+/// The reason alone, where there is no number and none to come.
+pub(super) fn reason_text(status: Status, controls: ControlNames) -> Option<String> {
+    match status {
+        Status::NotIdentifiable(reason) => Some(ReasonText { reason, controls }.to_string()),
+        _ => None,
+    }
+}
+
+/// One term of an equation.
+#[derive(serde::Serialize)]
+pub(super) struct TermJson {
+    name: String,
+    value: f64,
+    std: f64,
+    partial_f: f64,
+    std_white: f64,
+    partial_f_white: f64,
+    step: u8,
+    primary: bool,
+    unit: &'static str,
+}
+
+/// One equation; without numbers only its status.
+#[derive(serde::Serialize)]
+pub(super) struct EquationJson {
+    status: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reason: Option<String>,
+    terms: Vec<TermJson>,
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    fit: Option<FitJson>,
+}
+
+#[derive(serde::Serialize)]
+struct FitJson {
+    r2: f64,
+    f_total: f64,
+    samples: f64,
+    residual_std: f64,
+    collinearity: f64,
+}
+
+impl EquationJson {
+    pub(super) fn new(equation: &EquationRecord, controls: ControlNames) -> Self {
+        let axis = equation.axis;
+        let term = |term: &TermRecord| TermJson {
+            name: TermName { axis, variable: term.variable, controls }.to_string(),
+            value: term.value,
+            std: term.std,
+            partial_f: term.partial_f(),
+            std_white: term.std_white,
+            partial_f_white: term.partial_f_white(),
+            step: term.step,
+            primary: term.primary,
+            unit: derivative_unit(axis, term.variable),
+        };
+        EquationJson {
+            status: status_text(equation.status, controls),
+            reason: reason_text(equation.status, controls),
+            terms: equation.terms.iter().map(term).collect(),
+            fit: (!equation.terms.is_empty()).then_some(FitJson {
+                r2: equation.r_squared,
+                f_total: equation.f_total,
+                samples: equation.samples,
+                residual_std: equation.residual_std,
+                collinearity: equation.condition_index,
+            }),
+        }
+    }
+}
+
+/// All equations by the letter of their axis.
+pub(super) struct EquationsJson<'a> {
+    pub(super) equations: &'a [EquationRecord],
+    pub(super) controls: ControlNames,
+}
+
+impl Serialize for EquationsJson<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.equations.iter().map(|e| (e.axis.name(), EquationJson::new(e, self.controls))))
+    }
+}
+
+/// Derivatives as the object of `/derivatives`.
+#[derive(serde::Serialize)]
+pub(super) struct DerivativesJson<'a> {
+    time: f64,
+    excited: bool,
+    equations: EquationsJson<'a>,
+}
+
+impl<'a> DerivativesJson<'a> {
+    pub(super) fn new(record: &'a DerivativesRecord, controls: ControlNames) -> Self {
+        let equations = EquationsJson { equations: &record.equations, controls };
+        DerivativesJson { time: record.time_s, excited: record.excited, equations }
+    }
+}
+
+/// A complex pair.
+#[derive(serde::Serialize)]
+pub(super) struct OscillationJson {
+    real: f64,
+    imag: f64,
+    omega: f64,
+    zeta: f64,
+    std_omega: f64,
+    std_zeta: f64,
+}
+
+impl From<Oscillation> for OscillationJson {
+    fn from(o: Oscillation) -> Self {
+        let Oscillation { real, imag, omega, zeta, std_omega, std_zeta } = o;
+        OscillationJson { real, imag, omega, zeta, std_omega, std_zeta }
+    }
+}
+
+/// A real root.
+#[derive(serde::Serialize)]
+pub(super) struct RootJson {
+    value: f64,
+    std: f64,
+}
+
+impl From<RealRoot> for RootJson {
+    fn from(RealRoot { value, std }: RealRoot) -> Self {
+        RootJson { value, std }
+    }
+}
+
+/// Modes as the object of `/modes`; an absent mode is left out.
+#[derive(serde::Serialize)]
+pub(super) struct ModesJson {
+    time: f64,
+    status: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reason: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    dutch_roll: Option<OscillationJson>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    roll: Option<RootJson>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    spiral: Option<RootJson>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lateral_phugoid: Option<OscillationJson>,
+}
+
+impl ModesJson {
+    pub(super) fn new(record: &ModesRecord, controls: ControlNames) -> Self {
+        ModesJson {
+            time: record.time_s,
+            status: status_text(record.status, controls),
+            reason: reason_text(record.status, controls),
+            dutch_roll: record.dutch_roll.map(Into::into),
+            roll: record.roll.map(Into::into),
+            spiral: record.spiral.map(Into::into),
+            lateral_phugoid: record.lateral_phugoid.map(Into::into),
+        }
+    }
+}
+
+/// An event as the object of `/event`.
+#[derive(serde::Serialize)]
+pub(super) struct EventJson {
+    time: f64,
+    severity: &'static str,
+    kind: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    subject: Option<&'static str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    count: Option<u64>,
+    text: String,
+}
+
+impl EventJson {
+    pub(super) fn new(event: &EventRecord, controls: ControlNames) -> Self {
+        EventJson {
+            time: event.time_s,
+            severity: event_severity(&event.kind).name(),
+            kind: event_name(&event.kind),
+            subject: event_subject(&event.kind, controls),
+            count: None,
+            text: EventText { kind: &event.kind, controls }.to_string(),
+        }
+    }
+
+    /// Messages that never reached the log because the queue to it was full.
+    pub(super) fn lost(lost: &Lost) -> Self {
+        let text = format!("{} messages did not reach the log: it could not keep up", lost.count);
+        EventJson::loss(lost.time_s, "messages_lost", lost.count, text)
+    }
+
+    /// Messages that could not be written.
+    pub(super) fn loss(time: f64, kind: &'static str, count: u64, text: String) -> Self {
+        EventJson { time, severity: super::text::Severity::DataLost.name(), kind, subject: None, count: Some(count), text }
+    }
+}

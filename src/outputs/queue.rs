@@ -1,0 +1,385 @@
+//! The bounded queue from the estimator to whoever writes: sending moves bytes and allocates nothing.
+//!
+//! Two policies. [`Policy::RealTime`] never waits: where the queue is full a message is counted as lost, and the loss
+//! itself is queued as soon as there is room. [`Policy::Lossless`] waits for room: for recordings played as fast as they go.
+//!
+//! What is large or of a size that only the run knows (derivatives, the values of unknown columns) travels in boxes
+//! made beforehand, which the receiver hands back by [`Receiver::recycle`]; so a slot stays small and memory is bounded
+//! by `capacity`: some 300 B a slot, 5 kB for each of [`DERIVATIVES_IN_FLIGHT`], 8 B a slot and unknown column.
+
+use super::record::{EventRecord, Message};
+use crate::estimation::record::{Innovation, StateRecord};
+use crate::flight::derivative::Axis;
+use crate::modes::record::ModesRecord;
+use crate::regression::record::{DerivativesRecord, EquationRecord, Status};
+use crate::telemetry::record::Sample;
+use crossbeam::channel::{self, RecvTimeoutError, TrySendError};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// How many derivative records can be under way at once; at 10 Hz more than three seconds of them.
+pub const DERIVATIVES_IN_FLIGHT: usize = 32;
+
+/// How long a queue that closes waits for room to say what it lost.
+const LAST_WORD: Duration = Duration::from_millis(500);
+
+/// What happens where the queue is full.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Policy {
+    /// The message is lost and counted; sending never waits.
+    RealTime,
+    /// Sending waits for room.
+    Lossless,
+}
+
+/// Messages that found no room.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lost {
+    /// Time of the first of them, s.
+    pub time_s: f64,
+    /// How many.
+    pub count: u64,
+}
+
+/// A message as it lies in the queue.
+#[derive(Debug)]
+pub enum Entry {
+    /// A sample with the values of the unknown columns, NaN where not sampled.
+    Sample(Sample, Box<[f64]>),
+    /// A state.
+    State(StateRecord),
+    /// An innovation.
+    Innovation(Innovation),
+    /// Derivatives.
+    Derivatives(Box<DerivativesRecord>),
+    /// Modes.
+    Modes(ModesRecord),
+    /// An event.
+    Event(EventRecord),
+    /// What found no room before this.
+    Lost(Lost),
+}
+
+/// Boxes that go round: fresh ones out, spent ones back.
+#[derive(Debug)]
+struct Boxes<T> {
+    fresh: channel::Receiver<T>,
+    spent: channel::Sender<T>,
+}
+
+impl<T> Clone for Boxes<T> {
+    fn clone(&self) -> Self {
+        Boxes { fresh: self.fresh.clone(), spent: self.spent.clone() }
+    }
+}
+
+impl<T> Boxes<T> {
+    fn filled(count: usize, make: impl Fn() -> T) -> Self {
+        let (spent, fresh) = channel::bounded(count.max(1));
+        (0..count).for_each(|_| {
+            let _ = spent.try_send(make());
+        });
+        Boxes { fresh, spent }
+    }
+
+    /// Back to where it came from; there is room for every box.
+    fn give_back(&self, spent: T) {
+        let _ = self.spent.try_send(spent);
+    }
+}
+
+/// The estimator's end.
+#[derive(Debug)]
+pub struct Sender {
+    policy: Policy,
+    queue: channel::Sender<Entry>,
+    derivatives: Boxes<Box<DerivativesRecord>>,
+    unknown: Boxes<Box<[f64]>>,
+    /// Shared with the receiver alone: a count of one says that nobody listens any more.
+    listener: Arc<()>,
+    pending: Option<Lost>,
+    lost: u64,
+}
+
+/// The writer's end.
+#[derive(Debug)]
+pub struct Receiver {
+    queue: channel::Receiver<Entry>,
+    derivatives: Boxes<Box<DerivativesRecord>>,
+    unknown: Boxes<Box<[f64]>>,
+    _listener: Arc<()>,
+}
+
+/// A queue of that many messages, for runs with that many unknown columns. Everything is allocated here.
+pub fn queue(policy: Policy, capacity: usize, unknown_columns: usize) -> (Sender, Receiver) {
+    let capacity = capacity.max(1);
+    let (to_writer, from_estimator) = channel::bounded(capacity);
+    let blank = DerivativesRecord {
+        time_s: 0.0,
+        equations: Axis::ALL.map(|axis| EquationRecord::empty(axis, Status::Waiting)),
+        lateral: None,
+        excited: false,
+    };
+    let derivatives = Boxes::filled(DERIVATIVES_IN_FLIGHT, || Box::new(blank.clone()));
+    // One box a slot, one in the hand of either end.
+    let count = if unknown_columns == 0 { 0 } else { capacity + 2 };
+    let unknown = Boxes::filled(count, || vec![f64::NAN; unknown_columns].into_boxed_slice());
+    let listener = Arc::new(());
+    let receiver = Receiver {
+        queue: from_estimator,
+        derivatives: derivatives.clone(),
+        unknown: unknown.clone(),
+        _listener: Arc::clone(&listener),
+    };
+    (Sender { policy, queue: to_writer, derivatives, unknown, listener, pending: None, lost: 0 }, receiver)
+}
+
+impl Sender {
+    /// Queues a sample with the values of its unknown columns (NaN where not sampled). Values beyond the number of
+    /// unknown columns that the queue was made for are not carried; missing ones count as not sampled.
+    pub fn send_sample(&mut self, sample: &Sample, unknown: &[f64]) {
+        if unknown.is_empty() {
+            return self.queue_entry(Entry::Sample(*sample, Box::default()), sample.time_s);
+        }
+        let Some(mut values) = self.take(&self.unknown) else { return self.lose(sample.time_s) };
+        let carried = values.len().min(unknown.len());
+        let (front, rest) = values.split_at_mut(carried);
+        front.iter_mut().zip(unknown).for_each(|(to, from)| *to = *from);
+        rest.fill(f64::NAN);
+        self.queue_entry(Entry::Sample(*sample, values), sample.time_s);
+    }
+
+    /// Queues a message.
+    pub fn send(&mut self, message: &Message) {
+        match message {
+            Message::Sample(sample) => self.send_sample(sample, &[]),
+            Message::State(record) => self.queue_entry(Entry::State(*record), record.time_s),
+            Message::Innovation(record) => self.queue_entry(Entry::Innovation(*record), record.time_s),
+            Message::Modes(record) => self.queue_entry(Entry::Modes(*record), record.time_s),
+            Message::Event(record) => self.queue_entry(Entry::Event(*record), record.time_s),
+            Message::Derivatives(record) => match self.take(&self.derivatives) {
+                Some(mut boxed) => {
+                    boxed.as_mut().clone_from(record);
+                    self.queue_entry(Entry::Derivatives(boxed), record.time_s);
+                }
+                None => self.lose(record.time_s),
+            },
+        }
+    }
+
+    /// How many messages found no room so far.
+    pub fn lost(&self) -> u64 {
+        self.lost
+    }
+
+    /// A fresh box; `None` where there is none and the policy does not wait, or nobody listens any more.
+    fn take<T>(&self, boxes: &Boxes<T>) -> Option<T> {
+        if let Ok(fresh) = boxes.fresh.try_recv() {
+            return Some(fresh);
+        }
+        while self.policy == Policy::Lossless && Arc::strong_count(&self.listener) > 1 {
+            if let Ok(fresh) = boxes.fresh.recv_timeout(Duration::from_millis(20)) {
+                return Some(fresh);
+            }
+        }
+        None
+    }
+
+    fn queue_entry(&mut self, entry: Entry, time_s: f64) {
+        if let Some(lost) = self.pending {
+            if self.queue.try_send(Entry::Lost(lost)).is_err() {
+                self.give_back(entry);
+                return self.lose(time_s);
+            }
+            self.pending = None;
+        }
+        let refused = match self.queue.try_send(entry) {
+            Ok(()) => return,
+            Err(TrySendError::Full(entry)) if self.policy == Policy::Lossless => match self.queue.send(entry) {
+                Ok(()) => return,
+                Err(channel::SendError(entry)) => entry,
+            },
+            Err(TrySendError::Full(entry) | TrySendError::Disconnected(entry)) => entry,
+        };
+        self.give_back(refused);
+        self.lose(time_s);
+    }
+
+    fn give_back(&self, entry: Entry) {
+        match entry {
+            Entry::Sample(_, values) if !values.is_empty() => self.unknown.give_back(values),
+            Entry::Derivatives(boxed) => self.derivatives.give_back(boxed),
+            _ => {}
+        }
+    }
+
+    fn lose(&mut self, time_s: f64) {
+        self.lost += 1;
+        match &mut self.pending {
+            Some(lost) => lost.count += 1,
+            None => self.pending = Some(Lost { time_s, count: 1 }),
+        }
+    }
+}
+
+impl Drop for Sender {
+    fn drop(&mut self) {
+        if let Some(lost) = self.pending.take() {
+            let _ = self.queue.send_timeout(Entry::Lost(lost), LAST_WORD);
+        }
+    }
+}
+
+/// What came out of the queue.
+#[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "a message moves by value; a box would allocate for each")]
+pub enum Received {
+    /// A message; hand it back by [`Receiver::recycle`] once written.
+    Entry(Entry),
+    /// Nothing within the time.
+    Nothing,
+    /// The sender is gone and everything it sent has been received.
+    Closed,
+}
+
+impl Receiver {
+    /// The next message, waiting for it at most that long.
+    pub fn receive(&self, wait: Duration) -> Received {
+        match self.queue.recv_timeout(wait) {
+            Ok(entry) => Received::Entry(entry),
+            Err(RecvTimeoutError::Timeout) => Received::Nothing,
+            Err(RecvTimeoutError::Disconnected) => Received::Closed,
+        }
+    }
+
+    /// Hands a written message's box back to the sender.
+    pub fn recycle(&self, entry: Entry) {
+        match entry {
+            Entry::Sample(_, values) if !values.is_empty() => self.unknown.give_back(values),
+            Entry::Derivatives(boxed) => self.derivatives.give_back(boxed),
+            _ => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimation::record::EstimationEvent;
+    use crate::outputs::record::EventKind;
+
+    fn event(time_s: f64) -> Message {
+        Message::Event(EventRecord { time_s, kind: EventKind::Estimation(EstimationEvent::Initialised) })
+    }
+
+    fn derivatives(time_s: f64) -> Message {
+        Message::Derivatives(DerivativesRecord {
+            time_s,
+            equations: Axis::ALL.map(|axis| EquationRecord::empty(axis, Status::Exciting)),
+            lateral: None,
+            excited: true,
+        })
+    }
+
+    fn drain(receiver: &Receiver) -> Vec<Entry> {
+        let mut entries = Vec::new();
+        while let Received::Entry(entry) = receiver.receive(Duration::ZERO) {
+            entries.push(entry);
+        }
+        entries
+    }
+
+    #[test]
+    fn in_real_time_a_full_queue_counts_and_says_so_as_soon_as_there_is_room() {
+        let (mut sender, receiver) = queue(Policy::RealTime, 3, 0);
+        for k in 0..5_u32 {
+            sender.send(&event(f64::from(k)));
+        }
+        assert_eq!(sender.lost(), 2);
+        assert_eq!(drain(&receiver).len(), 3);
+        sender.send(&event(5.0));
+        let entries = drain(&receiver);
+        assert!(
+            matches!(entries.as_slice(), [Entry::Lost(Lost { time_s: 3.0, count: 2 }), Entry::Event(e)] if (5.0..=5.0).contains(&e.time_s))
+        );
+    }
+
+    #[test]
+    fn a_loss_at_the_very_end_is_said_too() {
+        let (mut sender, receiver) = queue(Policy::RealTime, 1, 0);
+        sender.send(&event(0.0));
+        sender.send(&event(1.0));
+        let listener = std::thread::spawn(move || {
+            let mut lost = 0;
+            loop {
+                match receiver.receive(Duration::from_millis(5)) {
+                    Received::Entry(Entry::Lost(l)) => lost += l.count,
+                    Received::Entry(_) => std::thread::sleep(Duration::from_millis(20)),
+                    Received::Nothing => {}
+                    Received::Closed => return lost,
+                }
+            }
+        });
+        drop(sender);
+        assert_eq!(listener.join().unwrap(), 1);
+    }
+
+    #[test]
+    fn boxes_go_round_and_their_number_bounds_what_is_under_way() {
+        let (mut sender, receiver) = queue(Policy::RealTime, 100, 3);
+        let mut said = 0;
+        let mut places = std::collections::BTreeSet::new();
+        for round in 0..3 {
+            for k in 0..40 {
+                sender.send(&derivatives(f64::from(k)));
+                sender.send_sample(&Sample::new(f64::from(k)), &[1.0, f64::from(k)]);
+            }
+            assert_eq!(sender.lost(), 8 * (round + 1));
+            for entry in drain(&receiver) {
+                match &entry {
+                    Entry::Derivatives(record) => {
+                        places.insert(std::ptr::from_ref(record.as_ref()).addr());
+                        assert!(record.excited);
+                    }
+                    Entry::Sample(sample, values) => {
+                        assert_eq!((values[0], values[1]), (1.0, sample.time_s));
+                        assert!(values[2].is_nan());
+                    }
+                    Entry::Lost(lost) => said += lost.count,
+                    other => panic!("{other:?}"),
+                }
+                receiver.recycle(entry);
+            }
+        }
+        assert_eq!(places.len(), DERIVATIVES_IN_FLIGHT, "the same boxes every round: none was made by sending");
+        assert!(said + 1 >= sender.lost(), "all but the last loss, which waits for the next message");
+    }
+
+    #[test]
+    fn lossless_waits_for_room_and_gives_up_only_where_nobody_listens() {
+        let (mut sender, receiver) = queue(Policy::Lossless, 2, 1);
+        let listener = std::thread::spawn(move || {
+            for k in 0..500_u32 {
+                match receiver.receive(Duration::from_secs(10)) {
+                    Received::Entry(entry) => {
+                        assert!(
+                            matches!(&entry, Entry::Sample(sample, values) if (sample.time_s, values[0]) == (f64::from(k), -f64::from(k)))
+                        );
+                        receiver.recycle(entry);
+                    }
+                    other => panic!("{other:?}"),
+                }
+            }
+        });
+        for k in 0..500_u32 {
+            sender.send_sample(&Sample::new(f64::from(k)), &[-f64::from(k)]);
+        }
+        listener.join().unwrap();
+        assert_eq!(sender.lost(), 0);
+        for k in 0..100 {
+            sender.send(&derivatives(f64::from(k)));
+            sender.send_sample(&Sample::new(f64::from(k)), &[1.0]);
+        }
+        assert_eq!(sender.lost(), 200);
+    }
+}

@@ -1,0 +1,243 @@
+//! Instruments: what each channel reads of the true state.
+//!
+//! Consumes true states and the effects on instruments; produces samples. At a position r from the centre of mass:
+//!     accelerometers  a + dw/dt x r + w x (w x r)                                        (1)
+//!     vanes           u + q z - r y,  v + r x - p z,  w + p y - q x                      (2)
+//!     alpha = atan2(w, u),  beta = asin(v / V) = atan2(v, sqrt(u^2 + w^2))               (3)
+//! with velocities through the air. `tas` is at the centre of mass. Then, in this order: lag, delay (steady before the
+//! start), `reading = factor * true + bias`, the run's own constant bias, white noise, quantisation.
+//! Refused: a channel that the simulation has nothing to say about (torque, flapping, density).
+
+use super::control_path::lag;
+use super::integrate::TrueState;
+use super::noise::NormalNoise;
+use crate::flight::channel::Channel;
+use crate::flight::control::Control;
+use crate::flight::effect::{Effect, PositionedSensor};
+use crate::telemetry::record::Sample;
+
+/// One instrument.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Instrument {
+    /// What it measures.
+    pub channel: Channel,
+    /// Its own rate, Hz; `None` samples at the times of the flight.
+    pub rate_hz: Option<f64>,
+    /// Standard deviation of its white noise.
+    pub noise_std: f64,
+    /// Standard deviation of the bias that it keeps for a run.
+    pub bias_std: f64,
+    /// Step of its readings; `None` reads continuously.
+    pub quantum: Option<f64>,
+}
+
+/// The instruments of an aircraft, and where those stand whose position matters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Instruments {
+    /// The instruments, in the order of a file's columns.
+    pub channels: Vec<Instrument>,
+    /// Position of the accelerometers from the centre of mass, body axes, m.
+    pub accelerometer_position_m: [f64; 3],
+    /// Position of the vanes from the centre of mass, body axes, m.
+    pub vane_position_m: [f64; 3],
+}
+
+const fn instrument(channel: Channel, noise_std: f64, bias_std: f64) -> Instrument {
+    Instrument { channel, rate_hz: None, noise_std, bias_std, quantum: None }
+}
+
+/// What good flight-test instruments do: noise and bias in the channel's unit. The rotor speed is read where there is one.
+pub const FLIGHT_QUALITY: [Instrument; 18] = [
+    instrument(Channel::Ax, 0.02, 0.03),
+    instrument(Channel::Ay, 0.02, 0.03),
+    instrument(Channel::Az, 0.02, 0.03),
+    instrument(Channel::P, 0.001, 0.000_5),
+    instrument(Channel::Q, 0.001, 0.000_5),
+    instrument(Channel::R, 0.001, 0.000_5),
+    instrument(Channel::Phi, 0.002, 0.0),
+    instrument(Channel::Theta, 0.002, 0.0),
+    instrument(Channel::Psi, 0.004, 0.0),
+    instrument(Channel::Tas, 0.3, 0.0),
+    instrument(Channel::Alpha, 0.002, 0.0),
+    instrument(Channel::Beta, 0.002, 0.0),
+    instrument(Channel::Altitude, 0.5, 0.0),
+    instrument(Channel::LonCyclic, 0.000_2, 0.0),
+    instrument(Channel::LatCyclic, 0.000_2, 0.0),
+    instrument(Channel::Collective, 0.000_2, 0.0),
+    instrument(Channel::Pedal, 0.000_2, 0.0),
+    instrument(Channel::RotorSpeed, 0.01, 0.0),
+];
+
+impl Instruments {
+    /// The channels of [`FLIGHT_QUALITY`], at the centre of mass, with its noise and biases times `factor`.
+    pub fn flight_quality(factor: f64) -> Self {
+        let scaled = |i: Instrument| Instrument { noise_std: factor * i.noise_std, bias_std: factor * i.bias_std, ..i };
+        Instruments {
+            channels: FLIGHT_QUALITY.map(scaled).to_vec(),
+            accelerometer_position_m: [0.0; 3],
+            vane_position_m: [0.0; 3],
+        }
+    }
+
+    /// The same channels without noise and bias.
+    pub fn perfect() -> Self {
+        Instruments::flight_quality(0.0)
+    }
+}
+
+/// The effects on one channel's reading.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Reading {
+    lags_s: Vec<f64>,
+    /// Sum of the channel's delays, s; negative reads early.
+    pub(crate) delay_s: f64,
+    factor: f64,
+    bias: f64,
+}
+
+impl Reading {
+    pub(crate) fn of(channel: Channel, effects: &[Effect]) -> Self {
+        let mut reading = Reading { lags_s: Vec::new(), delay_s: 0.0, factor: 1.0, bias: 0.0 };
+        for effect in effects {
+            match *effect {
+                Effect::SensorBias { channel: c, value } if c == channel => reading.bias += value,
+                Effect::SensorScale { channel: c, factor } if c == channel => reading.factor *= factor,
+                Effect::SensorLag { channel: c, tau } if c == channel && tau > 0.0 => reading.lags_s.push(tau),
+                Effect::SensorDelay { channel: c, delay } if c == channel => reading.delay_s += delay,
+                _ => {}
+            }
+        }
+        reading
+    }
+}
+
+/// Where the instruments truly stand: the run's positions with the effects' offsets.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stands {
+    accelerometer_m: [f64; 3],
+    vane_m: [f64; 3],
+}
+
+impl Stands {
+    pub(crate) fn of(instruments: &Instruments, effects: &[Effect]) -> Self {
+        let mut stands = Stands { accelerometer_m: instruments.accelerometer_position_m, vane_m: instruments.vane_position_m };
+        for effect in effects {
+            if let Effect::SensorPosition { sensor, offset_m } = effect {
+                let position = match sensor {
+                    PositionedSensor::Accelerometer => &mut stands.accelerometer_m,
+                    PositionedSensor::Vane => &mut stands.vane_m,
+                };
+                position.iter_mut().zip(offset_m).for_each(|(place, offset)| *place += offset);
+            }
+        }
+        stands
+    }
+
+    /// The channel's true value where its instrument stands, equations (1) to (3); `None` where there is none.
+    pub(crate) fn true_value(&self, channel: Channel, state: &TrueState) -> Option<f64> {
+        let [p, q, r] = state.motion.rates;
+        let [phi, theta, psi] = state.motion.attitude;
+        let [u, v, w] = state.air_velocity;
+        let at_vane = || {
+            let [x, y, z] = self.vane_m;
+            [u + q * z - r * y, v + r * x - p * z, w + p * y - q * x]
+        };
+        let accelerometer = || {
+            let (position, rates) = (self.accelerometer_m, [p, q, r]);
+            let tangential = cross(state.angular_acceleration, position);
+            let centripetal = cross(rates, cross(rates, position));
+            let [ax, ay, az] = state.specific_force;
+            [ax + tangential[0] + centripetal[0], ay + tangential[1] + centripetal[1], az + tangential[2] + centripetal[2]]
+        };
+        Some(match channel {
+            Channel::Ax => accelerometer()[0],
+            Channel::Ay => accelerometer()[1],
+            Channel::Az => accelerometer()[2],
+            Channel::P => p,
+            Channel::Q => q,
+            Channel::R => r,
+            Channel::Phi => phi,
+            Channel::Theta => theta,
+            Channel::Psi => psi,
+            Channel::Tas => libm::sqrt(u * u + v * v + w * w),
+            Channel::Alpha => {
+                let [u, _, w] = at_vane();
+                libm::atan2(w, u)
+            }
+            Channel::Beta => {
+                let [u, v, w] = at_vane();
+                libm::atan2(v, libm::hypot(u, w))
+            }
+            Channel::Altitude => state.motion.altitude,
+            Channel::LonCyclic => state.controls[Control::LonCyclic.index()],
+            Channel::LatCyclic => state.controls[Control::LatCyclic.index()],
+            Channel::Collective => state.controls[Control::Collective.index()],
+            Channel::Pedal => state.controls[Control::Pedal.index()],
+            Channel::TailPitch => state.blade[Control::Pedal.index()],
+            Channel::RotorSpeed => return state.rotor_speed,
+            Channel::Torque | Channel::Flap0 | Channel::Flap1c | Channel::Flap1s | Channel::Rho => return None,
+        })
+    }
+}
+
+/// One instrument's reading at each of its times, s.
+pub(crate) fn read(
+    instrument: &Instrument,
+    reading: &Reading,
+    stands: &Stands,
+    states: &[TrueState],
+    times_s: &[f64],
+    seed: u64,
+) -> Vec<(f64, f64)> {
+    let mesh_s: Vec<f64> = states.iter().map(|state| state.time_s).collect();
+    let Some(mut truth) = states.iter().map(|state| stands.true_value(instrument.channel, state)).collect::<Option<Vec<f64>>>()
+    else {
+        return Vec::new();
+    };
+    for &tau in &reading.lags_s {
+        lag(&mesh_s, &mut truth, tau);
+    }
+    let mut noise = NormalNoise::new(seed, instrument.channel.index() as u64);
+    let bias = reading.bias + instrument.bias_std * noise.draw();
+    let until_s = mesh_s.last().copied().unwrap_or(f64::NEG_INFINITY);
+    let mut values = Vec::with_capacity(times_s.len());
+    for &time_s in times_s.iter().take_while(|&&time_s| time_s - reading.delay_s <= until_s) {
+        let exact = between(&mesh_s, &truth, time_s - reading.delay_s);
+        let value = reading.factor * exact + bias + instrument.noise_std * noise.draw();
+        values.push((time_s, instrument.quantum.map_or(value, |quantum| libm::round(value / quantum) * quantum)));
+    }
+    values
+}
+
+/// Samples out of every instrument's readings; readings closer than a nanosecond are of one time.
+pub(crate) fn gather(readings: &[(Channel, Vec<(f64, f64)>)]) -> Vec<Sample> {
+    let mut all: Vec<(f64, Channel, f64)> =
+        readings.iter().flat_map(|(channel, values)| values.iter().map(|&(time_s, value)| (time_s, *channel, value))).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut samples: Vec<Sample> = Vec::new();
+    for (time_s, channel, value) in all {
+        match samples.last_mut() {
+            Some(sample) if time_s - sample.time_s < 1e-9 => sample.set(channel, value),
+            _ => {
+                let mut sample = Sample::new(time_s);
+                sample.set(channel, value);
+                samples.push(sample);
+            }
+        }
+    }
+    samples
+}
+
+fn between(times_s: &[f64], values: &[f64], time_s: f64) -> f64 {
+    let after = times_s.partition_point(|&t| t <= time_s);
+    let at = |place: usize| times_s.get(place).copied().zip(values.get(place).copied());
+    match (after.checked_sub(1).and_then(at), at(after)) {
+        (Some((t0, x0)), Some((t1, x1))) => x0 + (x1 - x0) * ((time_s - t0) / (t1 - t0)),
+        (Some((_, x)), None) | (None, Some((_, x))) => x,
+        (None, None) => f64::NAN,
+    }
+}
+
+fn cross([a1, a2, a3]: [f64; 3], [b1, b2, b3]: [f64; 3]) -> [f64; 3] {
+    [a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1]
+}

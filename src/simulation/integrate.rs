@@ -1,0 +1,191 @@
+//! The motion over time: Runge and Kutta's fourth order over a mesh that holds every bend of what drives it.
+//!
+//! Consumes the model, the blade's deviations at mesh points and half way between, gusts and rotor speed; produces the
+//! true state at every mesh point. Between neighbouring mesh points everything that drives the motion is a straight
+//! line, so the order of the method is not spoilt by corners.
+//! Numerics: steps of at most [`MAX_STEP_S`], shorter where the model's fastest mode asks for it ([`STEP_ANGLE`]);
+//! `tests/jacobians` compares half the step and the matrix exponential.
+//! Where the motion leaves what the kinematics can carry ([`MAX_PITCH`], [`MAX_MAGNITUDE`]) it ends, and it is said when.
+
+use super::history::History;
+use super::linear::{forces, state_matrix};
+use super::motion::{MOTION_STATES, Motion};
+use crate::flight::control::{CONTROLS, Control};
+use crate::flight::derivative::{VARIABLES, Variable};
+use crate::flight::model::LinearModel;
+use crate::num::eigen::eigenvalues_8;
+
+/// Longest step, s.
+pub const MAX_STEP_S: f64 = 0.005;
+
+/// Largest product of step and fastest mode, rad: the step's error is about its fifth power over 120.
+pub const STEP_ANGLE: f64 = 0.05;
+
+/// Pitch attitude at which a flight ends, rad (89 degrees).
+pub const MAX_PITCH: f64 = 1.553_343;
+
+/// Magnitude of a velocity, rate or bank angle at which a flight ends: beyond any aircraft.
+pub const MAX_MAGNITUDE: f64 = 1e4;
+
+/// The true state at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrueState {
+    /// Time, s.
+    pub time_s: f64,
+    /// Velocity u, v, w through the air, gusts included, body axes, m/s.
+    pub air_velocity: [f64; 3],
+    /// Motion of the body; without gusts its velocity is that through the air.
+    pub motion: Motion,
+    /// Specific force at the centre of mass, body axes, m/s^2.
+    pub specific_force: [f64; 3],
+    /// Angular acceleration, body axes, rad/s^2.
+    pub angular_acceleration: [f64; 3],
+    /// The pilot's controls by [`Control`] place, rad.
+    pub controls: [f64; CONTROLS],
+    /// The blade's positions behind the control path, by [`Control`] place, rad.
+    pub blade: [f64; CONTROLS],
+    /// Rotor speed, rad/s, where the model has one.
+    pub rotor_speed: Option<f64>,
+}
+
+/// What drives the motion.
+pub(crate) struct Drive<'d> {
+    pub(crate) model: &'d LinearModel,
+    /// Mesh points and the points half way between, in turn: t0, half, t1, half, t2.
+    pub(crate) nodes_s: &'d [f64],
+    /// Blade deviations at every node.
+    pub(crate) blade: &'d [[f64; CONTROLS]],
+    pub(crate) controls: &'d [History; CONTROLS],
+    pub(crate) gusts: Option<&'d [History; 3]>,
+    pub(crate) rotor_speed: Option<&'d History>,
+}
+
+/// Mesh points with the halves between: every wanted time, none further apart than the step.
+pub(crate) fn nodes(mut wanted_s: Vec<f64>, max_step_s: f64) -> Vec<f64> {
+    wanted_s.sort_by(f64::total_cmp);
+    wanted_s.dedup();
+    let mut nodes = Vec::with_capacity(2 * wanted_s.len());
+    nodes.extend(wanted_s.first());
+    for (&t0, &t1) in wanted_s.iter().zip(wanted_s.iter().skip(1)) {
+        let parts = 2 * libm::ceil((t1 - t0) / max_step_s).max(1.0) as usize;
+        nodes.extend((1..parts).map(|part| t0 + (t1 - t0) * (part as f64 / parts as f64)));
+        nodes.push(t1);
+    }
+    nodes
+}
+
+/// The longest step that a model allows, s; `None` where its modes cannot be computed.
+pub(crate) fn longest_step(model: &LinearModel) -> Option<f64> {
+    let a = state_matrix(model);
+    let modes = eigenvalues_8(&core::array::from_fn(|row| core::array::from_fn(|column| a[(row, column)])))?;
+    let fastest = modes.iter().map(|mode| libm::hypot(mode.re, mode.im)).fold(0.0, f64::max);
+    if fastest.is_finite() { Some(MAX_STEP_S.min(STEP_ANGLE / fastest.max(f64::MIN_POSITIVE))) } else { None }
+}
+
+impl Drive<'_> {
+    /// True states at the mesh points from this start on, and the time at which the motion diverged, where it did.
+    pub(crate) fn fly(&self, start: Motion) -> (Vec<TrueState>, Option<f64>) {
+        let mut states = Vec::with_capacity(self.nodes_s.len() / 2 + 1);
+        let mut motion = start;
+        let mut node = 0;
+        while let Some(state) = self.state_at(node, motion) {
+            if !carries(&motion) {
+                return (states, Some(state.time_s));
+            }
+            states.push(state);
+            let Some(next) = self.step(node, motion) else { break };
+            motion = next;
+            node += 2;
+        }
+        (states, None)
+    }
+
+    /// One Runge-Kutta step from a mesh point to the next; `None` past the last.
+    fn step(&self, node: usize, motion: Motion) -> Option<Motion> {
+        let h = self.nodes_s.get(node + 2)? - self.nodes_s.get(node)?;
+        let x = motion.to_vector();
+        let slope = |node: usize, x: [f64; MOTION_STATES]| -> Option<[f64; MOTION_STATES]> {
+            let state = self.state_at(node, Motion::from_vector(x))?;
+            Some(state.motion.rate_of_change(state.specific_force, state.angular_acceleration).to_vector())
+        };
+        let k1 = slope(node, x)?;
+        let k2 = slope(node + 1, along(x, 0.5 * h, k1))?;
+        let k3 = slope(node + 1, along(x, 0.5 * h, k2))?;
+        let k4 = slope(node + 2, along(x, h, k3))?;
+        let mut sum = [0.0; MOTION_STATES];
+        for (((((sum, x), k1), k2), k3), k4) in sum.iter_mut().zip(x).zip(k1).zip(k2).zip(k3).zip(k4) {
+            *sum = x + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4);
+        }
+        Some(Motion::from_vector(sum))
+    }
+
+    /// Everything that holds at a node for this motion.
+    fn state_at(&self, node: usize, motion: Motion) -> Option<TrueState> {
+        let time_s = *self.nodes_s.get(node)?;
+        let moved = *self.blade.get(node)?;
+        let trim = &self.model.trim;
+        let [u, v, w] = motion.velocity;
+        let [gust_u, gust_v, gust_w] = self.gusts.map_or([0.0; 3], |[x, y, z]| [x.at(time_s), y.at(time_s), z.at(time_s)]);
+        let air_velocity = [u - gust_u, v - gust_v, w - gust_w];
+        let mut deviations = [0.0; VARIABLES];
+        let body = [Variable::U, Variable::V, Variable::W, Variable::P, Variable::Q, Variable::R];
+        for (variable, value) in body.into_iter().zip(air_velocity.into_iter().chain(motion.rates)) {
+            deviations[variable.index()] = value - trim.of(variable);
+        }
+        for (control, value) in Control::ALL.into_iter().zip(moved) {
+            deviations[control.variable().index()] = value;
+        }
+        let rotor_speed = self.rotor_speed.map(|history| history.at(time_s)).or(trim.rotor_speed);
+        let rotor_deviation = rotor_speed.zip(trim.rotor_speed).map_or(0.0, |(speed, at_trim)| speed - at_trim);
+        let [ax, ay, az, dp, dq, dr] = forces(self.model, &deviations, rotor_deviation);
+        let mut blade = trim.controls;
+        blade.iter_mut().zip(moved).for_each(|(position, deviation)| *position += deviation);
+        Some(TrueState {
+            time_s,
+            air_velocity,
+            motion,
+            specific_force: [ax, ay, az],
+            angular_acceleration: [dp, dq, dr],
+            controls: Control::ALL.map(|control| self.controls[control.index()].at(time_s)),
+            blade,
+            rotor_speed,
+        })
+    }
+}
+
+fn along(x: [f64; MOTION_STATES], h: f64, slope: [f64; MOTION_STATES]) -> [f64; MOTION_STATES] {
+    let mut moved = x;
+    moved.iter_mut().zip(slope).for_each(|(x, slope)| *x += h * slope);
+    moved
+}
+
+/// Whether the kinematics carry this motion.
+fn carries(motion: &Motion) -> bool {
+    let [phi, theta, _] = motion.attitude;
+    let mut watched = motion.velocity.into_iter().chain(motion.rates).chain([phi]);
+    watched.all(|value| value.is_finite() && libm::fabs(value) < MAX_MAGNITUDE)
+        && libm::fabs(theta) < MAX_PITCH
+        && motion.to_vector().iter().all(|value| value.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_mesh_holds_every_wanted_time_and_halves_between() {
+        assert_eq!(nodes(vec![0.5, 0.0, 0.0, 1.5], 0.5), [0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5]);
+        assert_eq!(nodes(vec![2.0], 0.5), [2.0]);
+        assert_eq!(nodes(vec![], 0.5), Vec::<f64>::new());
+    }
+
+    #[test]
+    fn a_fast_mode_shortens_the_step() {
+        let mut model = LinearModel::default();
+        assert_eq!(longest_step(&model), Some(MAX_STEP_S));
+        *model.derivative_mut(crate::flight::derivative::Axis::L, Variable::P) = -100.0;
+        assert!((longest_step(&model).unwrap() - STEP_ANGLE / 100.0).abs() < 1e-12);
+        *model.derivative_mut(crate::flight::derivative::Axis::L, Variable::P) = f64::INFINITY;
+        assert_eq!(longest_step(&model), None);
+    }
+}

@@ -1,0 +1,27 @@
+//! Simulation: an aircraft's model flown on given controls, seen through instruments.
+//!
+//! In: a model file's model and effects (`flight::model`, `flight::effect`), controls over time (`input`, `history`),
+//! instruments. Out: samples as a recording would hold them, and the true state behind them (`fly`); the linearised
+//! model's matrices (`linear`).
+//! Assumed: body axes, SI, gravity 9.80665 m/s^2; controls in straight lines between samples; forces as deviations from
+//! one trim; air at rest but for gusts.
+//! Refused: an effect that names no cause, a channel that nothing is known of, times that do not increase. A motion
+//! that diverges is a result, cut where it leaves the kinematics.
+//!
+//! The way of a control: `input` (hand) -> `control_path` (dead zone, mixing, delay, rate limit, lag) -> `linear`
+//! (forces) -> `integrate` (`motion`) -> `instrument` (position, lag, delay, scale, bias, noise).
+
+mod control_path;
+pub mod eigenmodes;
+pub mod fly;
+pub mod history;
+pub mod input;
+pub mod instrument;
+pub mod integrate;
+pub mod linear;
+pub mod motion;
+pub mod noise;
+pub mod turbulence;
+
+#[cfg(test)]
+mod flights;

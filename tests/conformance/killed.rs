@@ -1,0 +1,75 @@
+//! A process that logs at 256 Hz is killed at any time: all but the last 0.3 s comes back.
+//!
+//! The child is this test program itself. It says on its standard output what it has sent, so that the machine's own
+//! hesitations do not count. `SIDESLIP_KILLS` sets how often (20).
+
+use crate::example::{Dice, folder, head, read, state};
+use sideslip::outputs::log_thread::LogThread;
+use sideslip::outputs::mcap_log::McapLog;
+use sideslip::outputs::queue::{Policy, queue};
+use sideslip::telemetry::record::Sample;
+use std::fs::File;
+use std::io::{Read, Write};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+const CHILD: &str = "SIDESLIP_LOG_OF_CHILD";
+const HZ: f64 = 256.0;
+
+/// Not a test of its own: what the child does.
+#[test]
+#[ignore = "run by the test that kills it"]
+fn logs_until_killed() {
+    let Some(path) = std::env::var_os(CHILD) else { return };
+    let log = McapLog::create(Path::new(&path), head(), Box::new(|line| panic!("{line}"))).unwrap();
+    let (mut sender, receiver) = queue(Policy::RealTime, 4096, 2);
+    let thread = LogThread::spawn(receiver, log).unwrap();
+    let started = Instant::now();
+    for k in 0..20_000_u32 {
+        let time_s = f64::from(k) / HZ;
+        std::thread::sleep(Duration::from_secs_f64(time_s).saturating_sub(started.elapsed()));
+        sender.send_sample(&Sample::new(time_s), &[f64::from(k), f64::NAN]);
+        sender.send(&state(time_s));
+        // Past the test harness, which keeps what is printed.
+        writeln!(std::io::stdout().lock(), "sent {k}").unwrap();
+    }
+    drop(sender);
+    thread.join().unwrap();
+}
+
+#[test]
+fn all_but_the_last_moment_survives_a_kill() {
+    let kills: usize = std::env::var("SIDESLIP_KILLS").ok().and_then(|text| text.parse().ok()).unwrap_or(20);
+    let folder = folder("killed");
+    let mut dice = Dice(20);
+    let mut worst_s: f64 = 0.0;
+    for kill in 0..kills {
+        let path = folder.join(format!("{kill}.mcap"));
+        let mut child = Command::new(std::env::current_exe().unwrap())
+            .args(["killed::logs_until_killed", "--exact", "--ignored", "--nocapture"])
+            .env(CHILD, &path)
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(Duration::from_micros(50_000 + dice.bits() % 1_200_000));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let mut said = String::new();
+        child.stdout.take().unwrap().read_to_string(&mut said).unwrap();
+        // The last line may be cut.
+        let whole = said.rsplit_once('\n').map_or("", |(whole, _)| whole);
+        let sent = whole.lines().filter(|line| line.contains("sent ")).count();
+        let found = match File::open(&path) {
+            Ok(file) => read(file).map(|(rows, _)| rows).unwrap_or_default(),
+            Err(_) => Vec::new(),
+        };
+        for (k, (sample, unknown)) in found.iter().enumerate() {
+            assert_eq!((sample.time_s * HZ, unknown[0]), (k as f64, k as f64), "no hole");
+        }
+        let missing_s = (sent.saturating_sub(found.len())) as f64 / HZ;
+        worst_s = worst_s.max(missing_s);
+        assert!(missing_s <= 0.3, "kill {kill}: sent {sent}, came back {}", found.len());
+    }
+    eprintln!("{kills} kills: at most {worst_s:.3} s lost");
+}

@@ -1,0 +1,24 @@
+//! Two ways to the same answer: recursive and batch, sequential and joint, firmware and host, today and again.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stderr,
+    unreachable_pub,
+    reason = "a test fails by panicking, and says aloud what it measured; the manoeuvre is shared with a library"
+)]
+
+#[path = "../support/allocations.rs"]
+mod allocations;
+#[path = "../../firmware-profile/src/fingerprint.rs"]
+mod fingerprint;
+#[path = "../../firmware-profile/src/manoeuvre.rs"]
+mod manoeuvre;
+#[path = "../support/uniform.rs"]
+mod uniform;
+
+mod allocation;
+mod determinism;
+mod firmware;
+mod recursive_batch;
+mod sequential_joint;

@@ -1,0 +1,109 @@
+//! Every aid's prediction, row of H and noise against the measurement equations in dual numbers.
+
+use crate::dual::Dual;
+use crate::states::{DRAWS, assert_close, draw, variables};
+use crate::uniform::Uniform;
+use sideslip::estimation::aid::{AIRSPEED_MIN_M_S, predict};
+use sideslip::estimation::config::Config;
+use sideslip::estimation::process::{GYRO_BIAS, INPUTS, STATES};
+use sideslip::estimation::record::Aid;
+use sideslip::flight::run::RunGeometry;
+
+/// Velocity at `position`: that of the accelerometers, which the state holds, and omega x (position - accelerometers).
+fn velocity_at(position: [f64; 3], accelerometers: [f64; 3], x: &[Dual; STATES], measured: &[Dual; INPUTS]) -> [Dual; 3] {
+    let omega: [Dual; 3] = std::array::from_fn(|i| measured[3 + i] - x[GYRO_BIAS + i]);
+    let arm: [Dual; 3] = std::array::from_fn(|i| Dual::constant(position[i]) - Dual::constant(accelerometers[i]));
+    std::array::from_fn(|i| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        x[i] + omega[j] * arm[k] - omega[k] * arm[j]
+    })
+}
+
+/// What the aid reads, as the instruments are described.
+fn published(aid: Aid, x: &[Dual; STATES], measured: &[Dual; INPUTS], geometry: &RunGeometry) -> Dual {
+    let vane = velocity_at(geometry.vane_position_m, geometry.accelerometer_position_m, x, measured);
+    let centre = velocity_at([0.0; 3], geometry.accelerometer_position_m, x, measured);
+    let speed = |[u, v, w]: [Dual; 3]| (u * u + v * v + w * w).sqrt();
+    match aid {
+        Aid::Airspeed => speed(centre),
+        Aid::Incidence => vane[2].atan2(vane[0]),
+        Aid::Sideslip => (vane[1] / speed(vane)).asin(),
+        Aid::Bank => x[3],
+        Aid::Pitch => x[4],
+        Aid::Heading => x[5],
+        Aid::Altitude => x[6],
+    }
+}
+
+fn std_of(aid: Aid, config: &Config) -> f64 {
+    let n = &config.noise;
+    match aid {
+        Aid::Airspeed => n.airspeed_std,
+        Aid::Incidence => n.incidence_std,
+        Aid::Sideslip => n.sideslip_std,
+        Aid::Bank => n.bank_std,
+        Aid::Pitch => n.pitch_std,
+        Aid::Heading => n.heading_std,
+        Aid::Altitude => n.altitude_std,
+    }
+}
+
+#[test]
+fn predictions_rows_and_noise_are_the_published_ones() {
+    let mut uniform = Uniform(43);
+    let config = Config::default();
+    let mut compared = [0; Aid::ALL.len()];
+    for draw_number in 0..DRAWS {
+        let (state, measured) = draw(&mut uniform);
+        // Every fourth draw has the instruments at the centre of mass, as most runs do.
+        let arm = if draw_number % 4 == 0 { 0.0 } else { 1.0 };
+        let geometry = RunGeometry {
+            accelerometer_position_m: [2.0, 1.0, 1.0].map(|half| arm * uniform.within(half)),
+            vane_position_m: [15.0, 3.0, 3.0].map(|half| arm * uniform.within(half)),
+            ..RunGeometry::default()
+        };
+        let (x, inputs) = variables(&state, &measured);
+        for aid in Aid::ALL {
+            let Some(found) = predict(aid, &state, &measured, &geometry, &config.noise) else { continue };
+            compared[aid.index()] += 1;
+            let expected = published(aid, &x, &inputs, &geometry);
+            let what = |entry: &str| format!("{aid:?} {entry} at {state:?} {measured:?} {geometry:?}");
+            assert_close(found.value, expected.value, &|| what("value"));
+            for j in 0..STATES {
+                assert_close(found.row[j], expected.partials[j], &|| what(&format!("row {j}")));
+            }
+            // Gyro noise comes in through the measured rates.
+            let through_gyros: f64 = (3..INPUTS).map(|j| expected.partials[STATES + j]).map(|slope| slope * slope).sum();
+            let (own, gyro) = (std_of(aid, &config), config.noise.gyro_std);
+            assert_close(found.noise_var, own * own + through_gyros * gyro * gyro, &|| what("noise"));
+            assert!(found.noise_var > 0.0);
+            let angle = !matches!(aid, Aid::Airspeed | Aid::Altitude);
+            assert_eq!(found.wraps, angle);
+        }
+    }
+    assert!(compared.iter().all(|&count| count > DRAWS * 9 / 10), "{compared:?}");
+}
+
+#[test]
+fn readings_that_mean_nothing_at_low_speed_are_refused() {
+    let config = Config::default();
+    let geometry = RunGeometry::default();
+    let mut uniform = Uniform(44);
+    let mut refused = 0;
+    for _ in 0..DRAWS {
+        let (mut state, measured) = draw(&mut uniform);
+        for velocity in &mut state[..3] {
+            *velocity *= 0.1;
+        }
+        let [u, v, w, ..] = state;
+        let speed = (u * u + v * v + w * w).sqrt();
+        let in_symmetry = (u * u + w * w).sqrt();
+        let some = |aid| predict(aid, &state, &measured, &geometry, &config.noise).is_some();
+        assert_eq!(some(Aid::Airspeed), speed > AIRSPEED_MIN_M_S);
+        assert_eq!(some(Aid::Incidence), in_symmetry > AIRSPEED_MIN_M_S);
+        assert_eq!(some(Aid::Sideslip), in_symmetry > AIRSPEED_MIN_M_S);
+        assert!(some(Aid::Bank) && some(Aid::Pitch) && some(Aid::Heading) && some(Aid::Altitude));
+        refused += usize::from(speed <= AIRSPEED_MIN_M_S);
+    }
+    assert!(refused > 100, "{refused}");
+}

@@ -1,0 +1,55 @@
+//! Counts what a thread allocates: the proof that nothing between sample and estimate does.
+//!
+//! The count is the thread's own, so other tests beside it do not disturb it.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+/// The system's allocator, counted.
+pub(crate) struct Counted;
+
+thread_local! {
+    // Constant initialisation and no destructor: reading it never allocates.
+    static COUNT: Cell<u64> = const { Cell::new(0) };
+}
+
+fn count() {
+    // A thread that is ending has no count any more, and nobody to read it.
+    let _ = COUNT.try_with(|count| count.set(count.get() + 1));
+}
+
+/// How often `run` asked the allocator for something or gave something back.
+pub(crate) fn during(run: impl FnOnce()) -> u64 {
+    let before = COUNT.with(Cell::get);
+    run();
+    COUNT.with(Cell::get) - before
+}
+
+#[expect(unsafe_code, reason = "a global allocator has no safe form; this one only counts and passes on to the system's")]
+// SAFETY: every method keeps the contract of `GlobalAlloc` because it hands its arguments unchanged to `System`, which does;
+// counting touches one thread-local cell, neither allocates nor unwinds.
+unsafe impl GlobalAlloc for Counted {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promises about `layout` are passed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
+        count();
+        // SAFETY: `block` came from `System` with this layout, for nothing else allocates here.
+        unsafe { System.dealloc(block, layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promises about `layout` are passed on.
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn realloc(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count();
+        // SAFETY: `block` came from `System` with this layout; the caller's promise about `size` is passed on.
+        unsafe { System.realloc(block, layout, size) }
+    }
+}
