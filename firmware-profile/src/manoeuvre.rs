@@ -158,7 +158,7 @@ impl Iterator for Manoeuvre {
         ];
         let mut sample = Sample::new(f64::from(self.number) * INTERVAL_S);
         for (channel, value, std, every) in readings {
-            if self.number % every == 0 {
+            if self.number.is_multiple_of(every) {
                 sample.set(channel, value + self.noise(std));
             }
         }

@@ -175,7 +175,7 @@ fn vectors(uniform: &mut Uniform, count: usize, skip_one_in: u64) -> Vec<Option<
         for (response, theta) in z.into_iter().zip(theta).enumerate().skip(REGRESSORS).map(|(i, (_, theta))| (i, theta)) {
             z[response] += (0..REGRESSORS).map(|j| theta[j] * z[j]).sum::<f64>();
         }
-        (uniform.bits() % skip_one_in != 0).then_some(z)
+        (!uniform.bits().is_multiple_of(skip_one_in)).then_some(z)
     };
     (0..count).map(|_| one()).collect()
 }
@@ -225,7 +225,7 @@ fn estimates_and_their_covariances_are_those_of_the_stored_vectors() {
         for axis in [Axis::X, Axis::L, Axis::N] {
             let mut primary = [false; REGRESSORS];
             for place in primary.iter_mut().skip(1) {
-                *place = uniform.bits() % 3 != 0;
+                *place = !uniform.bits().is_multiple_of(3);
             }
             let offer = Offer { primary, optional: [false; REGRESSORS] };
             let found = fit(&information, response(axis), &offer, &Thresholds { f_enter: 12.0, f_remove: 8.0 }).unwrap();

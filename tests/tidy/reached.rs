@@ -1,6 +1,6 @@
 //! Dead files: every `.rs` file is reached by a `mod` from a root that Cargo builds.
 
-use crate::sources::{Source, code, none, root, rust};
+use crate::sources::{Source, code, files, none, root, rust};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Names of the modules that the code declares in other files, with the path that an attribute gives.
@@ -74,6 +74,20 @@ fn unreached(sources: &[Source], manifests: &str) -> Vec<String> {
         }
     }
     by_path.keys().filter(|path| !reached.contains(**path)).map(|path| format!("{path}: no mod reaches it")).collect()
+}
+
+/// Files below src that are built for tests only: `#[cfg(test)] mod x;`.
+pub(crate) fn of_tests() -> Vec<String> {
+    let mut found = Vec::new();
+    for source in files(&["src"], ".rs") {
+        for after in code(&source.text).split("#[cfg(test)]").skip(1) {
+            let declaration = after.trim_start().split('\n').next().unwrap_or_default();
+            for (name, path) in declared(declaration) {
+                found.extend(candidates(&source.path, &name, path.as_deref()));
+            }
+        }
+    }
+    found
 }
 
 #[test]

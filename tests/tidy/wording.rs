@@ -109,7 +109,8 @@ fn lines_and_files_are_short() {
     for source in rust() {
         findings.extend(in_lines(&source, |line| {
             let length = line.chars().count();
-            (length > LINE).then(|| format!("{length} characters"))
+            // The formatter does not break a string; whoever reads it wants it whole.
+            (length > LINE && !line.contains('"')).then(|| format!("{length} characters"))
         }));
         let lines = source.text.lines().count();
         let allowed = LONGER.iter().find(|(path, _)| *path == source.path).map_or(FILE, |(_, lines)| *lines);
@@ -159,8 +160,9 @@ fn no_banned_words_and_no_paths_of_one_machine() {
 
 #[test]
 fn the_library_takes_its_functions_from_libm() {
+    let of_tests = crate::reached::of_tests();
     let mut findings = Vec::new();
-    for source in files(&["src"], ".rs") {
+    for source in files(&["src"], ".rs").into_iter().filter(|source| !of_tests.contains(&source.path)) {
         let text = Source { path: source.path.clone(), text: crate::sources::built(&source.text) };
         findings.extend(in_lines(&text, |line| METHODS.iter().find(|m| line.contains(**m)).map(|m| (*m).to_owned())));
     }
