@@ -193,11 +193,12 @@ impl<T: Real, const N: usize> UdFactor<T, N> {
     /// [`Breakdown`] where the innovation variance is not positive.
     pub fn project(&self, h: &[T; N], noise_var: T) -> Result<Projection<T, N>, Breakdown> {
         let first = h.iter().position(|&entry| entry != T::ZERO).unwrap_or(N);
+        let end = h.iter().rposition(|&entry| entry != T::ZERO).map_or(first, |last| last + 1);
         let mut f = [T::ZERO; N];
         let mut innovation_var = noise_var;
         for j in first..N {
             let mut sum = h[j];
-            for i in first..j {
+            for i in first..j.min(end) {
                 sum += self.column[j][i] * h[i];
             }
             f[j] = sum;
@@ -225,10 +226,12 @@ impl<T: Real, const N: usize> UdFactor<T, N> {
             a[j] = sum;
         }
         let mut before = *noise_var;
+        let mut one_over_before = T::ONE / before;
         let mut gain = [T::ZERO; N];
         for j in first..N {
-            let lambda = f[j] / before;
-            self.d[j] = self.d[j] * (before / a[j]);
+            let lambda = f[j] * one_over_before;
+            one_over_before = T::ONE / a[j];
+            self.d[j] = self.d[j] * (before * one_over_before);
             if !(self.d[j] > T::ZERO) {
                 return Err(Breakdown { index: j });
             }
@@ -242,9 +245,8 @@ impl<T: Real, const N: usize> UdFactor<T, N> {
             }
             gain[j] = v[j];
         }
-        let scale = T::ONE / before;
         for entry in &mut gain {
-            *entry = *entry * scale;
+            *entry = *entry * one_over_before;
         }
         Ok(gain)
     }

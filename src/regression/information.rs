@@ -103,6 +103,13 @@ impl<const N: usize> Information<N> {
         }
     }
 
+    /// Entry i, j of G_l for every lag.
+    pub fn over_lags(&self, i: usize, j: usize) -> [f64; LAGS + 1] {
+        let mut products = [self.squared[i][j]; LAGS + 1];
+        products[1..].copy_from_slice(&self.lagged[i][j].0);
+        products
+    }
+
     /// a' G_l b for every lag, over the places where a and b are not zero.
     pub fn forms(&self, a: &[f64; N], b: &[f64; N]) -> [f64; LAGS + 1] {
         let mut now = 0.0;
