@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 /// Every entry that the budget must have: section, key and the constant's name.
-const ENTRIES: [(&str, &str, &str); 9] = [
+const ENTRIES: [(&str, &str, &str); 8] = [
     ("size", "profile", "PROFILE_BYTES"),
     ("size", "pipeline", "PIPELINE_BYTES"),
     ("size", "estimator", "ESTIMATOR_BYTES"),
@@ -13,7 +13,6 @@ const ENTRIES: [(&str, &str, &str); 9] = [
     ("size", "tick", "TICK_BYTES"),
     ("size", "sample", "SAMPLE_BYTES"),
     ("stack", "step", "STEP_STACK_BYTES"),
-    ("stack", "start", "START_STACK_BYTES"),
 ];
 
 fn main() -> Result<(), String> {

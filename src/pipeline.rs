@@ -27,6 +27,26 @@ pub struct Config {
     pub regression: RegressionConfig,
 }
 
+impl Config {
+    /// Instruments of flight-test quality.
+    pub const DEFAULT: Config = Config { estimation: EstimationConfig::DEFAULT, regression: RegressionConfig::DEFAULT };
+
+    /// Checks every setting once.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the first setting that is out of its range.
+    pub const fn check(self) -> Result<Checked, ConfigError> {
+        match (self.estimation.validate(), self.regression.validate()) {
+            (Err(error), _) | (Ok(()), Err(error)) => Err(error),
+            (Ok(()), Ok(())) => Ok(Checked(self)),
+        }
+    }
+}
+
+/// A configuration whose every setting has been checked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Checked(Config);
+
 /// What one sample brought.
 #[derive(Clone, Debug, Default)]
 pub struct Tick {
@@ -44,6 +64,17 @@ pub struct Tick {
     pub regression_events: Vec<RegressionEvent, REGRESSION_EVENTS>,
 }
 
+impl Tick {
+    const EMPTY: Tick = Tick {
+        state: None,
+        innovations: Vec::new(),
+        derivatives: None,
+        modes: None,
+        estimation_events: Vec::new(),
+        regression_events: Vec::new(),
+    };
+}
+
 /// The stages, wired.
 #[derive(Clone, Debug)]
 pub struct Pipeline {
@@ -59,12 +90,18 @@ impl Pipeline {
     /// # Errors
     /// [`ConfigError`] names the setting that cannot be used.
     pub fn new(config: &Config, geometry: RunGeometry) -> Result<Self, ConfigError> {
-        Ok(Pipeline {
-            estimator: Estimator::new(config.estimation, geometry)?,
-            recursive: Recursive::new(config.regression, config.estimation.grid_s)?,
+        Ok(Pipeline::of(&config.check()?, geometry))
+    }
+
+    /// The same from a configuration that has been checked; at compile time too, for a pipeline in a `static`.
+    pub const fn of(config: &Checked, geometry: RunGeometry) -> Self {
+        let Checked(config) = config;
+        Pipeline {
+            estimator: Estimator::of(config.estimation, geometry),
+            recursive: Recursive::of(config.regression, config.estimation.grid_s),
             published_s: None,
-            tick: Tick::default(),
-        })
+            tick: Tick::EMPTY,
+        }
     }
 
     /// The estimation stage.

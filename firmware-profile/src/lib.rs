@@ -8,46 +8,37 @@ pub mod budget;
 pub mod fingerprint;
 pub mod manoeuvre;
 
-use sideslip::estimation::config::ConfigError;
 use sideslip::flight::run::RunGeometry;
-use sideslip::pipeline::{Config, Pipeline, Tick};
+use sideslip::pipeline::{Checked, Config, Pipeline, Tick};
 use sideslip::telemetry::record::Sample;
 
-/// The one place of a pipeline: made at compile time, so that a `static` of it is all the memory there is.
+/// The settings that the profile flies with. One out of its range does not compile.
+pub const SETTINGS: Checked = match Config::DEFAULT.check() {
+    Ok(checked) => checked,
+    Err(_) => panic!("a setting of the profile is out of its range"),
+};
+
+/// The one place of a pipeline: made at compile time, so that a `static` of it is all the memory that there is, and no
+/// stack is needed to start.
 #[derive(Debug)]
 pub struct Profile {
-    pipeline: Option<Pipeline>,
-}
-
-impl Default for Profile {
-    fn default() -> Self {
-        Profile::new()
-    }
+    pipeline: Pipeline,
 }
 
 impl Profile {
-    /// The place, with no pipeline in it yet.
-    pub const fn new() -> Self {
-        Profile { pipeline: None }
+    /// The pipeline for a run with that geometry, ready for its first sample.
+    pub const fn new(settings: &Checked, geometry: RunGeometry) -> Self {
+        Profile { pipeline: Pipeline::of(settings, geometry) }
     }
 
-    /// Puts a pipeline for a run with that geometry into the place; one that stood there is gone.
-    ///
-    /// # Errors
-    /// [`ConfigError`] names the setting that cannot be used; the place is then as it was.
-    pub fn start(&mut self, config: &Config, geometry: RunGeometry) -> Result<(), ConfigError> {
-        self.pipeline = Some(Pipeline::new(config, geometry)?);
-        Ok(())
+    /// One sample: everything that it brought.
+    pub fn step(&mut self, sample: &Sample) -> &Tick {
+        self.pipeline.step(sample)
     }
 
-    /// One sample: everything that it brought; `None` before [`Profile::start`].
-    pub fn step(&mut self, sample: &Sample) -> Option<&Tick> {
-        self.pipeline.as_mut().map(|pipeline| pipeline.step(sample))
-    }
-
-    /// The last word at the end of a run; `None` before [`Profile::start`].
-    pub fn finish(&mut self) -> Option<&Tick> {
-        self.pipeline.as_mut().map(Pipeline::finish)
+    /// The last word at the end of a run.
+    pub fn finish(&mut self) -> &Tick {
+        self.pipeline.finish()
     }
 }
 

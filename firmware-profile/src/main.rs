@@ -1,16 +1,14 @@
 //! The profile on the host: a static place, samples of its own, and an allocator that stops the program.
 //!
 //! `firmware-profile` flies the manoeuvre and prints sizes, Dutch roll and fingerprint. `--stack BYTES` flies it in a
-//! thread of that much stack (started elsewhere), `--start-stack BYTES` starts there too: the program dies where it is too
-//! little.
+//! thread of that much stack: the program dies where it is too little.
 
-use firmware_profile::Profile;
 use firmware_profile::budget::PARTS;
 use firmware_profile::fingerprint::Fingerprint;
 use firmware_profile::manoeuvre::Manoeuvre;
+use firmware_profile::{Profile, SETTINGS};
 use sideslip::flight::run::RunGeometry;
 use sideslip::modes::record::ModesRecord;
-use sideslip::pipeline::Config;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write;
 use std::process::ExitCode;
@@ -49,12 +47,7 @@ unsafe impl GlobalAlloc for GroundOnly {
 static ALLOCATOR: GroundOnly = GroundOnly;
 
 /// All the memory of the pipeline.
-static PROFILE: Mutex<Profile> = Mutex::new(Profile::new());
-
-fn start() -> Result<(), String> {
-    let mut profile = PROFILE.lock().map_err(|error| error.to_string())?;
-    profile.start(&Config::default(), RunGeometry::default()).map_err(|error| error.to_string())
-}
+static PROFILE: Mutex<Profile> = Mutex::new(Profile::new(&SETTINGS, RunGeometry::DEFAULT));
 
 /// Flies the manoeuvre without an allocator.
 fn fly() -> Result<(Option<ModesRecord>, Fingerprint), String> {
@@ -62,38 +55,31 @@ fn fly() -> Result<(Option<ModesRecord>, Fingerprint), String> {
     let mut fingerprint = Fingerprint::default();
     IN_FLIGHT.store(true, Ordering::Relaxed);
     for sample in Manoeuvre::default() {
-        if let Some(tick) = profile.step(&sample) {
-            fingerprint.take(tick);
-        }
+        fingerprint.take(profile.step(&sample));
     }
-    let last = profile.finish().and_then(|tick| {
-        fingerprint.take(tick);
-        tick.modes
-    });
+    let tick = profile.finish();
+    fingerprint.take(tick);
+    let last = tick.modes;
     IN_FLIGHT.store(false, Ordering::Relaxed);
     Ok((last, fingerprint))
 }
 
-/// The function's answer, from a thread with that much stack.
-fn within<T: Send + 'static>(bytes: usize, run: fn() -> Result<T, String>) -> Result<T, String> {
-    let thread = std::thread::Builder::new().stack_size(bytes).spawn(run).map_err(|error| error.to_string())?;
+/// The same in a thread with that much stack.
+fn within(bytes: usize) -> Result<(Option<ModesRecord>, Fingerprint), String> {
+    let thread = std::thread::Builder::new().stack_size(bytes).spawn(fly).map_err(|error| error.to_string())?;
     thread.join().map_err(|_| "the thread broke off".to_owned())?
 }
 
 fn run() -> Result<String, String> {
-    let mut arguments = std::env::args().skip(1);
-    let (mut fly_in, mut start_in) = (None, None);
-    while let Some(argument) = arguments.next() {
-        let bytes = arguments.next().and_then(|bytes| bytes.parse::<usize>().ok());
-        let bytes = bytes.ok_or_else(|| format!("expected a number of bytes after {argument}"))?;
-        match argument.as_str() {
-            "--stack" => fly_in = Some(bytes),
-            "--start-stack" => start_in = Some(bytes),
-            _ => return Err(format!("expected --stack or --start-stack, found {argument}")),
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let (modes, fingerprint) = match arguments[..] {
+        [] => fly()?,
+        ["--stack", bytes] => {
+            within(bytes.parse().map_err(|_| format!("expected a number of bytes after --stack, found {bytes:?}"))?)?
         }
-    }
-    start_in.map_or_else(start, |bytes| within(bytes, start))?;
-    let (modes, fingerprint) = fly_in.map_or_else(fly, |bytes| within(bytes, fly))?;
+        _ => return Err(format!("expected nothing or `--stack BYTES`, found {arguments:?}")),
+    };
     let mut text = String::from("part             bytes      limit\n");
     for part in PARTS {
         text += &format!("{:<12} {:>9} {:>10}\n", part.name, part.bytes, part.limit);

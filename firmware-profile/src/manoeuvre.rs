@@ -15,12 +15,12 @@ pub const SAMPLES: u32 = 2_000;
 const G0: f64 = 9.80665;
 /// u v w p q r phi theta psi h.
 const STATES: usize = 10;
-const U0: f64 = 51.44;
-const W0: f64 = 1.6;
-const THETA0: f64 = 0.031;
 
 /// Lateral derivatives of the flight, by which the estimate can be judged: Y_v L_v L_p L_r N_v N_p N_r.
 pub const LATERAL: [f64; 7] = [-0.138, -0.070, -1.79, 0.138, 0.0056, -0.21, -0.50];
+
+/// u, w and theta of its trim, m/s and rad.
+pub const TRIM: [f64; 3] = [51.44, 1.6, 0.031];
 
 /// A control by doublets: (begin s, half length s, amplitude rad), straight between samples.
 type Doublets = [(f64, f64, f64); 3];
@@ -39,7 +39,8 @@ pub struct Manoeuvre {
 impl Default for Manoeuvre {
     fn default() -> Self {
         let mut state = [0.0; STATES];
-        [state[0], state[2], state[7], state[9]] = [U0, W0, THETA0, 500.0];
+        [state[0], state[2], state[7]] = TRIM;
+        state[9] = 500.0;
         Manoeuvre { state, number: 0, seed: 2 }
     }
 }
@@ -61,14 +62,15 @@ fn controls(time_s: f64) -> [f64; 3] {
 
 /// Specific force and angular acceleration.
 fn forces(x: &[f64; STATES], control: &[f64; 3]) -> [f64; 6] {
-    let (u, v, w) = (x[0] - U0, x[1], x[2] - W0);
+    let [u0, w0, theta0] = TRIM;
+    let (u, v, w) = (x[0] - u0, x[1], x[2] - w0);
     let (p, q, r) = (x[3], x[4], x[5]);
     let [lat_cyclic, lon_cyclic, pedal] = *control;
     let [y_v, l_v, l_p, l_r, n_v, n_p, n_r] = LATERAL;
     [
-        G0 * libm::sin(THETA0) - 0.02 * u + 0.03 * w + 5.0 * lon_cyclic,
+        G0 * libm::sin(theta0) - 0.02 * u + 0.03 * w + 5.0 * lon_cyclic,
         y_v * v + 2.0 * pedal,
-        -G0 * libm::cos(THETA0) - 0.05 * u - 0.8 * w,
+        -G0 * libm::cos(theta0) - 0.05 * u - 0.8 * w,
         l_v * v + l_p * p + l_r * r + 25.0 * lat_cyclic + 1.0 * pedal,
         0.001 * u - 0.02 * w - 1.2 * q + 6.0 * lon_cyclic,
         n_v * v + n_p * p + n_r * r - 5.0 * pedal,

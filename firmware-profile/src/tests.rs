@@ -1,25 +1,21 @@
 //! The profile flies its own manoeuvre and tells the Dutch roll that was put into it.
 
-use crate::Profile;
-use crate::manoeuvre::{LATERAL, Manoeuvre};
+use crate::manoeuvre::{LATERAL, Manoeuvre, TRIM};
+use crate::{Profile, SETTINGS};
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::run::RunGeometry;
-use sideslip::pipeline::Config;
-use sideslip::regression::record::Status;
+use sideslip::modes::lateral;
+use sideslip::regression::record::{LATERAL as ENTRIES, LateralDerivatives, Status};
+
 extern crate std;
 
 #[test]
-fn nothing_comes_out_before_the_start_and_the_flights_own_dutch_roll_at_the_end() {
-    let mut profile = std::boxed::Box::new(Profile::new());
-    for sample in Manoeuvre::default().take(3) {
-        assert!(profile.step(&sample).is_none());
-    }
-    assert!(profile.finish().is_none());
-    profile.start(&Config::default(), RunGeometry::default()).unwrap();
+fn the_flights_own_dutch_roll_comes_out() {
+    let mut profile = std::boxed::Box::new(Profile::new(&SETTINGS, RunGeometry::DEFAULT));
     for sample in Manoeuvre::default() {
-        assert!(profile.step(&sample).is_some());
+        profile.step(&sample);
     }
-    let tick = profile.finish().unwrap();
+    let tick = profile.finish();
     let derivatives = tick.derivatives.as_ref().unwrap();
     let terms = [
         (Axis::Y, Variable::V),
@@ -35,16 +31,15 @@ fn nothing_comes_out_before_the_start_and_the_flights_own_dutch_roll_at_the_end(
         std::println!("{axis:?}_{variable:?} {:.5} +- {:.5}, truth {truth}", term.value, term.std);
         assert!((term.value - truth).abs() < 4.0 * term.std, "{axis:?} {variable:?}: {term:?}, truth {truth}");
     }
+    let [y_v, l_v, l_p, l_r, n_v, n_p, n_r] = LATERAL;
+    let [u0, w0, theta0] = TRIM;
+    let values = [y_v, 0.0, 0.0, l_v, l_p, l_r, n_v, n_p, n_r];
+    let truth = LateralDerivatives { values, cov: [[0.0; ENTRIES]; ENTRIES], u0, w0, phi0: 0.0, theta0 };
+    let truth = lateral::modes(0.0, Status::Converged, &truth).unwrap().dutch_roll.unwrap();
     let modes = tick.modes.unwrap();
     assert_eq!(modes.status, Status::Converged);
-    std::println!("{:?}", modes.dutch_roll);
-}
-
-#[test]
-fn a_configuration_that_cannot_be_used_leaves_the_place_as_it_was() {
-    let mut profile = std::boxed::Box::new(Profile::new());
-    let mut config = Config::default();
-    config.estimation.gap_s = f64::NAN;
-    assert!(profile.start(&config, RunGeometry::default()).is_err());
-    assert!(profile.step(&sideslip::telemetry::record::Sample::new(0.0)).is_none());
+    let found = modes.dutch_roll.unwrap();
+    std::println!("{found:?}, truth {truth:?}");
+    assert!((found.omega - truth.omega).abs() < 4.0 * found.std_omega && found.std_omega < 0.005);
+    assert!((found.zeta - truth.zeta).abs() < 4.0 * found.std_zeta && found.std_zeta < 0.005);
 }

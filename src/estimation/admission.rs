@@ -51,7 +51,7 @@ fn range(channel: Channel) -> (f64, f64) {
 
 impl Admission {
     /// Silence longer than `gap_s` is a gap.
-    pub fn new(gap_s: f64) -> Self {
+    pub const fn new(gap_s: f64) -> Self {
         Admission { gap_s, newest_s: None, before_s: 0.0, before: 0 }
     }
 

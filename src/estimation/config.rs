@@ -55,41 +55,43 @@ pub struct Config {
 }
 
 impl Default for Config {
-    /// Instruments of flight-test quality; nothing here was tuned to a recording.
     fn default() -> Self {
-        Config {
-            noise: Noise {
-                accelerometer_std: 0.05,
-                gyro_std: 0.002,
-                airspeed_std: 0.5,
-                incidence_std: 0.003,
-                sideslip_std: 0.003,
-                bank_std: 0.003,
-                pitch_std: 0.003,
-                heading_std: 0.005,
-                altitude_std: 2.0,
-            },
-            accelerometer_bias_std: 0.1,
-            gyro_bias_std: 0.003,
-            accelerometer_bias_walk: 1e-4,
-            gyro_bias_walk: 1e-5,
-            unmeasured_acceleration_std: 1.0,
-            gate_sigmas: 5.0,
-            lag_s: 0.4,
-            grid_s: 0.08,
-            trim_window_s: 1.0,
-            gap_s: 1.0,
-            hold_s: 0.5,
-        }
+        Config::DEFAULT
     }
 }
 
 impl Config {
+    /// Instruments of flight-test quality; nothing here was tuned to a recording.
+    pub const DEFAULT: Config = Config {
+        noise: Noise {
+            accelerometer_std: 0.05,
+            gyro_std: 0.002,
+            airspeed_std: 0.5,
+            incidence_std: 0.003,
+            sideslip_std: 0.003,
+            bank_std: 0.003,
+            pitch_std: 0.003,
+            heading_std: 0.005,
+            altitude_std: 2.0,
+        },
+        accelerometer_bias_std: 0.1,
+        gyro_bias_std: 0.003,
+        accelerometer_bias_walk: 1e-4,
+        gyro_bias_walk: 1e-5,
+        unmeasured_acceleration_std: 1.0,
+        gate_sigmas: 5.0,
+        lag_s: 0.4,
+        grid_s: 0.08,
+        trim_window_s: 1.0,
+        gap_s: 1.0,
+        hold_s: 0.5,
+    };
+
     /// Checks every setting once, so that no stage has to.
     ///
     /// # Errors
     /// [`ConfigError`] names the first setting that is out of its range.
-    pub fn validate(&self) -> Result<(), ConfigError> {
+    pub const fn validate(&self) -> Result<(), ConfigError> {
         let n = &self.noise;
         let settings = [
             ("noise of the accelerometers", n.accelerometer_std, 0.0, 100.0),
@@ -113,10 +115,14 @@ impl Config {
             ("gap", self.gap_s, 0.05, 60.0),
             ("hold", self.hold_s, 0.01, 60.0),
         ];
-        for (setting, found, above, at_most) in settings {
+        // A constant function has no iterators.
+        let mut i = 0;
+        while i < settings.len() {
+            let (setting, found, above, at_most) = settings[i];
             if !(found > above && found <= at_most) {
                 return Err(ConfigError { setting, found, above, at_most });
             }
+            i += 1;
         }
         Ok(())
     }

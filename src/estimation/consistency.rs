@@ -40,7 +40,7 @@ pub fn flow_angle_rates(velocity: [f64; 3], attitude: [f64; 2], force: [f64; 3],
 }
 
 /// The comparison of one vane.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Consistency {
     count: f64,
     mean_measured: f64,
@@ -50,7 +50,23 @@ pub struct Consistency {
     noise_var: f64,
 }
 
+impl Default for Consistency {
+    fn default() -> Self {
+        Consistency::NEW
+    }
+}
+
 impl Consistency {
+    /// Nothing compared yet.
+    pub const NEW: Consistency = Consistency {
+        count: 0.0,
+        mean_measured: 0.0,
+        mean_difference: 0.0,
+        squares_measured: 0.0,
+        squares_difference: 0.0,
+        noise_var: 0.0,
+    };
+
     /// One instant: both rates and the variance that noise brings into their difference.
     pub fn compare(&mut self, measured: f64, kinematic: f64, noise_var: f64) {
         if !(measured.is_finite() && kinematic.is_finite() && noise_var.is_finite()) {

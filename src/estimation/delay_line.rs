@@ -42,7 +42,7 @@ pub struct Smoothed<const S: usize> {
 
 impl<const S: usize> DelayLine<S> {
     /// Kernel of that half width; a signal's last value serves for at most `hold_s`.
-    pub fn new(half_width_s: f64, hold_s: f64) -> Self {
+    pub const fn new(half_width_s: f64, hold_s: f64) -> Self {
         DelayLine {
             half_width_s,
             hold_s,

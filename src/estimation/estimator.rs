@@ -55,6 +55,11 @@ pub struct EstimationOutput {
     pub events: Vec<EstimationEvent, EVENTS>,
 }
 
+impl EstimationOutput {
+    const EMPTY: EstimationOutput =
+        EstimationOutput { state: None, innovations: Vec::new(), smoothed: Vec::new(), trim: None, events: Vec::new() };
+}
+
 /// The estimation stage.
 #[derive(Clone, Debug)]
 pub struct Estimator {
@@ -85,7 +90,12 @@ impl Estimator {
     /// [`ConfigError`] names the setting that cannot be used.
     pub fn new(config: Config, geometry: RunGeometry) -> Result<Self, ConfigError> {
         config.validate()?;
-        Ok(Estimator {
+        Ok(Estimator::of(config, geometry))
+    }
+
+    /// The same for a configuration that has been validated; at compile time too.
+    pub(crate) const fn of(config: Config, geometry: RunGeometry) -> Self {
+        Estimator {
             admission: Admission::new(config.gap_s),
             latest: Latest::new(config.hold_s),
             ekf: None,
@@ -94,17 +104,17 @@ impl Estimator {
             waiting_since_s: None,
             started_s: 0.0,
             missing_said: false,
-            health: [AidHealth::default(); AIDS],
+            health: [AidHealth::NEW; AIDS],
             delay: DelayLine::new(config.lag_s, config.hold_s),
             next_grid: 0,
             grid_origin_s: None,
             trim: TrimWindow::new(config.trim_window_s),
-            consistency: [Consistency::default(); 2],
+            consistency: [Consistency::NEW; 2],
             disagreement_said: [false; 2],
-            output: EstimationOutput::default(),
+            output: EstimationOutput::EMPTY,
             config,
             geometry,
-        })
+        }
     }
 
     /// Which instruments have been found.
@@ -157,7 +167,7 @@ impl Estimator {
         self.waiting_since_s = None;
         self.latest.clear();
         self.delay.clear();
-        self.health = [AidHealth::default(); AIDS];
+        self.health = [AidHealth::NEW; AIDS];
     }
 
     /// Starts the filter where the instruments allow it.
@@ -350,8 +360,11 @@ impl Estimator {
             self.next_grid = libm::floor((ready_s - origin_s) / grid_s) as u64;
             centre_s = origin_s + self.next_grid as f64 * grid_s;
         }
-        while centre_s < ready_s {
-            self.next_grid += 1;
+        for _ in 0..INSTANTS {
+            if !(centre_s < ready_s) {
+                break;
+            }
+            self.next_grid = self.next_grid.saturating_add(1);
             if let Some(smoothed) = self.delay.at(centre_s) {
                 self.compare_vanes(&smoothed);
                 let record = self.smoothed_record(centre_s, &smoothed, state);

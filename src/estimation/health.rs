@@ -24,13 +24,10 @@ pub struct AidHealth {
     reported: bool,
 }
 
-impl Default for AidHealth {
-    fn default() -> Self {
-        AidHealth { mean_nis: 1.0, count: 0, rejected_s: None, reported: false }
-    }
-}
-
 impl AidHealth {
+    /// Nothing seen yet.
+    pub const NEW: AidHealth = AidHealth { mean_nis: 1.0, count: 0, rejected_s: None, reported: false };
+
     /// Takes an innovation in; the event where the aid's health has changed.
     pub fn judge(&mut self, innovation: &Innovation) -> Option<EstimationEvent> {
         let aid = innovation.aid;
@@ -77,7 +74,7 @@ mod tests {
 
     #[test]
     fn a_rejection_is_said_once_until_it_has_stayed_away() {
-        let mut health = AidHealth::default();
+        let mut health = AidHealth::NEW;
         assert_eq!(health.judge(&innovation(0.0, 1.0, true)), None);
         let said = Some(EstimationEvent::AidRejected { aid: Aid::Bank, test_ratio: 1.44 });
         assert_eq!(health.judge(&innovation(1.0, 6.0, false)), said);
@@ -89,7 +86,7 @@ mod tests {
 
     #[test]
     fn innovations_three_times_too_large_are_said_once() {
-        let mut health = AidHealth::default();
+        let mut health = AidHealth::NEW;
         let events: Vec<_> = (0..300).filter_map(|i| health.judge(&innovation(f64::from(i), 3.0, true))).collect();
         assert_eq!(events.len(), 1);
         let EstimationEvent::InnovationsTooLarge { aid: Aid::Bank, mean_nis } = events[0] else { panic!("{events:?}") };

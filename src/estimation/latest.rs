@@ -28,7 +28,7 @@ const ACCELEROMETERS: [Channel; 3] = [Channel::Ax, Channel::Ay, Channel::Az];
 
 impl Latest {
     /// Values serve for `hold_s`.
-    pub fn new(hold_s: f64) -> Self {
+    pub const fn new(hold_s: f64) -> Self {
         Latest { hold_s, values: [0.0; CHANNELS], times_s: [f64::NEG_INFINITY; CHANNELS], seen: 0, tick_s: None, interval_s: 0.0 }
     }
 

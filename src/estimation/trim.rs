@@ -23,7 +23,7 @@ pub struct TrimWindow {
 
 impl TrimWindow {
     /// A window of that length from the first tick on.
-    pub fn new(length_s: f64) -> Self {
+    pub const fn new(length_s: f64) -> Self {
         TrimWindow { length_s, begin_s: None, sums: [0.0; SIGNALS], counts: [0.0; SIGNALS], rate_squares: [0.0; 3], done: false }
     }
 

@@ -15,13 +15,18 @@ pub struct RunGeometry {
     pub controls: ControlNames,
 }
 
+impl RunGeometry {
+    /// Every instrument at the centre of mass of a rotorcraft.
+    pub const DEFAULT: RunGeometry = RunGeometry {
+        accelerometer_position_m: [0.0; 3],
+        vane_position_m: [0.0; 3],
+        blades: None,
+        controls: ControlNames::Rotorcraft,
+    };
+}
+
 impl Default for RunGeometry {
     fn default() -> Self {
-        RunGeometry {
-            accelerometer_position_m: [0.0; 3],
-            vane_position_m: [0.0; 3],
-            blades: None,
-            controls: ControlNames::Rotorcraft,
-        }
+        RunGeometry::DEFAULT
     }
 }

@@ -26,19 +26,15 @@ pub struct Excitation {
 
 impl Excitation {
     /// On a grid of that interval.
-    pub fn new(grid_s: f64) -> Self {
-        Excitation {
-            gain: 1.0 - libm::exp(-grid_s / MEMORY_S),
-            grid_s,
-            mean: [0.0; VARIABLES],
-            var: [0.0; VARIABLES],
-            started: false,
-            quiet_s: f64::INFINITY,
-        }
+    pub const fn new(grid_s: f64) -> Self {
+        Excitation { gain: 0.0, grid_s, mean: [0.0; VARIABLES], var: [0.0; VARIABLES], started: false, quiet_s: f64::INFINITY }
     }
 
     /// Takes one instant in; whether the aircraft is excited.
     pub fn step(&mut self, z: &[f64; SIGNALS]) -> bool {
+        if !self.started {
+            self.gain = 1.0 - libm::exp(-self.grid_s / MEMORY_S);
+        }
         let mut excited = false;
         for i in 0..VARIABLES {
             if !self.started {

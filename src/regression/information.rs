@@ -39,19 +39,22 @@ pub struct Information<const N: usize> {
 
 impl<const N: usize> Default for Information<N> {
     fn default() -> Self {
-        Information {
-            sums: [[0.0; N]; N],
-            squared: [[0.0; N]; N],
-            lagged: [[Lagged([0.0; LAGS]); N]; N],
-            weight: 0.0,
-            weight2: 0.0,
-            weight3: 0.0,
-            recent: [Lagged([0.0; LAGS]); N],
-        }
+        Information::EMPTY
     }
 }
 
 impl<const N: usize> Information<N> {
+    /// No vector yet.
+    pub const EMPTY: Information<N> = Information {
+        sums: [[0.0; N]; N],
+        squared: [[0.0; N]; N],
+        lagged: [[Lagged([0.0; LAGS]); N]; N],
+        weight: 0.0,
+        weight2: 0.0,
+        weight3: 0.0,
+        recent: [Lagged([0.0; LAGS]); N],
+    };
+
     /// One vector, with everything before it forgotten by `lambda`.
     pub fn add(&mut self, z: &[f64; N], lambda: f64) {
         let forget = lambda * lambda;

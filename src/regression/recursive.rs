@@ -55,11 +55,16 @@ impl Recursive {
     /// [`ConfigError`] names the setting that cannot be used.
     pub fn new(config: Config, grid_s: f64) -> Result<Self, ConfigError> {
         config.validate()?;
-        Ok(Recursive {
+        Ok(Recursive::of(config, grid_s))
+    }
+
+    /// The same for a configuration that has been validated; at compile time too.
+    pub(crate) const fn of(config: Config, grid_s: f64) -> Self {
+        Recursive {
             grid_s,
-            lambda: libm::exp(-grid_s / config.forgetting_s),
+            lambda: 1.0,
             trim: None,
-            information: Information::default(),
+            information: Information::EMPTY,
             excitation: Excitation::new(grid_s),
             excited: false,
             excited_s: 0.0,
@@ -70,11 +75,12 @@ impl Recursive {
             statuses: [Status::Waiting; AXES],
             events: Vec::new(),
             config,
-        })
+        }
     }
 
     /// The run's trim; signals before it are not used.
     pub fn begin(&mut self, trim: TrimRecord) {
+        self.lambda = libm::exp(-self.grid_s / self.config.forgetting_s);
         self.trim = Some(trim);
     }
 

@@ -20,7 +20,7 @@ pub struct Settling {
 
 impl Settling {
     /// Settled after so long.
-    pub fn new(needed_s: f64) -> Self {
+    pub const fn new(needed_s: f64) -> Self {
         Settling { needed_s, since_s: None, reference: [0.0; VARIABLES], inside: [false; VARIABLES] }
     }
 

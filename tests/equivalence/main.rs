@@ -19,6 +19,7 @@ mod uniform;
 
 mod allocation;
 mod determinism;
+mod error_autocovariance;
 mod firmware;
 mod recursive_batch;
 mod sequential_joint;

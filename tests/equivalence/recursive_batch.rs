@@ -14,10 +14,6 @@ use sideslip::regression::stepwise::{Offer, Thresholds, fit};
 
 const TOLERANCE: f64 = 1e-9;
 
-/// The equation error's autocovariance solves a system of its own, whose condition the shortest memory here brings to some
-/// tens: its rounding counts so much more.
-const SOLVED: f64 = 20.0;
-
 /// Everything that was ever seen on the grid; `None` where the instant was skipped.
 struct Stored {
     vectors: Vec<Option<[f64; SIGNALS]>>,
@@ -104,46 +100,15 @@ impl Stored {
 
     /// Covariance of the estimates of a with those of b for residuals of that many lags, tapered linearly.
     fn covariance(&self, a: &Batch, b: &Batch, lags: usize) -> DMatrix<f64> {
-        self.covariance_of(a, b, lags, |lag| (self.residual_covariance(a, b, lag), self.residual_covariance(b, a, lag)))
+        self.covariance_of(a, b, |lag| (self.residual_covariance(a, b, lag), self.residual_covariance(b, a, lag)), lags)
     }
 
-    /// The same from the autocovariance of the equation error, as one equation is published: from that of the residual where
-    /// the record is too short for it.
-    fn own_covariance(&self, a: &Batch) -> DMatrix<f64> {
-        let error = self.error_covariance(a);
-        let cov = self.covariance_of(a, a, LAGS, |lag| (error[lag], error[lag]));
-        let enough = error[0] > 0.0 && cov.diagonal().iter().all(|variance| *variance > 0.0);
-        if enough { cov } else { self.covariance(a, a, LAGS) }
-    }
-
-    /// Lagged products of the equation's own regressors.
-    fn products(&self, a: &Batch, lag: usize) -> DMatrix<f64> {
-        let p = a.places.len();
-        DMatrix::from_fn(p, p, |i, j| self.lagged(lag, |k, before| self.z(k)[a.places[i]] * self.z(before)[a.places[j]]))
-    }
-
-    /// The equation error's autocovariance, by the formula of `regression::unbiased` written in whole matrices.
-    fn error_covariance(&self, a: &Batch) -> DVector<f64> {
-        let g: Vec<DMatrix<f64>> = (0..=LAGS).map(|lag| self.products(a, lag)).collect();
-        let both = |m: usize| if m > 0 { &g[m] + g[m].transpose() } else { g[0].clone() };
-        let t = |lag: usize| if lag <= LAGS { (&a.dispersion * &g[lag]).trace() } else { 0.0 };
-        let w3 = self.sum(3, |_| 1.0) / self.sum(2, |_| 1.0);
-        let matrix = DMatrix::from_fn(LAGS + 1, LAGS + 1, |l, m| {
-            let own = if l == m { self.lagged(l, |_, _| 1.0) } else { 0.0 };
-            let linear = t(l.abs_diff(m)) + if m > 0 { t(l + m) } else { 0.0 };
-            own - 2.0 * w3 * linear + (g[l].transpose() * &a.dispersion * both(m) * &a.dispersion).trace()
-        });
-        let sums = DVector::from_fn(LAGS + 1, |lag, _| {
-            self.lagged(lag, |k, before| a.residual[k].unwrap() * a.residual[before].unwrap())
-        });
-        matrix.svd(true, true).solve(&sums, 0.0).unwrap()
-    }
-
-    fn covariance_of(&self, a: &Batch, b: &Batch, lags: usize, residual: impl Fn(usize) -> (f64, f64)) -> DMatrix<f64> {
+    /// The same from covariances of the errors at each lag: a at k with b at k - lag, and b with a.
+    fn covariance_of(&self, a: &Batch, b: &Batch, of: impl Fn(usize) -> (f64, f64), lags: usize) -> DMatrix<f64> {
         let mut middle = DMatrix::zeros(a.places.len(), b.places.len());
         for lag in 0..=lags {
             let taper = 1.0 - lag as f64 / (LAGS + 1) as f64;
-            let (ahead, behind) = residual(lag);
+            let (ahead, behind) = of(lag);
             for (i, &row) in a.places.iter().enumerate() {
                 for (j, &column) in b.places.iter().enumerate() {
                     let at = self.lagged(lag, |k, before| self.z(k)[row] * self.z(before)[column]);
@@ -153,6 +118,44 @@ impl Stored {
             }
         }
         &a.dispersion * middle * &b.dispersion
+    }
+
+    /// The autocovariance of the equation error behind a fitted residual: the sums of its lagged products, less what the fit
+    /// took out of them, solved for; `None` where that cannot be.
+    fn error_covariance(&self, batch: &Batch) -> Option<DVector<f64>> {
+        let p = batch.places.len();
+        let g = |lag: usize| {
+            DMatrix::from_fn(p, p, |i, j| {
+                self.lagged(lag, |k, before| self.z(k)[batch.places[i]] * self.z(before)[batch.places[j]])
+            })
+        };
+        let g: Vec<DMatrix<f64>> = (0..=LAGS).map(g).collect();
+        let d = &batch.dispersion;
+        let t = |lag: usize| if lag <= LAGS { (d * &g[lag]).trace() } else { 0.0 };
+        let w3 = self.sum(3, |_| 1.0) / self.weight2();
+        let expected = DMatrix::from_fn(LAGS + 1, LAGS + 1, |l, m| {
+            let (twice, both) = if m > 0 { (t(l + m), &g[m] + g[m].transpose()) } else { (0.0, g[0].clone()) };
+            let own = if l == m { self.lagged(l, |_, _| 1.0) } else { 0.0 };
+            own - 2.0 * w3 * (t(l.abs_diff(m)) + twice) + (g[l].transpose() * d * both * d).trace()
+        });
+        let r = expected.lu().solve(&self.residual_sums(batch))?;
+        (r.iter().all(|entry| entry.is_finite()) && r[0] > 0.0).then_some(r)
+    }
+
+    fn residual_sums(&self, batch: &Batch) -> DVector<f64> {
+        let sum = |lag| self.lagged(lag, |k, before| batch.residual[k].unwrap() * batch.residual[before].unwrap());
+        DVector::from_fn(LAGS + 1, |lag, _| sum(lag))
+    }
+
+    /// Covariance of one equation's estimates as it is published: with the error's autocovariance, else the residual's.
+    fn own_covariance(&self, batch: &Batch) -> DMatrix<f64> {
+        if let Some(error) = self.error_covariance(batch) {
+            let cov = self.covariance_of(batch, batch, |lag| (error[lag], error[lag]), LAGS);
+            if cov.diagonal().iter().all(|&var| var > 0.0) {
+                return cov;
+            }
+        }
+        self.covariance(batch, batch, LAGS)
     }
 }
 
@@ -289,7 +292,7 @@ fn smoothed(z: &[f64; SIGNALS]) -> SmoothedRecord {
 
 /// Every number that the stage publishes, for the terms that it chose itself.
 fn assert_published(record: &DerivativesRecord, stored: &Stored) {
-    let mut batches = Vec::new();
+    let (mut batches, mut covariances) = (Vec::new(), Vec::new());
     for equation in &record.equations {
         let places: Vec<usize> = equation.terms.iter().map(|term| term.variable.map_or(BIAS, regressor)).collect();
         assert!(places.len() > 2 && places[0] == BIAS, "{equation:?}");
@@ -298,7 +301,7 @@ fn assert_published(record: &DerivativesRecord, stored: &Stored) {
         for (i, term) in equation.terms.iter().enumerate() {
             let what = format!("{:?} {:?}", equation.axis, term.variable);
             assert_close(term.value, batch.theta[i], batch.theta[i].abs().max(white[(i, i)].sqrt()), &what);
-            assert_close(term.std, cov[(i, i)].sqrt(), SOLVED * cov[(i, i)].sqrt(), &what);
+            assert_close(term.std, cov[(i, i)].sqrt(), cov[(i, i)].sqrt(), &what);
             assert_close(term.std_white, white[(i, i)].sqrt(), white[(i, i)].sqrt(), &what);
             let f = batch.theta[i] * batch.theta[i] / white[(i, i)];
             assert_close(term.partial_f_white(), f, 10.0 * f.max(1.0), &what);
@@ -319,6 +322,7 @@ fn assert_published(record: &DerivativesRecord, stored: &Stored) {
         let singular = unit.singular_values();
         assert_close(equation.condition_index, singular.max() / singular.min(), singular.max() / singular.min(), &what);
         batches.push(batch);
+        covariances.push(cov);
     }
     let lateral = record.lateral.unwrap();
     let find = |axis: Axis, variable: Variable| {
@@ -333,10 +337,9 @@ fn assert_published(record: &DerivativesRecord, stored: &Stored) {
                 assert_close(lateral.cov[a][b], 0.0, 0.0, &what);
                 continue;
             };
-            let same = axis_a == axis_b;
-            let expected = if same { stored.own_covariance(batch_a) } else { stored.covariance(batch_a, batch_b, LAGS) }[(i, j)];
-            let own = |batch: &Batch, i: usize| stored.own_covariance(batch)[(i, i)];
-            assert_close(lateral.cov[a][b], expected, SOLVED * (own(batch_a, i) * own(batch_b, j)).sqrt(), &what);
+            let own = |axis: Axis| &covariances[axis.index()];
+            let joint = if axis_a == axis_b { own(axis_a)[(i, j)] } else { stored.covariance(batch_a, batch_b, LAGS)[(i, j)] };
+            assert_close(lateral.cov[a][b], joint, (own(axis_a)[(i, i)] * own(axis_b)[(j, j)]).sqrt(), &what);
         }
         let (axis, variable) = LateralDerivatives::NAMES[a];
         let expected = find(axis, variable).map_or(0.0, |(batch, i)| batch.theta[i]);

@@ -37,6 +37,7 @@ impl Scalar for f32 {
 
 /// One thing done to a covariance of states of about unit size.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "a few dozen of them, made and read once")]
 enum Step {
     Propagate { top: [[f64; N]; M], input: [[f64; K]; M], var: [f64; K] },
     Fuse { row: [f64; N], var: f64 },

@@ -113,7 +113,7 @@ fn wild(uniform: &mut Uniform, time_s: &mut f64, weather: &Weather) -> Sample {
         };
         sample.set(channel, middle + uniform.within(half * size));
     }
-    if uniform.bits() % weather.trouble_one_in == 0 {
+    if uniform.bits().is_multiple_of(weather.trouble_one_in) {
         match uniform.bits() % 6 {
             0 => sample.present = uniform.bits() as u32,
             1 => sample.values[uniform.bits() as usize % CHANNELS] = f64::from_bits(uniform.bits()),

@@ -3,6 +3,8 @@
 //! Forward mode with a vector of partials: 13 for the filter's state and 6 for its inputs. Written from the rules, without
 //! the program's own derivatives, so that it can judge them.
 
+#![expect(clippy::suspicious_arithmetic_impl, reason = "the rules of a product and a quotient are sums and products")]
+
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Partials: the state's, then the inputs'.

@@ -1,0 +1,49 @@
+//! The manoeuvre that the statistical tests fly: the published Puma at 100 kn, pedal 3211, then lateral cyclic 3211.
+#![allow(dead_code, reason = "each test uses its part")]
+
+use sideslip::flight::model::LinearModel;
+use sideslip::simulation::fly::{Flown, Inputs, simulate};
+use sideslip::simulation::input::InputSpec;
+use sideslip::simulation::instrument::Instruments;
+
+/// Steady flight before the first input, s.
+pub(crate) const LEAD_S: f64 = 2.0;
+/// Length of the record, s.
+pub(crate) const DURATION_S: f64 = 22.0;
+/// Samples a second.
+pub(crate) const RATE_HZ: f64 = 100.0;
+/// The pilot's inputs: control, shape, amplitude rad, clock s, start s. Without the second, nothing moves the lateral cyclic
+/// and its derivatives cannot be known.
+pub(crate) const INPUTS: [&str; 2] = ["pedal:3211:0.02:0.7", "lat_cyclic:3211:0.008:0.5:7"];
+
+/// One flight with instruments of that quality.
+pub(crate) fn fly(model: &LinearModel, inputs: &[&str], instruments: &Instruments, seed: u64) -> Flown {
+    let mut controls = Inputs::at_trim(model);
+    for input in inputs {
+        let spec = InputSpec::parse(input).unwrap();
+        let place = sideslip::flight::channel::Channel::CONTROLS.iter().position(|&control| control == spec.channel).unwrap();
+        controls.controls[place] = controls.controls[place].plus(1.0, &spec.deviation(LEAD_S));
+    }
+    simulate(model, &controls, instruments, DURATION_S, RATE_HZ, seed).unwrap()
+}
+
+/// Results of seeds 0 .. count, on every core.
+pub(crate) fn over_seeds<T: Send>(count: u64, one: impl Fn(u64) -> T + Sync) -> Vec<T> {
+    let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get() as u64);
+    let mut results: Vec<(u64, T)> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..cores)
+            .map(|core| {
+                let one = &one;
+                scope.spawn(move || (core..count).step_by(cores as usize).map(|seed| (seed, one(seed))).collect::<Vec<_>>())
+            })
+            .collect();
+        workers.into_iter().flat_map(|worker| worker.join().unwrap()).collect()
+    });
+    results.sort_by_key(|(seed, _)| *seed);
+    results.into_iter().map(|(_, result)| result).collect()
+}
+
+/// How many seeds: the number that `SIDESLIP_SEEDS` names, for long studies; the test's own otherwise.
+pub(crate) fn seeds(usual: u64) -> u64 {
+    std::env::var("SIDESLIP_SEEDS").ok().and_then(|text| text.parse().ok()).unwrap_or(usual)
+}
