@@ -3,6 +3,7 @@
 
 pub mod estimation;
 pub mod flight;
+pub mod guide;
 pub mod modes;
 pub mod num;
 pub mod outputs;

@@ -1,25 +1,6 @@
 //! What the state estimation assumes: noise of the instruments, priors of their biases, gates and windows.
 
-/// A setting that cannot be used.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ConfigError {
-    /// Which setting.
-    pub setting: &'static str,
-    /// Its value.
-    pub found: f64,
-    /// What it must be above.
-    pub above: f64,
-    /// What it must not exceed.
-    pub at_most: f64,
-}
-
-impl core::fmt::Display for ConfigError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "{} is {}: expected above {} and at most {}", self.setting, self.found, self.above, self.at_most)
-    }
-}
-
-impl core::error::Error for ConfigError {}
+pub use crate::flight::setting::ConfigError;
 
 /// Standard deviations of the instruments' white noise, a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]

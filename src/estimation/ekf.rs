@@ -1,6 +1,6 @@
 //! Extended Kalman filter on the kinematics: sequencing only, the models are in `process` and `aid`.
 //!
-//! Consumes inputs (measured specific force and rates), measurements with their predictions; produces the state [13] and
+//! Consumes inputs (measured specific force and rates), measurements with their predictions; produces the state \[13\] and
 //! its covariance P = U D U'.
 //!     x <- x + dt f(x + dt/2 f(x, m), m),  m = mean of the inputs at both ends of dt, less bias    (1)
 //!     P <- F P F' + (dt G) diag(q) (dt G)',  F = I + dt [A -G; 0 0]                                (2)
@@ -10,6 +10,8 @@
 //! noise up to the point of linearisation, which here is the state after the preceding measurement).
 //! Numerics: (2) and (4) on the factors (`num::ud`). The biases' random walk is added in steps of `WALK_STEP_S`.
 //! Returns [`Breakdown`] where a variance is not positive or a state not finite; the filter is then to be thrown away.
+
+#![expect(clippy::needless_range_loop, reason = "indices are those of the equations")]
 
 use super::aid::Prediction;
 use super::process::{ACCELEROMETER_BIAS, GYRO_BIAS, INPUTS, Input, NAVIGATION, STATES, State, jacobians, rate, unbiased};

@@ -9,6 +9,7 @@ use super::config::{Config, ConfigError};
 use super::consistency::{Consistency, flow_angle_rates};
 use super::delay_line::{DelayLine, Smoothed};
 use super::ekf::{Ekf, ProcessNoise};
+use super::health::AidHealth;
 use super::latest::Latest;
 use super::process::{ACCELEROMETER_BIAS, ALTITUDE, ATTITUDE, GYRO_BIAS, INPUTS, Input, STATES, State, VELOCITY};
 use super::record::{AIDS, Aid, EstimationEvent, Innovation, Instrumentation, SmoothedRecord, StateRecord, TrimRecord};
@@ -38,12 +39,6 @@ pub const EVENTS: usize = 24;
 const START_WAIT_S: f64 = 0.5;
 /// How long after the start an instrument that has not come counts as missing, s.
 const MISSING_AFTER_S: f64 = 1.0;
-/// Weight of the newest normalised innovation in its running mean.
-const NIS_GAIN: f64 = 0.01;
-/// Mean normalised innovation squared above which the innovations are called too large.
-const NIS_LARGE: f64 = 4.0;
-/// Aids' rejections must stay away so long before a rejection is an event again, s.
-const QUIET_S: f64 = 2.0;
 
 /// What one sample brought.
 #[derive(Clone, Debug, Default)]
@@ -64,16 +59,6 @@ impl EstimationOutput {
     const EMPTY: EstimationOutput =
         EstimationOutput { state: None, innovations: Vec::new(), smoothed: Vec::new(), trim: None, events: Vec::new() };
 }
-
-#[derive(Clone, Copy, Debug)]
-struct AidHealth {
-    mean_nis: f64,
-    count: u32,
-    rejected_s: Option<f64>,
-    reported: bool,
-}
-
-const HEALTHY: AidHealth = AidHealth { mean_nis: 1.0, count: 0, rejected_s: None, reported: false };
 
 /// The estimation stage.
 #[derive(Clone, Debug)]
@@ -119,7 +104,7 @@ impl Estimator {
             waiting_since_s: None,
             started_s: 0.0,
             missing_said: false,
-            health: [HEALTHY; AIDS],
+            health: [AidHealth::NEW; AIDS],
             delay: DelayLine::new(config.lag_s, config.hold_s),
             next_grid: 0,
             grid_origin_s: None,
@@ -182,7 +167,7 @@ impl Estimator {
         self.waiting_since_s = None;
         self.latest.clear();
         self.delay.clear();
-        self.health = [HEALTHY; AIDS];
+        self.health = [AidHealth::NEW; AIDS];
     }
 
     /// Starts the filter where the instruments allow it.
@@ -252,7 +237,9 @@ impl Estimator {
             let Some(observation) = sample.get(aid.channel()) else { continue };
             let Some(prediction) = aid::predict(aid, ekf.state(), &input, &self.geometry, &self.config.noise) else { continue };
             let innovation = ekf.fuse(time_s, aid, observation, &prediction, self.config.gate_sigmas)?;
-            self.judge(&innovation);
+            if let Some(event) = self.health[aid.index()].judge(&innovation) {
+                self.notice(event);
+            }
             let _ = self.output.innovations.push(innovation);
         }
         let state = self.record(&ekf);
@@ -293,34 +280,6 @@ impl Estimator {
             input_var,
             accelerometer_walk_var: config.accelerometer_bias_walk * config.accelerometer_bias_walk,
             gyro_walk_var: config.gyro_bias_walk * config.gyro_bias_walk,
-        }
-    }
-
-    /// Keeps the health of the aid and says where it changes.
-    fn judge(&mut self, innovation: &Innovation) {
-        let aid = innovation.aid;
-        let health = &mut self.health[aid.index()];
-        let nis = innovation.innovation * innovation.innovation / innovation.innovation_var;
-        health.count = health.count.saturating_add(1);
-        health.mean_nis += NIS_GAIN.max(1.0 / f64::from(health.count)) * (nis - health.mean_nis);
-        let mut event = None;
-        if innovation.fused {
-            if health.rejected_s.is_some_and(|since| innovation.time_s - since > QUIET_S) {
-                health.rejected_s = None;
-                event = Some(EstimationEvent::AidAccepted { aid });
-            }
-        } else {
-            if health.rejected_s.is_none() {
-                event = Some(EstimationEvent::AidRejected { aid, test_ratio: innovation.test_ratio });
-            }
-            health.rejected_s = Some(innovation.time_s);
-        }
-        if health.count > 100 && health.mean_nis > NIS_LARGE && !health.reported {
-            health.reported = true;
-            event = event.or(Some(EstimationEvent::InnovationsTooLarge { aid, mean_nis: health.mean_nis }));
-        }
-        if let Some(event) = event {
-            self.notice(event);
         }
     }
 

@@ -12,6 +12,7 @@ pub mod consistency;
 pub mod delay_line;
 pub mod ekf;
 pub mod estimator;
+pub mod health;
 pub mod latest;
 pub mod process;
 pub mod record;

@@ -1,6 +1,6 @@
 //! Rigid-body kinematics as the filter's process: equations (1) to (6) of the paper and altitude.
 //!
-//! Consumes the state [13] and the inputs (measured specific force and body rates); produces its rate of change f and the
+//! Consumes the state \[13\] and the inputs (measured specific force and body rates); produces its rate of change f and the
 //! Jacobians of f with respect to navigation states A [7 x 7] and inputs G [7 x 6].
 //!     u' = -w q + v r + ax - g sin(theta)                                                         (1)
 //!     v' = -u r + w p + ay + g cos(theta) sin(phi)                                                (2)
@@ -72,10 +72,13 @@ pub fn rate(state: &State, input: &Input) -> Option<[f64; NAVIGATION]> {
     ])
 }
 
+/// Jacobian of f with respect to the navigation states, A, and to the inputs, G.
+pub type Jacobians = ([[f64; NAVIGATION]; NAVIGATION], [[f64; INPUTS]; NAVIGATION]);
+
 /// Jacobians of [`rate`]: A with respect to the navigation states, G with respect to the inputs.
 ///
 /// Returns `None` where [`rate`] does.
-pub fn jacobians(state: &State, input: &Input) -> Option<([[f64; NAVIGATION]; NAVIGATION], [[f64; INPUTS]; NAVIGATION])> {
+pub fn jacobians(state: &State, input: &Input) -> Option<Jacobians> {
     let [u, v, w, phi, theta, ..] = *state;
     let [_, _, _, p, q, r] = *input;
     let (sin_phi, cos_phi) = libm::sincos(phi);

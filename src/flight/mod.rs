@@ -14,6 +14,7 @@ pub mod model;
 pub mod run;
 #[cfg(feature = "std")]
 pub mod run_file;
+pub mod setting;
 pub mod term;
 pub mod unit;
 

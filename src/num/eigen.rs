@@ -1,6 +1,6 @@
 //! Eigenvalues of small real matrices and their exact sensitivity to every entry.
 //!
-//! Consumes A [N x N]; produces lambda [N] and, for a simple lambda,
+//! Consumes A [N x N]; produces lambda \[N\] and, for a simple lambda,
 //!     d lambda / d A_ij = adj(lambda I - A)_ji / trace adj(lambda I - A)                          (1)
 //! with the adjugate as a polynomial in lambda, adj(lambda I - A) = sum_k lambda^(N-1-k) B_k (Faddeev and LeVerrier):
 //!     B_0 = I,  c_k = -trace(A B_(k-1))/k,  B_k = A B_(k-1) + c_k I                               (2)
@@ -9,6 +9,8 @@
 //! Source: F. R. Gantmacher, The Theory of Matrices, 1959, ch. IV.5; P. Lancaster, On eigenvalues of matrices dependent on
 //! a parameter, Numer. Math. 6, 1964. Eigenvalues by nalgebra's real Schur form.
 //! Numerics: double eigenvalues have no derivative; [`sensitivity`] then returns `None`, never a huge number.
+
+#![expect(clippy::needless_range_loop, reason = "indices are those of the equations")]
 
 use nalgebra::{Complex, Matrix4, SMatrix, Schur};
 

@@ -1,7 +1,7 @@
 //! Covariance kept as U D U': symmetric by construction, positive as long as every d is.
 //!
 //! Consumes rows of a transition matrix, noise input columns and measurement rows; produces the factors
-//! U [N x N] (unit upper triangular) and d [N] with
+//! U [N x N] (unit upper triangular) and d \[N\] with
 //!     P = U diag(d) U'                                                                        (1)
 //! | symbol | shape | meaning |
 //! | --- | --- | --- |
@@ -20,6 +20,8 @@
 //! A. P. Andrews, Kalman Filtering, 4th ed. 2015, tables 7.9 to 7.11.
 //! Numerics: no subtraction forms a d, so a d stays positive unless it underflows; then [`Breakdown`] is returned and
 //! the factors are to be thrown away.
+
+#![expect(clippy::needless_range_loop, reason = "indices are those of the equations")]
 
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
@@ -191,11 +193,12 @@ impl<T: Real, const N: usize> UdFactor<T, N> {
     /// [`Breakdown`] where the innovation variance is not positive.
     pub fn project(&self, h: &[T; N], noise_var: T) -> Result<Projection<T, N>, Breakdown> {
         let first = h.iter().position(|&entry| entry != T::ZERO).unwrap_or(N);
+        let end = h.iter().rposition(|&entry| entry != T::ZERO).map_or(first, |last| last + 1);
         let mut f = [T::ZERO; N];
         let mut innovation_var = noise_var;
         for j in first..N {
             let mut sum = h[j];
-            for i in first..j {
+            for i in first..j.min(end) {
                 sum += self.column[j][i] * h[i];
             }
             f[j] = sum;
@@ -207,7 +210,7 @@ impl<T: Real, const N: usize> UdFactor<T, N> {
         Ok(Projection { first, f, noise_var, innovation_var })
     }
 
-    /// Measurement update, (3); returns the gain K = P h'/innovation_var [N].
+    /// Measurement update, (3); returns the gain K = P h'/innovation_var \[N\].
     ///
     /// # Errors
     /// [`Breakdown`] where an updated variance is not positive.
@@ -223,10 +226,12 @@ impl<T: Real, const N: usize> UdFactor<T, N> {
             a[j] = sum;
         }
         let mut before = *noise_var;
+        let mut one_over_before = T::ONE / before;
         let mut gain = [T::ZERO; N];
         for j in first..N {
-            let lambda = f[j] / before;
-            self.d[j] = self.d[j] * (before / a[j]);
+            let lambda = f[j] * one_over_before;
+            one_over_before = T::ONE / a[j];
+            self.d[j] = self.d[j] * (before * one_over_before);
             if !(self.d[j] > T::ZERO) {
                 return Err(Breakdown { index: j });
             }
@@ -240,9 +245,8 @@ impl<T: Real, const N: usize> UdFactor<T, N> {
             }
             gain[j] = v[j];
         }
-        let scale = T::ONE / before;
         for entry in &mut gain {
-            *entry = *entry * scale;
+            *entry = *entry * one_over_before;
         }
         Ok(gain)
     }

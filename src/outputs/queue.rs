@@ -299,9 +299,10 @@ mod tests {
         assert_eq!(drain(&receiver).len(), 3);
         sender.send(&event(5.0));
         let entries = drain(&receiver);
-        assert!(
-            matches!(entries.as_slice(), [Entry::Lost(Lost { time_s: 3.0, count: 2 }), Entry::Event(e)] if (5.0..=5.0).contains(&e.time_s))
-        );
+        assert!(matches!(
+            entries.as_slice(),
+            [Entry::Lost(Lost { time_s: 3.0, count: 2 }), Entry::Event(e)] if (5.0..=5.0).contains(&e.time_s)
+        ));
     }
 
     #[test]
@@ -362,9 +363,10 @@ mod tests {
             for k in 0..500_u32 {
                 match receiver.receive(Duration::from_secs(10)) {
                     Received::Entry(entry) => {
-                        assert!(
-                            matches!(&entry, Entry::Sample(sample, values) if (sample.time_s, values[0]) == (f64::from(k), -f64::from(k)))
-                        );
+                        assert!(matches!(
+                            &entry,
+                            Entry::Sample(sample, values) if (sample.time_s, values[0]) == (f64::from(k), -f64::from(k))
+                        ));
                         receiver.recycle(entry);
                     }
                     other => panic!("{other:?}"),

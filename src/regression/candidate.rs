@@ -1,6 +1,6 @@
 //! Candidate regressors: which terms each equation is offered, which belong to it, and where they stand in the sums.
 //!
-//! Consumes smoothed signals and the run's trim; produces the vector z [17] of the information matrix:
+//! Consumes smoothed signals and the run's trim; produces the vector z \[17\] of the information matrix:
 //!     z = [1, u v w p q r, lon lat col pedal, ax ay az p' q' r'], all but the 1 as deviations from trim    (1)
 //! Primary terms are the stiffness, damping and control terms of (23) and (24) of the paper and their like on the other
 //! axes: they stay in whatever their F, so that their standard errors are told instead of a zero; every other term has to

@@ -1,6 +1,6 @@
 //! What the regression assumes: thresholds, forgetting, what counts as settled.
 
-use crate::estimation::config::ConfigError;
+use crate::flight::setting::ConfigError;
 
 /// Configuration of the regression stage.
 #[derive(Clone, Copy, Debug, PartialEq)]

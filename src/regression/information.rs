@@ -1,6 +1,6 @@
 //! The information matrix: everything the regression keeps of the past, at a cost independent of the record's length.
 //!
-//! Consumes vectors z_k [N] (bias, regressors, responses) on a uniform grid; produces
+//! Consumes vectors z_k \[N\] (bias, regressors, responses) on a uniform grid; produces
 //!     S   = sum_k lambda^(n-k) z_k z_k'                                                           (1)
 //!     G_l = sum_k lambda^((n-k)+(n-(k-l))) z_k z_(k-l)',  l = 0 .. LAGS                             (2)
 //! S gives least squares for any subset of regressors and any response. G_l gives, for any vector of coefficients e over z
@@ -104,6 +104,13 @@ impl<const N: usize> Information<N> {
             None => self.squared,
             Some(l) => core::array::from_fn(|i| core::array::from_fn(|j| self.lagged[i][j].0[l])),
         }
+    }
+
+    /// Entry i, j of G_l for every lag.
+    pub fn over_lags(&self, i: usize, j: usize) -> [f64; LAGS + 1] {
+        let mut products = [self.squared[i][j]; LAGS + 1];
+        products[1..].copy_from_slice(&self.lagged[i][j].0);
+        products
     }
 
     /// a' G_l b for every lag, over the places where a and b are not zero.

@@ -13,10 +13,10 @@ use super::record::{
 };
 use super::status::Settling;
 use super::stepwise::{Fit, Offer, Thresholds, fit};
-use crate::estimation::config::ConfigError;
 use crate::estimation::record::{Aid, Instrumentation, SmoothedRecord, TrimRecord};
 use crate::flight::channel::Channel;
 use crate::flight::derivative::{AXES, Axis, Variable};
+use crate::flight::setting::ConfigError;
 use crate::num::eigen::condition_index;
 use heapless::Vec;
 

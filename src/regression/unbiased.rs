@@ -37,42 +37,51 @@ pub fn error_covariance(
     residual: &Coefficients,
 ) -> Option<LagCovariance> {
     let p = order.len().min(REGRESSORS);
-    // D G_l' and D (G_m + [m > 0] G_m'), both with rows and columns in the order of entry.
-    let mut turned = [[[0.0; REGRESSORS]; REGRESSORS]; COUNT];
+    // D G_l' and D (G_m + [m > 0] G_m'), rows and columns in the order of entry, the lag as last index.
+    let mut turned = [[[0.0; COUNT]; REGRESSORS]; REGRESSORS];
     let mut both = turned;
-    let mut trace = [0.0; COUNT];
-    let mut pairs = [0.0; COUNT];
-    for lag in 0..COUNT {
-        let g = information.lagged(lag);
-        pairs[lag] = g[BIAS][BIAS];
-        for i in 0..p {
-            for j in 0..p {
-                let (mut ahead, mut behind) = (0.0, 0.0);
-                for k in 0..p {
-                    let d = dispersion[order[i]][order[k]];
-                    ahead += d * g[order[k]][order[j]];
-                    behind += d * g[order[j]][order[k]];
-                }
-                turned[lag][i][j] = behind;
-                both[lag][i][j] = if lag == 0 { ahead } else { ahead + behind };
+    for &place_k in order.iter().take(p) {
+        for (j, &place_j) in order.iter().enumerate().take(p) {
+            let (ahead, behind) = (information.over_lags(place_k, place_j), information.over_lags(place_j, place_k));
+            let mut sum = ahead;
+            for lag in 1..COUNT {
+                sum[lag] += behind[lag];
             }
-            trace[lag] += turned[lag][i][i];
+            for (i, &place_i) in order.iter().enumerate().take(p) {
+                let d = dispersion[place_i][place_k];
+                for (entry, behind) in turned[i][j].iter_mut().zip(&behind) {
+                    *entry += d * behind;
+                }
+                for (entry, sum) in both[i][j].iter_mut().zip(&sum) {
+                    *entry += d * sum;
+                }
+            }
         }
     }
+    // quadratic[l][m] = trace of the products.
+    let mut quadratic = [[0.0; COUNT]; COUNT];
+    let mut trace = [0.0; COUNT];
+    for i in 0..p {
+        for j in 0..p {
+            for (row, of_l) in quadratic.iter_mut().zip(&turned[i][j]) {
+                for (entry, of_m) in row.iter_mut().zip(&both[j][i]) {
+                    *entry += of_l * of_m;
+                }
+            }
+        }
+        for (trace, own) in trace.iter_mut().zip(&turned[i][i]) {
+            *trace += own;
+        }
+    }
+    let pairs = information.over_lags(BIAS, BIAS);
     let w3 = information.weight3() / information.weight2();
     let t = SMatrix::<f64, COUNT, COUNT>::from_fn(|l, m| {
         let mut linear = trace[l.abs_diff(m)];
         if m > 0 && l + m < COUNT {
             linear += trace[l + m];
         }
-        let mut quadratic = 0.0;
-        for i in 0..p {
-            for j in 0..p {
-                quadratic += turned[l][i][j] * both[m][j][i];
-            }
-        }
         let own = if l == m { pairs[l] } else { 0.0 };
-        own - 2.0 * w3 * linear + quadratic
+        own - 2.0 * w3 * linear + quadratic[l][m]
     });
     let sums = SVector::<f64, COUNT>::from(information.forms(residual, residual));
     let r = t.lu().solve(&sums)?;
@@ -128,10 +137,10 @@ mod tests {
                 mean_residual[lag] += fitted[lag] / f64::from(records);
             }
         }
-        for lag in 0..5 {
+        for (lag, mean) in mean.into_iter().enumerate() {
             let truth = libm::pow(memory, lag as f64);
             // The mean of 400 records knows each lag to about 0.01.
-            assert!((mean[lag] - truth).abs() < 0.04, "lag {lag}: {} for {truth}", mean[lag]);
+            assert!((mean - truth).abs() < 0.04, "lag {lag}: {mean} for {truth}");
         }
         assert!(mean_residual[2] < 0.36 - 0.1, "{mean_residual:?}: nothing to make good in this example");
     }

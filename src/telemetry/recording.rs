@@ -193,7 +193,8 @@ impl Recording {
     /// The next row that can be read; `None` at the end.
     ///
     /// # Errors
-    /// [`RecordingError`] where reading fails, a row is longer than memory allows for, or the end comes without a single good row.
+    /// [`RecordingError`] where reading fails, a row is longer than memory allows for, or the end comes without a single
+    /// good row.
     pub fn next_row(&mut self) -> Result<Option<&Row>, RecordingError> {
         match self {
             Recording::Csv(recording) => recording.next_row(),

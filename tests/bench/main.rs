@@ -10,6 +10,8 @@
 //!
 //! Run with `cargo bench`; a filter (`cargo bench -- filter`) runs a part, and the table then shows that part.
 
+#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark stops where its data are wrong, and prints")]
+
 mod filter;
 mod flight;
 mod ledger;

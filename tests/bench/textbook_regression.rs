@@ -3,9 +3,9 @@
 //!     S <- lambda S + z z',   G_l <- lambda^2 G_l + lambda^l z z_(k-l)'                              (1)
 //!     K = P x/(lambda + x'P x),  theta <- theta + K (y - x'theta)',  P <- (P - K x'P)/lambda          (2)
 //!     theta = (X'X)^-1 X'y by Cholesky for every subset that stepwise regression tries               (3)
-//! (2) keeps six equations of eleven regressors and knows no standard error for coloured residuals, no R2 and no other
-//! subset of regressors. (3) comes in two depths: with the white partial F alone, and with the standard errors corrected for
-//! colour that decide over entry and removal in ours, so that both give the same answer.
+//! The lags are those of ours. (2) keeps six equations of eleven regressors and knows no standard error for coloured
+//! residuals, no R2 and no other subset of regressors. (3) comes in two depths: with the white partial F alone, and with
+//! standard errors corrected for the colour of the residual, which decide over entry and removal.
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
@@ -14,7 +14,7 @@ pub(crate) const N: usize = 17;
 /// Regressors, the bias at 0.
 pub(crate) const P: usize = 11;
 const RESPONSES: usize = N - P;
-const LAGS: usize = 24;
+const LAGS: usize = 16;
 
 type Square = SMatrix<f64, N, N>;
 type Signals = SVector<f64, N>;
@@ -131,7 +131,7 @@ pub(crate) struct Equation {
 pub(crate) enum Depth {
     /// White residuals: what most programs do.
     White,
-    /// Corrected for colour, as ours.
+    /// Corrected for the colour of the residual.
     Coloured,
 }
 

@@ -33,7 +33,8 @@ proptest! {
             newest_s = Some(sample.time_s);
             for channel in Channel::ALL {
                 let refused = events.iter().any(|event| match event {
-                    EstimationEvent::NotFinite { channel: of } | EstimationEvent::OutOfRange { channel: of, .. } => *of == channel,
+                    EstimationEvent::NotFinite { channel: of } => *of == channel,
+                    EstimationEvent::OutOfRange { channel: of, .. } => *of == channel,
                     _ => false,
                 });
                 match (before.get(channel), sample.get(channel)) {

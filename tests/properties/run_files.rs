@@ -95,7 +95,10 @@ proptest! {
     }
 
     #[test]
-    fn no_bytes_make_the_reader_panic(bytes in prop::collection::vec(any::<u8>(), 0..200), text in "[# \n\rtime,pq0-9.\"\\[\\]=]{0,200}") {
+    fn no_bytes_make_the_reader_panic(
+        bytes in prop::collection::vec(any::<u8>(), 0..200),
+        text in "[# \n\rtime,pq0-9.\"\\[\\]=]{0,200}",
+    ) {
         for bytes in [bytes, text.clone().into_bytes(), format!("time,p\n{text}").into_bytes()] {
             let Ok(mut recording) = CsvRecording::new(Path::new("any"), Box::new(Cursor::new(bytes))) else { continue };
             while let Ok(Some(_)) = recording.next_row() {}

@@ -51,7 +51,8 @@ const INPUTS: [(Variable, usize); 4] =
 
 impl PublishedPuma {
     /// Trim out of the gravity entries, (w, phi) over (u, theta) giving sin(phi) and (w, theta) giving sin(theta);
-    /// level without sideslip, so that `w = u tan(theta) / cos(phi)`. The controls are taken as zero: the source does not give them here.
+    /// level without sideslip, so that `w = u tan(theta) / cos(phi)`. The controls are taken as
+    /// zero: the source does not give them here.
     pub(crate) fn trim(&self) -> Trim {
         let phi = (self.a[1][6] / self.a[0][3]).asin();
         let theta = (-self.a[1][3] / (BOOK_GRAVITY * phi.cos())).asin();

@@ -22,7 +22,7 @@ pub const AIRSPEED_MIN_M_S: f64 = 5.0;
 pub struct Prediction {
     /// Predicted reading.
     pub value: f64,
-    /// Row of H [13]: derivative of the reading with respect to the state.
+    /// Row of H \[13\]: derivative of the reading with respect to the state.
     pub row: [f64; STATES],
     /// Variance of the reading's noise, the share of gyro noise through the instrument's arm included.
     pub noise_var: f64,

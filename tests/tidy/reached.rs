@@ -1,0 +1,115 @@
+//! Dead files: every `.rs` file is reached by a `mod` from a root that Cargo builds.
+
+use crate::sources::{Source, code, files, none, root, rust};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Names of the modules that the code declares in other files, with the path that an attribute gives.
+fn declared(text: &str) -> Vec<(String, Option<String>)> {
+    let mut found = Vec::new();
+    let mut path = None;
+    for (line, whole) in code(text).lines().zip(text.lines()) {
+        let mut line = line.trim();
+        if line.starts_with("#[path") {
+            path = whole.split('"').nth(1).map(str::to_owned);
+            continue;
+        }
+        if let Some(rest) = line.strip_prefix("pub") {
+            line = rest.trim_start();
+            if let Some(rest) = line.strip_prefix('(') {
+                line = rest.split_once(')').map_or("", |(_, rest)| rest.trim_start());
+            }
+        }
+        if let Some(name) = line.strip_prefix("mod ").and_then(|rest| rest.strip_suffix(';')) {
+            found.push((name.trim().to_owned(), path.take()));
+        }
+    }
+    found
+}
+
+/// `a/./b/../c` as `a/c`.
+fn plain(path: &str) -> String {
+    let mut parts: Vec<&str> = Vec::new();
+    for part in path.split('/') {
+        match part {
+            "." | "" => {}
+            ".." => {
+                parts.pop();
+            }
+            _ => parts.push(part),
+        }
+    }
+    parts.join("/")
+}
+
+/// Where a declared module may stand.
+fn candidates(file: &str, name: &str, path: Option<&str>) -> Vec<String> {
+    let (folder, own) = file.rsplit_once('/').unwrap_or(("", file));
+    if let Some(path) = path {
+        return vec![plain(&format!("{folder}/{path}"))];
+    }
+    let own = own.trim_end_matches(".rs");
+    // A crate's root keeps its modules beside it, another file in a folder of its name.
+    let beside = matches!(own, "mod" | "lib" | "main" | "build") || !file.starts_with("src/") && folder.ends_with("examples");
+    let base = if beside { folder.to_owned() } else { format!("{folder}/{own}") };
+    vec![format!("{base}/{name}.rs"), format!("{base}/{name}/mod.rs")]
+}
+
+/// Files that Cargo builds by itself.
+fn is_root(path: &str, manifests: &str) -> bool {
+    let by_rule = path.ends_with("src/lib.rs") || path.ends_with("src/main.rs") || path.ends_with("build.rs");
+    let member_test = !path.starts_with("tests/") && path.contains("/tests/");
+    by_rule || path.contains("examples/") || member_test || manifests.contains(&format!("path = \"{path}\""))
+}
+
+fn unreached(sources: &[Source], manifests: &str) -> Vec<String> {
+    let by_path: BTreeMap<&str, &str> = sources.iter().map(|source| (source.path.as_str(), source.text.as_str())).collect();
+    let mut open: Vec<String> = by_path.keys().filter(|path| is_root(path, manifests)).map(|&p| p.to_owned()).collect();
+    let mut reached = BTreeSet::new();
+    while let Some(file) = open.pop() {
+        let Some(text) = by_path.get(file.as_str()) else { continue };
+        if reached.insert(file.clone()) {
+            for (name, path) in declared(text) {
+                open.extend(candidates(&file, &name, path.as_deref()));
+            }
+        }
+    }
+    by_path.keys().filter(|path| !reached.contains(**path)).map(|path| format!("{path}: no mod reaches it")).collect()
+}
+
+/// Files below src that are built for tests only: `#[cfg(test)] mod x;`.
+pub(crate) fn of_tests() -> Vec<String> {
+    let mut found = Vec::new();
+    for source in files(&["src"], ".rs") {
+        for after in code(&source.text).split("#[cfg(test)]").skip(1) {
+            let declaration = after.trim_start().split('\n').next().unwrap_or_default();
+            for (name, path) in declared(declaration) {
+                found.extend(candidates(&source.path, &name, path.as_deref()));
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn every_file_is_reached() {
+    let manifests = std::fs::read_to_string(root().join("Cargo.toml")).unwrap();
+    none("dead files", &unreached(&rust(), &manifests));
+}
+
+#[test]
+fn a_dead_file_is_caught() {
+    let file = |path: &str, text: &str| Source { path: path.into(), text: text.into() };
+    let sources = [
+        file("src/lib.rs", "pub mod a;\n#[cfg(x)]\npub(crate) mod b;\n// mod dead;\n"),
+        file("src/a/mod.rs", "mod c;\n"),
+        file("src/a/c.rs", ""),
+        file("src/b.rs", "mod d;"),
+        file("src/b/d.rs", ""),
+        file("src/dead.rs", ""),
+        file("tests/x/main.rs", "#[path = \"../support/s.rs\"]\nmod s;\n"),
+        file("tests/support/s.rs", ""),
+        file("tests/support/t.rs", ""),
+    ];
+    let found = unreached(&sources, "path = \"tests/x/main.rs\"");
+    assert_eq!(found, ["src/dead.rs: no mod reaches it", "tests/support/t.rs: no mod reaches it"]);
+}
