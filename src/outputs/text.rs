@@ -288,10 +288,8 @@ struct AidLabel(Aid, ControlNames);
 
 impl Display for AidLabel {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        match (aid_name(self.0), self.0.channel().name(self.1)) {
-            (aid, channel) if aid == channel => f.write_str(aid),
-            (aid, channel) => write!(f, "{aid} ({channel})"),
-        }
+        let (aid, channel) = (aid_name(self.0), self.0.channel().name(self.1));
+        if aid == channel { f.write_str(aid) } else { write!(f, "{aid} ({channel})") }
     }
 }
 
@@ -388,8 +386,10 @@ mod tests {
     #[test]
     fn a_status_carries_its_reason() {
         let status = Status::NotIdentifiable(Reason::RateTooLow { hz: 4.0, needed_hz: 8.0 });
-        let text = StatusText { status, controls: ControlNames::Rotorcraft }.to_string();
-        assert_eq!(text, "not identifiable: the rates come at 4.00 Hz, derivatives need 8 Hz");
+        assert_eq!(
+            StatusText { status, controls: ControlNames::Rotorcraft }.to_string(),
+            "not identifiable: the rates come at 4.00 Hz, derivatives need 8 Hz"
+        );
     }
 
     #[test]
