@@ -24,9 +24,8 @@ pub struct Excitation {
 
 impl Excitation {
     /// Nothing seen yet.
-    pub const fn new() -> Self {
-        Excitation { mean: [0.0; VARIABLES], var: [0.0; VARIABLES], started: false, quiet_s: f64::INFINITY }
-    }
+    pub const START: Excitation =
+        Excitation { mean: [0.0; VARIABLES], var: [0.0; VARIABLES], started: false, quiet_s: f64::INFINITY };
 
     /// Takes one instant in; whether the aircraft is excited.
     pub fn step(&mut self, z: &[f64; SIGNALS], interval_s: f64) -> bool {
@@ -56,7 +55,7 @@ mod tests {
 
     #[test]
     fn a_new_steady_state_is_no_excitation_and_an_oscillation_is() {
-        let mut excitation = Excitation::new();
+        let mut excitation = Excitation::START;
         let mut z = [0.0; SIGNALS];
         assert!(!excitation.step(&z, 0.08));
         let mut excited = [false; 300];

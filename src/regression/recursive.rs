@@ -61,7 +61,7 @@ impl Recursive {
         Recursive {
             trim: None,
             information: Information::EMPTY,
-            excitation: Excitation::new(),
+            excitation: Excitation::START,
             excited: false,
             excited_s: 0.0,
             quiet_s: 0.0,

@@ -1,7 +1,7 @@
 //! The log of a run: where it goes, and the thread that writes it.
 
 use super::super::message;
-use super::super::output_file::{OutputFile, refuse_to_overwrite};
+use super::super::output_file::refuse_to_overwrite;
 use ::replay::Pace;
 use sideslip::error::Failure;
 use sideslip::flight::log_head::LogHead;
@@ -11,8 +11,8 @@ use sideslip::outputs::queue::{Policy, Sender, queue};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// Messages that the queue holds: some seconds of a fast run, about 3 MB.
-const QUEUE: usize = 8192;
+/// Messages that the queue holds: a second of a fast run, some 10 MB.
+const QUEUE: usize = 2048;
 
 /// The log of each recording, in their order; nothing is made yet.
 pub(super) fn places(out: Option<&Path>, files: &[PathBuf]) -> Result<Vec<Option<PathBuf>>, Failure> {
@@ -53,9 +53,8 @@ pub(super) fn make_directory(out: Option<&Path>, logs: &[Option<PathBuf>]) -> Re
     }
 }
 
-/// A log that is being written beside its place.
+/// A log that is being written, in its place from the first byte on: whatever ends the process, what was logged is there.
 pub(super) struct Log {
-    file: OutputFile,
     path: PathBuf,
     thread: LogThread,
 }
@@ -74,28 +73,21 @@ pub(super) struct Logged {
 impl Log {
     /// Opens the log and starts its thread. As fast as it goes nothing may be lost; at a pace nothing may wait.
     pub(super) fn start(path: &Path, head: LogHead, pace: Pace) -> Result<(Sender, Self), Failure> {
-        let file = OutputFile::beside(path)?;
         let unknown_columns = head.unknown_columns();
         let report = Box::new(|line: &str| message(format_args!("sideslip: {line}")));
-        let log = McapLog::create(file.place(), head, report).map_err(|error| match error {
+        let log = McapLog::create(path, head, report).map_err(|error| match error {
             LogError::File { source, .. } => Failure::io(path, &source),
             ambiguous @ LogError::AmbiguousColumn { .. } => Failure::file(path, ambiguous),
         })?;
         let policy = if pace == Pace::Max { Policy::Lossless } else { Policy::RealTime };
         let (sender, receiver) = queue(policy, QUEUE, unknown_columns);
         let thread = LogThread::spawn(receiver, log).map_err(|error| Failure::io(path, &error))?;
-        Ok((sender, Log { file, path: path.into(), thread }))
+        Ok((sender, Log { path: path.into(), thread }))
     }
 
-    /// Waits until everything is written, closes the log and moves it to its place.
+    /// Waits until everything is written and closes the log.
     pub(super) fn finish(self) -> Result<Logged, Failure> {
         let summary = self.thread.join().map_err(|error| Failure::io(&self.path, &error))?;
-        // Where writing failed in between the log goes on in numbered files beside the first.
-        for (number, further) in summary.files.iter().enumerate().skip(1) {
-            let target = self.path.with_extension(format!("{number}.mcap"));
-            std::fs::rename(further, &target).map_err(|error| Failure::io(&target, &error))?;
-        }
-        self.file.keep()?;
         Ok(Logged { path: self.path, written: summary.written, lost: summary.lost })
     }
 }
