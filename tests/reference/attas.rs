@@ -66,6 +66,7 @@ fn the_other_records_agree_with_the_authors_output_error() {
             "{name}: {value} +- {std}, published {published}"
         );
     };
+    let agree = |run: &serde_json::Value, axis: &str, name: &str, published: f64| agree_within(0.06, run, axis, name, published);
     let Some(flight) = real("attas-ail1.csv") else { return };
     let (_, ail1, _) = replayed(&flight, &VANE);
     agree(&ail1, "L", "L_p", -2.067);
