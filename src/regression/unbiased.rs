@@ -5,9 +5,9 @@
 //! regressors could imitate. For white errors that is p of n samples; for coloured ones most of their slow part, and standard
 //! errors from it are too small by a half. With W = diag(w), S_l the shift by l and B_m = S_m + S_m' (B_0 = I),
 //!     E[sum_k w_k w_(k-l) v_k v_(k-l)] = sum_m T_lm r_m                                            (1)
-//!     T_lm = delta_lm g_l - 2 w3 (t_|l-m| + [m > 0] t_(l+m)) + trace(G_l' D (G_m + [m > 0] G_m') D)   (2)
-//! with g_l the sum of w_k w_(k-l), t_l = trace(D G_l), and w3 = sum w^3/sum w^2; (1) is solved for r. Errors beyond the last
-//! lag, and t beyond it, count as zero.
+//!     T_lm = delta_lm g_l - 2 w3 (t_|l-m| + 1(m > 0) t_(l+m)) + trace(G_l' D (G_m + 1(m > 0) G_m') D) (2)
+//! with 1(m > 0) one there and else zero, g_l the sum of w_k w_(k-l), t_l = trace(D G_l), and w3 = sum w^3/sum w^2; (1) is
+//! solved for r. Errors beyond the last lag, and t beyond it, count as zero.
 //! | symbol | shape | meaning |
 //! | --- | --- | --- |
 //! | D | p x p | (X'WX)^-1 |
@@ -37,7 +37,7 @@ pub fn error_covariance(
     residual: &Coefficients,
 ) -> Option<LagCovariance> {
     let p = order.len().min(REGRESSORS);
-    // D G_l' and D (G_m + [m > 0] G_m'), rows and columns in the order of entry, the lag as last index.
+    // D G_l' and D (G_m + 1(m > 0) G_m'), rows and columns in the order of entry, the lag as last index.
     let mut turned = [[[0.0; COUNT]; REGRESSORS]; REGRESSORS];
     let mut both = turned;
     for &place_k in order.iter().take(p) {

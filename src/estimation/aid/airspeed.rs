@@ -1,5 +1,6 @@
 //! True airspeed as a measurement of the air velocity at the centre of mass.
 //!
+//! Consumes the air velocity where the instrument stands; produces the predicted reading and its row of H.
 //!     tas = sqrt(u^2 + v^2 + w^2)                                                                 (1)
 //! Returns `None` below `AIRSPEED_MIN_M_S`.
 

@@ -1,5 +1,6 @@
 //! Flow-angle vanes as measurements of the air velocity where they stand.
 //!
+//! Consumes the air velocity where the instrument stands; produces the predicted reading and its row of H.
 //!     alpha = atan2(w, u)                                                                         (1)
 //!     beta = asin(v / V),  V = sqrt(u^2 + v^2 + w^2)                                              (2)
 //! with u, v, w at the vane (`LocalVelocity`). Derivatives, with s = u^2 + w^2:
