@@ -98,7 +98,7 @@ impl Pipeline {
         let Checked(config) = config;
         Pipeline {
             estimator: Estimator::of(config.estimation, geometry),
-            recursive: Recursive::of(config.regression, config.estimation.grid_s),
+            recursive: Recursive::of(config.regression),
             published_s: None,
             tick: Tick::EMPTY,
         }

@@ -2,7 +2,7 @@
 
 use super::message;
 use super::model_input::read_model;
-use super::whole_file::write_whole;
+use super::output_file::{print, write_json};
 use serde_json::{Map, Value, json};
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::control::Control;
@@ -13,8 +13,7 @@ use sideslip::flight::model_file::ModelFile;
 use sideslip::simulation::eigenmodes::{Eigenmodes, eigenmodes};
 use sideslip::simulation::linear::{INPUTS, STATES, input_matrix, state_matrix, with_effects};
 use std::fmt::Write as _;
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Trim, linear model and modes of a model
 #[derive(clap::Args)]
@@ -71,22 +70,10 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             message(format_args!("{}", table.trim_end()));
             let mut text = serde_json::to_string_pretty(&result).map_err(|error| Failure::Running(error.to_string()))?;
             text.push('\n');
-            if path.as_path() == Path::new("-") {
-                print(&text)?
-            } else {
-                write_whole(path, |file| file.write_all(text.as_bytes()))?
-            }
+            write_json(path, &text)?;
         }
     }
     Ok(Outcome::Done)
-}
-
-/// To standard output; a reader that has gone away is no failure.
-fn print(text: &str) -> Result<(), Failure> {
-    match std::io::stdout().lock().write_all(text.as_bytes()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Failure::io(Path::new("standard output"), &error)),
-        _ => Ok(()),
-    }
 }
 
 fn to_json(file: &ModelFile, model: &LinearModel, effects: &[Effect], modes: &Eigenmodes) -> Value {

@@ -3,10 +3,11 @@
 pub(crate) mod inspect;
 pub(crate) mod linearise;
 mod model_input;
+mod output_file;
 pub(crate) mod replay;
 mod run_controls;
 pub(crate) mod simulate;
-mod whole_file;
+mod simulated_run;
 
 use std::fmt::Arguments;
 use std::io::Write;

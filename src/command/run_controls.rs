@@ -4,6 +4,7 @@ use sideslip::error::Failure;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::control::{CONTROLS, Control};
 use sideslip::simulation::history::History;
+use sideslip::telemetry::recording::Recording;
 use std::path::Path;
 
 /// Controls and rotor speed of a run over its own time.
@@ -15,6 +16,8 @@ pub(crate) struct ControlHistory {
     pub(crate) rotor_speed: Option<History>,
     /// Times of the run's samples, s.
     pub(crate) times_s: Vec<f64>,
+    /// What of the recording could not be read, a sentence each.
+    pub(crate) losses: Vec<String>,
 }
 
 impl ControlHistory {
@@ -29,59 +32,34 @@ impl ControlHistory {
     }
 }
 
-/// Reads the controls of a run file in SI units (a column with a unit in brackets is refused).
+/// Reads the controls of a recording. A row that cannot be read is left out (a straight line goes past it) and counted.
 pub(crate) fn read_controls(path: &Path) -> Result<ControlHistory, Failure> {
-    let text =
-        std::fs::read_to_string(path).map_err(|error| Failure::file(path, format_args!("expected a run file: {error}")))?;
-    let mut lines = text.lines().enumerate().map(|(place, line)| (place + 1, line)).filter(|(_, line)| !line.starts_with('#'));
-    let Some((header_line, header)) = lines.next() else { return Err(Failure::file(path, "expected a header row, found none")) };
-    let names: Vec<&str> = header.split(',').map(str::trim).collect();
-    let place_of = |wanted: &str| names.iter().position(|name| *name == wanted);
-    let time = place_of("time").ok_or_else(|| Failure::at(path, header_line, 1, "expected a column `time`, found none"))?;
-    let wanted: Vec<Channel> = Control::ALL.map(Control::channel).into_iter().chain([Channel::RotorSpeed]).collect();
-    let mut columns: Vec<Option<usize>> = vec![None; wanted.len()];
-    for (place, name) in names.iter().enumerate() {
-        let bare = name.split('[').next().unwrap_or(name);
-        let Some((channel, _)) = Channel::from_name(bare) else { continue };
-        let Some((_, column)) = wanted.iter().zip(&mut columns).find(|(wanted, _)| **wanted == channel) else { continue };
-        if bare != *name {
-            return Err(Failure::at(path, header_line, 1, format_args!("column `{name}`: only SI units are read here")));
-        }
-        if column.replace(place).is_some() {
-            return Err(Failure::at(path, header_line, 1, format_args!("column `{name}` stands twice")));
-        }
-    }
-    let mut times_s = Vec::new();
-    let mut points: Vec<Vec<(f64, f64)>> = vec![Vec::new(); wanted.len()];
-    for (line, row) in lines.filter(|(_, row)| !row.trim().is_empty()) {
-        let cells: Vec<&str> = row.split(',').map(str::trim).collect();
-        let number = |place: usize| match cells.get(place).copied() {
-            None | Some("") => Ok(None),
-            Some(cell) => match cell.parse::<f64>() {
-                Ok(value) if value.is_finite() => Ok(Some(value)),
-                _ => Err(Failure::at(
-                    path,
-                    line,
-                    1,
-                    format_args!("`{}`: expected a finite number, found `{cell}`", names.get(place).unwrap_or(&"")),
-                )),
-            },
-        };
-        let time_s = number(time)?.ok_or_else(|| Failure::at(path, line, 1, "expected a time, found an empty cell"))?;
-        if times_s.last().is_some_and(|&last| time_s <= last) {
-            return Err(Failure::at(path, line, 1, format_args!("time does not increase: {time_s} s")));
+    let mut recording = Recording::open(path)?;
+    let mut times_s: Vec<f64> = Vec::new();
+    let mut points: [Vec<(f64, f64)>; CONTROLS + 1] = Default::default();
+    let wanted = [Channel::CONTROLS.as_slice(), &[Channel::RotorSpeed]].concat();
+    let (counted_in, controls) = (recording.counted_in(), recording.info().geometry().controls);
+    while let Some(row) = recording.next_row()? {
+        let wrong = |what: String| Failure::file(path, format_args!("{counted_in} {}: {what}", row.number));
+        let time_s = row.sample.time_s;
+        if !time_s.is_finite() || times_s.last().is_some_and(|&last| time_s <= last) {
+            return Err(wrong(format!("expected a time that increases, found {time_s} s")));
         }
         times_s.push(time_s);
-        for (column, points) in columns.iter().zip(&mut points) {
-            if let Some(value) = column.map(number).transpose()?.flatten() {
-                points.push((time_s, value));
+        for (&channel, points) in wanted.iter().zip(&mut points) {
+            let Some(value) = row.sample.get(channel) else { continue };
+            if !value.is_finite() {
+                return Err(wrong(format!("`{}`: expected a finite number, found {value}", channel.name(controls))));
             }
+            points.push((time_s, value));
         }
     }
-    if times_s.is_empty() {
-        return Err(Failure::file(path, "expected rows of samples, found none"));
-    }
+    let skipped = recording.skipped().reasons().iter();
+    let losses = skipped
+        .map(|rows| format!("{} rows skipped for: {}, first at {counted_in} {}", rows.rows, rows.reason.words(), rows.first))
+        .chain(recording.shortfall())
+        .collect();
     let mut histories = points.into_iter().map(|points| History::through(points).ok());
     let controls = Control::ALL.map(|_| histories.next().flatten());
-    Ok(ControlHistory { controls, rotor_speed: histories.next().flatten(), times_s })
+    Ok(ControlHistory { controls, rotor_speed: histories.next().flatten(), times_s, losses })
 }

@@ -2,19 +2,20 @@
 
 use super::message;
 use super::model_input::read_model;
+use super::output_file::refuse_to_overwrite;
 use super::run_controls::{ControlHistory, read_controls};
-use super::whole_file::write_whole;
+use super::simulated_run::{Format, write_run};
 use sideslip::error::{Failure, Outcome};
-use sideslip::flight::channel::{CHANNELS, Channel, ControlNames};
+use sideslip::flight::channel::{Channel, ControlNames};
 use sideslip::flight::control::Control;
 use sideslip::flight::effect::Effect;
 use sideslip::flight::model::LinearModel;
 use sideslip::flight::model_file::ModelFile;
+use sideslip::flight::run_file::RunInfo;
 use sideslip::simulation::fly::{Flight, Inputs, uniform_times};
 use sideslip::simulation::input::InputSpec;
 use sideslip::simulation::instrument::Instruments;
 use sideslip::simulation::turbulence::MEDIUM_HEIGHT_LENGTH_M;
-use sideslip::telemetry::record::Sample;
 use std::path::{Path, PathBuf};
 
 /// Fly a model on given controls and record it
@@ -34,9 +35,13 @@ pub(crate) struct Args {
     /// (pulse lengths in clocks, signs alternating); start in s, after the lead if left out. Repeatable: inputs add up
     #[arg(long, value_name = "SPEC")]
     input: Vec<String>,
-    /// Where the recording goes (.csv)
+    /// Where the recording goes: a run file (.csv) or a log (.mcap), by the name
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+    /// Set a key of the run, such as vane_position_m=[13.08,0,0] or accelerometer_position_m=[..] (where the instruments
+    /// stand, in the flight too); repeatable
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
     /// How long, s [default: 10 s after the last input, or the length of the run]
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     duration: Option<f64>,
@@ -70,7 +75,11 @@ fn noise_factor(text: &str) -> Result<f64, String> {
 
 /// Flies and records.
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    check_output(&args.out)?;
+    let format = Format::by_name(&args.out)?;
+    if let Some(controls) = &args.controls {
+        refuse_to_overwrite("--out", &args.out, std::slice::from_ref(controls))?;
+    }
+    refuse_to_overwrite("--out", &args.out, std::slice::from_ref(&args.model))?;
     let lead_s = within("--lead", args.lead, 0.0, 1e4)?;
     let rate_hz = args.rate.map(|rate| within("--rate", rate, 0.01, 1e4)).transpose()?;
     let duration_s = args.duration.map(|duration| within("--duration", duration, 0.0, 1e6)).transpose()?;
@@ -83,9 +92,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let times = |start_s, duration_s, rate_hz| {
         uniform_times(start_s, duration_s, rate_hz).map_err(|refused| Failure::Input(refused.to_string()))
     };
+    let mut losses = Vec::new();
     let (inputs, times_s, manoeuvre) = match &args.controls {
         Some(path) => {
-            let run = read_controls(path)?;
+            let mut run = read_controls(path)?;
+            losses.extend(run.losses.drain(..).map(|loss| format!("{}: {loss}", path.display())));
             let times_s = match (rate_hz, duration_s) {
                 (None, None) => run.times_s.clone(),
                 (None, Some(duration)) => run.times_s.iter().copied().take_while(|t| t - run.start_s() <= duration).collect(),
@@ -105,24 +116,25 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         return Err(Failure::Input(format!("expected a flight of two samples or more, found {}", times_s.len())));
     }
     warn_of_still_rotor(&effects, model, &inputs);
-    let instruments = Instruments::flight_quality(args.noise);
+    let info = run_info(args, &file, &manoeuvre)?;
+    let instruments = Instruments {
+        accelerometer_position_m: info.geometry().accelerometer_position_m,
+        vane_position_m: info.geometry().vane_position_m,
+        ..Instruments::flight_quality(args.noise)
+    };
     let flight = Flight { effects, inputs, instruments, times_s, seed: args.seed, ..Flight::of(model.clone()) };
     let flown = flight.fly().map_err(|refused| Failure::file(&args.model, refused))?;
-    let preamble = preamble(args, &file, &manoeuvre);
-    write_run(&args.out, &preamble, file.controls, &flown.samples)?;
+    write_run(&args.out, format, &info, &flown.samples)?;
     let last_s = flown.samples.last().map_or(0.0, |sample| sample.time_s);
     message(format_args!("{}: {} samples, to {last_s} s", args.out.display(), flown.samples.len()));
-    Ok(match flown.diverged_at_s {
-        None => Outcome::Done,
-        Some(time_s) => {
-            let lost = flight.times_s.len() - flown.truth.len();
-            message(format_args!(
-                "the motion diverged at {time_s:.3} s and is cut there: {lost} of {} samples lost",
-                flight.times_s.len()
-            ));
-            Outcome::DataLost
-        }
-    })
+    if let Some(time_s) = flown.diverged_at_s {
+        let (lost, all) = (flight.times_s.len() - flown.truth.len(), flight.times_s.len());
+        losses.push(format!("the motion diverged at {time_s:.3} s and is cut there: {lost} of {all} samples lost"));
+    }
+    for loss in &losses {
+        message(format_args!("sideslip: {loss}"));
+    }
+    Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })
 }
 
 fn within(option: &str, value: f64, least: f64, most: f64) -> Result<f64, Failure> {
@@ -130,15 +142,6 @@ fn within(option: &str, value: f64, least: f64, most: f64) -> Result<f64, Failur
         Ok(value)
     } else {
         Err(Failure::Input(format!("{option}: expected {least} to {most}, found {value}")))
-    }
-}
-
-fn check_output(path: &Path) -> Result<(), Failure> {
-    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
-    match ending.as_str() {
-        "csv" => Ok(()),
-        "mcap" | "tlog" => Err(Failure::file(path, format_args!("simulate writes .csv; .{ending} is not written yet"))),
-        _ => Err(Failure::file(path, "expected a name that ends in .csv")),
     }
 }
 
@@ -190,8 +193,8 @@ fn warn_of_still_rotor(effects: &[Effect], model: &LinearModel, inputs: &Inputs)
     }
 }
 
-/// What the run file says about itself, as TOML.
-fn preamble(args: &Args, file: &ModelFile, manoeuvre: &str) -> String {
+/// What the recording says of itself, with what `--set` makes of it.
+fn run_info(args: &Args, file: &ModelFile, manoeuvre: &str) -> Result<RunInfo, Failure> {
     let quoted = |text: &str| toml::Value::String(text.to_owned()).to_string();
     let gamma = file.linear.trim.flight_path_angle();
     let flight_path = match gamma {
@@ -200,7 +203,7 @@ fn preamble(args: &Args, file: &ModelFile, manoeuvre: &str) -> String {
         _ => "level",
     };
     let name = args.out.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-    format!(
+    let text = format!(
         "run = {}\naircraft = {}\nmanoeuvre = {}\nflight_path = \"{flight_path}\"\n\
          accelerometer_position_m = [0.0, 0.0, 0.0]\nvane_position_m = [0.0, 0.0, 0.0]\nsimulated = true\nseed = {}\nnoise = {:?}\n",
         quoted(&name),
@@ -208,32 +211,11 @@ fn preamble(args: &Args, file: &ModelFile, manoeuvre: &str) -> String {
         quoted(manoeuvre),
         args.seed.min(i64::MAX as u64),
         args.noise,
-    )
+    );
+    let mut info = RunInfo::from_toml(&text).map_err(|place| Failure::Running(place.to_string()))?;
+    for assignment in &args.set {
+        info.set(assignment).map_err(|what| Failure::Input(format!("--set: {what}")))?;
+    }
+    info.set_controls(file.controls);
+    Ok(info)
 }
-
-/// Writes samples as a run file: preamble, header, one row a sample, an empty cell where a channel was not sampled.
-fn write_run(path: &Path, preamble: &str, controls: ControlNames, samples: &[Sample]) -> Result<(), Failure> {
-    let present = samples.iter().fold(0, |present, sample| present | sample.present);
-    let channels: Vec<Channel> = Channel::ALL.into_iter().filter(|channel| present & (1 << channel.index()) != 0).collect();
-    write_whole(path, |file| {
-        for line in preamble.lines() {
-            writeln!(file, "# {line}")?;
-        }
-        write!(file, "time")?;
-        channels.iter().try_for_each(|channel| write!(file, ",{}", channel.name(controls)))?;
-        writeln!(file)?;
-        for sample in samples {
-            write!(file, "{}", sample.time_s)?;
-            for &channel in &channels {
-                match sample.get(channel) {
-                    Some(value) => write!(file, ",{value}")?,
-                    None => write!(file, ",")?,
-                }
-            }
-            writeln!(file)?;
-        }
-        Ok(())
-    })
-}
-
-const _: () = assert!(CHANNELS <= 32, "a sample's presence has 32 bits");

@@ -360,21 +360,23 @@ impl Estimator {
             self.next_grid = libm::floor((ready_s - origin_s) / grid_s) as u64;
             centre_s = origin_s + self.next_grid as f64 * grid_s;
         }
+        // Instants closer than the samples would count the same information twice.
+        let stride = libm::ceil(self.latest.interval_s() / grid_s - 0.01).clamp(1.0, INSTANTS as f64);
         for _ in 0..INSTANTS {
             if !(centre_s < ready_s) {
                 break;
             }
-            self.next_grid = self.next_grid.saturating_add(1);
+            self.next_grid = self.next_grid.saturating_add(stride as u64);
             if let Some(smoothed) = self.delay.at(centre_s) {
                 self.compare_vanes(&smoothed);
-                let record = self.smoothed_record(centre_s, &smoothed, state);
+                let record = self.smoothed_record(centre_s, stride * grid_s, &smoothed, state);
                 let _ = self.output.smoothed.push(record);
             }
             centre_s = origin_s + self.next_grid as f64 * grid_s;
         }
     }
 
-    fn smoothed_record(&self, time_s: f64, smoothed: &Smoothed<SIGNALS>, state: &StateRecord) -> SmoothedRecord {
+    fn smoothed_record(&self, time_s: f64, interval_s: f64, smoothed: &Smoothed<SIGNALS>, state: &StateRecord) -> SmoothedRecord {
         let value = &smoothed.value;
         let [u, v, w, p, q, r, phi, theta, ax, ay, az, ..] = *value;
         let [dp, dq, dr] = [smoothed.slope[3], smoothed.slope[4], smoothed.slope[5]];
@@ -396,6 +398,7 @@ impl Estimator {
         }
         SmoothedRecord {
             time_s,
+            interval_s,
             velocity: [u, v, w],
             velocity_std: state.velocity_std,
             rates: [p, q, r],

@@ -59,6 +59,11 @@ impl Latest {
         tick
     }
 
+    /// Running mean of the gyros' interval, s; 0 before two of their samples.
+    pub fn interval_s(&self) -> f64 {
+        self.interval_s
+    }
+
     /// The channel's value, where it is no older than the hold time.
     pub fn get(&self, channel: Channel, time_s: f64) -> Option<f64> {
         let i = channel.index();

@@ -107,6 +107,8 @@ pub struct StateRecord {
 pub struct SmoothedRecord {
     /// Time that the signals belong to (the centre of the kernel), s.
     pub time_s: f64,
+    /// Interval of the instants, s: the grid's, or a multiple where the gyros come more slowly than that.
+    pub interval_s: f64,
     /// u v w at the centre of mass, m/s.
     pub velocity: [f64; 3],
     /// Standard deviations of u v w in the filter when the instant came of age, m/s.

@@ -2,8 +2,8 @@
 
 use super::lateral;
 use super::record::ModesRecord;
-use crate::flight::derivative::Axis;
-use crate::regression::record::{DerivativesRecord, Reason, Status};
+use crate::flight::derivative::{Axis, Variable};
+use crate::regression::record::{DerivativesRecord, LateralDerivatives, Reason, Status};
 
 /// Standard error of omega, relative, below which the Dutch roll is known.
 const OMEGA_KNOWN: f64 = 0.05;
@@ -13,7 +13,10 @@ const ZETA_KNOWN: f64 = 0.02;
 /// The modes of these derivatives.
 pub fn step(derivatives: &DerivativesRecord) -> ModesRecord {
     let time_s = derivatives.time_s;
-    let status = least(derivatives);
+    let status = match (least(derivatives), lacking(derivatives)) {
+        (Status::Converging | Status::Converged | Status::Stale, Some(reason)) => Status::NotIdentifiable(reason),
+        (status, _) => status,
+    };
     let record = derivatives.lateral.as_ref().and_then(|lateral| lateral::modes(time_s, status, lateral));
     let Some(mut record) = record else {
         return ModesRecord { time_s, status, dutch_roll: None, roll: None, spiral: None, lateral_phugoid: None };
@@ -25,6 +28,13 @@ pub fn step(derivatives: &DerivativesRecord) -> ModesRecord {
         }
     }
     record
+}
+
+/// The first derivative that the modes need and no equation has.
+fn lacking(derivatives: &DerivativesRecord) -> Option<Reason> {
+    let lacks = |&(axis, variable): &(Axis, Variable)| derivatives.equations[axis.index()].term(variable).is_none();
+    let (axis, variable) = LateralDerivatives::NEEDED.into_iter().find(lacks)?;
+    Some(Reason::NotExcited { axis, variable })
 }
 
 /// The status of the least advanced of the three lateral equations.

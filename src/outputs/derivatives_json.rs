@@ -1,7 +1,7 @@
 //! `derivatives.json`: the estimates of one or several runs, for programs.
 //!
-//! `runs[]` has for each run its name, status, warnings, instrument biases, equations and modes; `modes` at the top are
-//! those of the last run. A number that is not finite and a mode that is not there are null. SI and radians.
+//! `runs[]` has for each run its name, status, warnings, vane consistency, instrument biases, equations and modes; `modes`
+//! at the top are those of the last run. A number that is not finite and a mode that is not there are null. SI and radians.
 
 use super::message_json::{EquationsJson, OscillationJson, RootJson, reason_text, status_text};
 use crate::estimation::record::StateRecord;
@@ -25,6 +25,8 @@ pub struct RunEstimates<'a> {
     pub modes: Option<&'a ModesRecord>,
     /// What a reader of the numbers must know, as sentences.
     pub warnings: &'a [String],
+    /// Coefficients of determination of the rates of alpha and beta by the kinematics, where they can be told.
+    pub consistency: [Option<f64>; 2],
 }
 
 /// The estimates as a JSON document, ended by a line feed.
@@ -69,6 +71,7 @@ struct RunJson<'a> {
     status: String,
     reason: Option<String>,
     warnings: &'a [String],
+    consistency: ConsistencyJson,
     bias: Option<Biases>,
     equations: EquationsJson<'a>,
     modes: Option<AllModes>,
@@ -85,10 +88,32 @@ impl<'a> RunJson<'a> {
             status: status_text(status, controls),
             reason: reason_text(status, controls),
             warnings: run.warnings,
+            consistency: ConsistencyJson::new(run.consistency),
             bias: run.state.map(Biases::new),
             equations: EquationsJson { equations, controls },
             modes: run.modes.map(|modes| AllModes::new(modes, controls)),
         }
+    }
+}
+
+#[derive(Serialize)]
+struct VaneJson {
+    r2: f64,
+}
+
+/// A vane of which it cannot be told is left out.
+#[derive(Serialize)]
+struct ConsistencyJson {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    alpha: Option<VaneJson>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    beta: Option<VaneJson>,
+}
+
+impl ConsistencyJson {
+    fn new(consistency: [Option<f64>; 2]) -> Self {
+        let [alpha, beta] = consistency.map(|r2| r2.map(|r2| VaneJson { r2 }));
+        ConsistencyJson { alpha, beta }
     }
 }
 
@@ -172,11 +197,13 @@ mod tests {
             derivatives: Some(&derivatives),
             modes: Some(&modes),
             warnings: &warnings,
+            consistency: [None, Some(0.965)],
         };
         let found: serde_json::Value = serde_json::from_str(&derivatives_json(&[run]).unwrap()).unwrap();
         let first = &found["runs"][0];
         assert_eq!((&first["run"], &first["status"]), (&"467/10/11".into(), &"converged".into()));
         assert_eq!(first["warnings"][0], "sideslip (beta) is rejected");
+        assert_eq!(first["consistency"], serde_json::json!({"beta": {"r2": 0.965}}));
         let term = &first["equations"]["N"]["terms"][0];
         assert_eq!(term["name"], "N_rudder");
         assert_eq!((&term["partial_f"], &term["partial_f_white"]), (&9.0.into(), &serde_json::Value::Null));

@@ -5,8 +5,9 @@
 //! count stays in the totals.
 
 use super::record::{EventKind, EventRecord};
-use super::text::{EVENT_KINDS, Severity, event_place, event_severity, event_subject};
+use super::text::{EVENT_KINDS, EventText, Severity, event_place, event_severity, event_subject};
 use crate::flight::channel::ControlNames;
+use core::fmt::{self, Display, Formatter};
 use heapless::Vec;
 
 /// An event with its repeats.
@@ -20,6 +21,26 @@ pub struct FoldedEvent {
     pub count: u32,
     /// What, with the newest values.
     pub kind: EventKind,
+}
+
+/// A folded event as one sentence, with how often and when.
+#[derive(Clone, Copy, Debug)]
+pub struct FoldedText<'a> {
+    /// The event.
+    pub event: &'a FoldedEvent,
+    /// How the controls are called.
+    pub controls: ControlNames,
+}
+
+impl Display for FoldedText<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let FoldedEvent { first_s, last_s, count, kind } = self.event;
+        write!(f, "{} (", EventText { kind, controls: self.controls })?;
+        match count {
+            0 | 1 => write!(f, "at {last_s:.2} s)"),
+            _ => write!(f, "{count} times, {first_s:.2} to {last_s:.2} s)"),
+        }
+    }
 }
 
 /// The last `N` different events.

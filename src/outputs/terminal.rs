@@ -1,15 +1,16 @@
-//! The table for a person: derivatives with their standard errors, modes, warnings; plain text, 100 columns at most.
+//! The table for a person: modes, derivatives with their standard errors, warnings; plain text, 100 columns at most.
 //!
 //! Colour (bold headings, yellow and red warnings) only where asked for; [`Style::of_stream`] asks for it on a terminal
 //! unless `NO_COLOR` is set to anything.
 
-use super::event_ring::FoldedEvent;
-use super::text::{Digits, EventText, Severity, StatusText, TermName, derivative_unit, event_severity};
+use super::event_ring::{FoldedEvent, FoldedText};
+use super::record::EventKind;
+use super::text::{Digits, Severity, StatusText, TermName, derivative_unit, event_severity};
 use crate::flight::channel::ControlNames;
 use crate::modes::record::{ModesRecord, Oscillation, RealRoot};
-use crate::regression::record::{DerivativesRecord, EquationRecord};
+use crate::regression::record::{DerivativesRecord, EquationRecord, RegressionEvent, Status};
 use std::f64::consts::{LN_2, TAU};
-use std::fmt::{self, Write};
+use std::fmt;
 use std::io::IsTerminal;
 
 /// The widest line, columns.
@@ -43,89 +44,113 @@ impl Style {
 /// What stands in the table.
 #[derive(Clone, Copy, Debug)]
 pub struct Table<'a> {
-    /// The run's name.
-    pub run: &'a str,
-    /// How its controls are called.
+    /// How the controls are called.
     pub controls: ControlNames,
-    /// Its last derivatives.
+    /// The last derivatives.
     pub derivatives: Option<&'a DerivativesRecord>,
-    /// Its last modes.
+    /// The last modes.
     pub modes: Option<&'a ModesRecord>,
     /// What was noticed, repeats folded.
     pub events: &'a [FoldedEvent],
+    /// What is to be said of the recording itself.
+    pub notes: &'a [String],
     /// Whether it is coloured.
     pub style: Style,
 }
 
 impl fmt::Display for Table<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(derivatives) = self.derivatives {
-            let excited = if derivatives.excited { ", being excited" } else { "" };
-            let title = format!("{}: derivatives at {:.2} s{excited} (SI, radians)", self.run, derivatives.time_s);
-            for line in wrapped(&title, WIDTH) {
-                writeln!(f, "{}", self.style.paint("1", line))?;
-            }
-            for equation in &derivatives.equations {
-                self.equation(f, equation)?;
-            }
-        }
         if let Some(modes) = self.modes {
             self.modes(f, modes)?;
+        }
+        if let Some(derivatives) = self.derivatives {
+            let excited = if derivatives.excited { ", being excited" } else { "" };
+            self.heading(
+                f,
+                0,
+                &format!("Derivatives at {:.2} s{excited}, SI and radians, with standard errors", derivatives.time_s),
+            )?;
+            for equation in derivatives.equations.iter().filter(|equation| !equation.terms.is_empty()) {
+                self.equation(f, equation)?;
+            }
+            self.without_numbers(f, derivatives)?;
+        }
+        if self.modes.is_none() && self.derivatives.is_none() {
+            writeln!(f, "No estimate: no sample came that has a time.")?;
         }
         self.events(f)
     }
 }
 
 impl Table<'_> {
-    fn equation(&self, f: &mut fmt::Formatter<'_>, equation: &EquationRecord) -> fmt::Result {
-        let status = StatusText { status: equation.status, controls: self.controls };
-        let heading = format!("{}  {status}", equation.axis.name());
-        for (place, line) in wrapped(&heading, WIDTH - 3).into_iter().enumerate() {
-            let margin = if place == 0 { "" } else { "   " };
-            writeln!(f, "{margin}{}", self.style.paint("1", line))?;
-        }
-        if equation.terms.is_empty() {
-            return Ok(());
-        }
-        let unit = if equation.axis.is_force() { "m/s^2" } else { "rad/s^2" };
-        writeln!(
-            f,
-            "   R2 {:.3}, F total {}, {:.0} samples, residual {} {unit}, condition index {}",
-            equation.r_squared,
-            Digits(equation.f_total, 3),
-            equation.samples,
-            Digits(equation.residual_std, 3),
-            Digits(equation.condition_index, 3)
-        )?;
-        writeln!(f, "   {:<16} {:>12} {:>12}  {:<12} {:>12}  entered", "term", "value", "std error", "unit", "partial F")?;
-        for term in &equation.terms {
-            let name = TermName { axis: equation.axis, variable: term.variable, controls: self.controls };
-            let entered = match (term.variable, term.primary) {
-                (None, _) => "bias".to_owned(),
-                (_, true) => "primary".to_owned(),
-                (_, false) => format!("step {}", term.step),
-            };
-            writeln!(
-                f,
-                "   {:<16} {:>12} {:>12}  {:<12} {:>12}  {entered}",
-                name.to_string(),
-                Digits(term.value, 4).to_string(),
-                Digits(term.std, 2).to_string(),
-                derivative_unit(equation.axis, term.variable),
-                Digits(term.partial_f(), 3).to_string()
-            )?;
+    fn heading(&self, f: &mut fmt::Formatter<'_>, indent: usize, text: &str) -> fmt::Result {
+        for (place, line) in wrapped(text, WIDTH - 6).into_iter().enumerate() {
+            let indent = if place == 0 { indent } else { indent + 3 };
+            writeln!(f, "{:indent$}{}", "", self.style.paint("1", line))?;
         }
         Ok(())
     }
 
-    fn modes(&self, f: &mut fmt::Formatter<'_>, modes: &ModesRecord) -> fmt::Result {
-        let status = StatusText { status: modes.status, controls: self.controls };
-        let title = format!("{}: lateral modes at {:.2} s: {status}", self.run, modes.time_s);
-        for line in wrapped(&title, WIDTH) {
-            writeln!(f, "{}", self.style.paint("1", line))?;
+    fn equation(&self, f: &mut fmt::Formatter<'_>, equation: &EquationRecord) -> fmt::Result {
+        self.heading(f, 2, &format!("{}  {}", equation.axis.name(), status_in_words(equation.status, self.controls)))?;
+        let unit = if equation.axis.is_force() { "m/s^2" } else { "rad/s^2" };
+        writeln!(
+            f,
+            "     R2 {:.3}, F {}, residual {} {unit}, {:.0} samples, condition index {}",
+            equation.r_squared,
+            Digits(equation.f_total, 3),
+            Digits(equation.residual_std, 2),
+            equation.samples,
+            Digits(equation.condition_index, 2)
+        )?;
+        let rows: Vec<_> = equation.terms.iter().map(|term| (term, measured(term.value, term.std))).collect();
+        let wide = |text: fn(&(String, String)) -> &String| rows.iter().map(|(_, pair)| text(pair).len()).max().unwrap_or(0);
+        let (value_width, std_width) = (wide(|pair| &pair.0), wide(|pair| &pair.1));
+        // Values of one equation stand with their points below each other.
+        let after_point = |text: &str| text.find('.').map_or(0, |point| text.len() - point);
+        let decimals = rows.iter().map(|(_, pair)| after_point(&pair.0)).max().unwrap_or(0);
+        let before = rows.iter().map(|(_, pair)| pair.0.len() - after_point(&pair.0)).max().unwrap_or(0);
+        let value_width = value_width.max(before + decimals);
+        for (term, (value, std)) in &rows {
+            let name = TermName { axis: equation.axis, variable: term.variable, controls: self.controls };
+            let entered = match (term.variable, term.primary) {
+                (None, _) => String::new(),
+                (_, true) => format!("  F {}", Digits(term.partial_f(), 3)),
+                (_, false) => format!("  F {}, entered at step {}", Digits(term.partial_f(), 3), term.step),
+            };
+            let place = before - (value.len() - after_point(value));
+            let value = format!("{:place$}{value}", "");
+            let unit = derivative_unit(equation.axis, term.variable);
+            let line = format!("     {:<14} {value:<value_width$} +- {std:<std_width$}  {unit:<11}{entered}", name.to_string());
+            writeln!(f, "{}", line.trim_end())?;
         }
-        if let Some(pair) = &modes.dutch_roll {
-            oscillation(f, "Dutch roll", pair)?;
+        Ok(())
+    }
+
+    /// Axes that have no numbers, those of one reason together.
+    fn without_numbers(&self, f: &mut fmt::Formatter<'_>, derivatives: &DerivativesRecord) -> fmt::Result {
+        let mut groups: Vec<(String, String)> = Vec::new();
+        for equation in derivatives.equations.iter().filter(|equation| equation.terms.is_empty()) {
+            let why = status_in_words(equation.status, self.controls);
+            match groups.iter_mut().find(|(_, reason)| *reason == why) {
+                Some((axes, _)) => {
+                    axes.push(' ');
+                    axes.push_str(equation.axis.name());
+                }
+                None => groups.push((equation.axis.name().to_owned(), why)),
+            }
+        }
+        groups.iter().try_for_each(|(axes, why)| self.heading(f, 2, &format!("{axes}  {why}")))
+    }
+
+    fn modes(&self, f: &mut fmt::Formatter<'_>, modes: &ModesRecord) -> fmt::Result {
+        let status = status_in_words(modes.status, self.controls);
+        self.heading(f, 0, &format!("Lateral modes at {:.2} s: {status}", modes.time_s))?;
+        let numbers = matches!(modes.status, Status::Converging | Status::Converged | Status::Stale);
+        match &modes.dutch_roll {
+            Some(pair) => oscillation(f, "Dutch roll", pair)?,
+            None if numbers => writeln!(f, "  Dutch roll       none: no oscillation among the roots of these derivatives")?,
+            None => {}
         }
         if let Some(pair) = &modes.lateral_phugoid {
             oscillation(f, "lateral phugoid", pair)?;
@@ -140,21 +165,24 @@ impl Table<'_> {
     }
 
     fn events(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for event in self.events {
-            let severity = event_severity(&event.kind);
-            let code = match severity {
-                Severity::Info => continue,
-                Severity::Warning => "33",
-                Severity::DataLost => "31",
-            };
-            let mut sentence = format!("{}: {}", severity.name(), EventText { kind: &event.kind, controls: self.controls });
-            if event.count > 1 {
-                write!(sentence, " ({} times, {:.2} to {:.2} s)", event.count, event.first_s, event.last_s)?;
-            } else {
-                write!(sentence, " (at {:.2} s)", event.last_s)?;
+        let told = |event: &&FoldedEvent| {
+            // What an equation has come to stands at the equation.
+            event_severity(&event.kind) > Severity::Info
+                && !matches!(event.kind, EventKind::Regression(RegressionEvent::StatusChanged { .. }))
+        };
+        let sentences = self.events.iter().filter(told).map(|event| {
+            let lost = event_severity(&event.kind) == Severity::DataLost;
+            let (code, mark) = if lost { ("31", "data lost: ") } else { ("33", "") };
+            (code, format!("{mark}{}", FoldedText { event, controls: self.controls }))
+        });
+        let notes = self.notes.iter().map(|note| ("31", format!("recording: {note}")));
+        let mut first = true;
+        for (code, sentence) in notes.chain(sentences) {
+            if std::mem::take(&mut first) {
+                self.heading(f, 0, "Warnings")?;
             }
-            for (place, line) in wrapped(&sentence, WIDTH - 3).into_iter().enumerate() {
-                let margin = if place == 0 { "" } else { "   " };
+            for (place, line) in wrapped(&sentence, WIDTH - 5).into_iter().enumerate() {
+                let margin = if place == 0 { "  " } else { "     " };
                 writeln!(f, "{margin}{}", self.style.paint(code, line))?;
             }
         }
@@ -162,14 +190,34 @@ impl Table<'_> {
     }
 }
 
+/// The status with what it means where there is no number yet.
+fn status_in_words(status: Status, controls: ControlNames) -> String {
+    let more = match status {
+        Status::Waiting => ": nothing has moved the aircraft enough to learn from",
+        Status::Exciting => ": too little so far for a number",
+        Status::Stale => ": nothing new for a while",
+        Status::Converging | Status::Converged | Status::NotIdentifiable(_) => "",
+    };
+    format!("{}{more}", StatusText { status, controls })
+}
+
+/// A number and its standard error: two significant digits of the error, the number to the same decimal place.
+fn measured(value: f64, std: f64) -> (String, String) {
+    let plain = |size: f64| size == 0.0 || (1e-7..1e6).contains(&size);
+    if !(std > 0.0 && std.is_finite() && plain(std) && plain(libm::fabs(value))) {
+        return (Digits(value, 4).to_string(), Digits(std, 2).to_string());
+    }
+    // Of an error just below a power of ten the rounding may bring a third digit.
+    let magnitude = libm::floor(libm::log10(std * 1.005)) as i32;
+    let decimals = usize::try_from(1 - magnitude).unwrap_or(0);
+    (format!("{value:.decimals$}"), format!("{std:.decimals$}"))
+}
+
 fn oscillation(f: &mut fmt::Formatter<'_>, name: &str, pair: &Oscillation) -> fmt::Result {
+    let ((omega, std_omega), (zeta, std_zeta)) = (measured(pair.omega, pair.std_omega), measured(pair.zeta, pair.std_zeta));
     writeln!(
         f,
-        "   {name:<16} omega {} +- {} rad/s, zeta {} +- {}\n   {:<16} period {} s, {}",
-        Digits(pair.omega, 4),
-        Digits(pair.std_omega, 2),
-        Digits(pair.zeta, 3),
-        Digits(pair.std_zeta, 2),
+        "  {name:<16} omega {omega} +- {std_omega} rad/s, zeta {zeta} +- {std_zeta}\n  {:<16} period {} s, {}",
         "",
         Digits(TAU / pair.imag, 3),
         half_or_double(pair.real)
@@ -177,7 +225,8 @@ fn oscillation(f: &mut fmt::Formatter<'_>, name: &str, pair: &Oscillation) -> fm
 }
 
 fn real_root(f: &mut fmt::Formatter<'_>, name: &str, root: &RealRoot) -> fmt::Result {
-    writeln!(f, "   {name:<16} root {} +- {} 1/s, {}", Digits(root.value, 4), Digits(root.std, 2), half_or_double(root.value))
+    let (value, std) = measured(root.value, root.std);
+    writeln!(f, "  {name:<16} root {value} +- {std} 1/s, {}", half_or_double(root.value))
 }
 
 /// Time to half or to double the amplitude, ln 2 over the size of the real part.
@@ -253,7 +302,7 @@ mod tests {
     fn table(style: Style) -> String {
         let (derivatives, modes, events) = example();
         let (derivatives, modes) = (Some(&derivatives), Some(&modes));
-        Table { run: "467/10/11", controls: ControlNames::Rotorcraft, derivatives, modes, events: &events, style }.to_string()
+        Table { controls: ControlNames::Rotorcraft, derivatives, modes, events: &events, notes: &[], style }.to_string()
     }
 
     #[test]
@@ -263,16 +312,32 @@ mod tests {
             assert!(line.chars().count() <= WIDTH && line.trim_end() == line, "{line:?}");
         }
         for expected in [
-            "N  converged\n   R2 0.987, F total 1234, 400 samples, residual 0.0123 rad/s^2",
-            "N_v                   0.01823        0.010  rad/(m s)            3.32  primary",
-            "N_lat_cyclic          -123457        0.010  1/s^2             1.52e14  step 2",
-            "Dutch roll       omega 1.807 +- 0.020 rad/s, zeta 0.0885 +- 0.010\n                    period 3.49 s, time to half 4.33 s",
-            "spiral           root 0.01000 +- 0.0040 1/s, time to double 69.3 s",
-            "data lost: beta read 45.00 rad, which no aircraft reaches (wrong unit?); taken as not sampled (7",
+            "  N  converged\n     R2 0.987, F 1234, residual 0.012 rad/s^2, 400 samples",
+            "\n     N_v                  0.018 +- 0.010  rad/(m s)    F 3.32\n",
+            "\n     N_lat_cyclic   -123456.700 +- 0.010  1/s^2        F 1.52e14, entered at step 2\n",
+            "  Dutch roll       omega 1.807 +- 0.020 rad/s, zeta 0.088 +- 0.010\n                   period 3.49 s, time to half 4.33 s",
+            "  spiral           root 0.0100 +- 0.0040 1/s, time to double 69.3 s",
+            "  X Y Z L M  not identifiable: nothing observes v; the channel beta would\n",
+            "  data lost: beta read 45.00 rad, which no aircraft reaches (wrong unit?)",
+            "(7 times, 1.00 to 2.00 s)",
         ] {
             assert!(text.contains(expected), "{expected}\n\n{text}");
         }
         assert!(!text.contains("the filter has a state"), "what is merely worth knowing has no place here");
+    }
+
+    #[test]
+    fn an_error_has_two_digits_and_sets_those_of_its_number() {
+        let cases = [
+            (1.8349, 0.0123, "1.835", "0.012"),
+            (-0.5, 0.099_7, "-0.50", "0.10"),
+            (12_345.6, 250.0, "12346", "250"),
+            (3.0, f64::NAN, "3.000", "-"),
+            (2.0, 0.0, "2.000", "0.0"),
+        ];
+        for (value, std, shown, error) in cases {
+            assert_eq!(measured(value, std), (shown.to_owned(), error.to_owned()));
+        }
     }
 
     #[test]

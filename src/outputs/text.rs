@@ -248,13 +248,17 @@ impl Display for ReasonText {
                 write!(f, "no accelerometer on this axis (channel {})", channel.name(self.controls))
             }
             Reason::RateTooLow { hz, needed_hz } => {
-                write!(f, "the rates come at {} Hz, derivatives need {} Hz", Digits(hz, 3), Digits(needed_hz, 3))
+                write!(f, "the rates come at {} Hz, derivatives need {needed_hz} Hz", Digits(hz, 3))
             }
             Reason::Unobserved { variable, missing } => {
                 write!(f, "nothing observes {}; the channel {} would", variable.name(self.controls), missing.name(self.controls))
             }
             Reason::Collinear { condition_index } => {
                 write!(f, "the regressors cannot be told apart (condition index {})", Digits(condition_index, 3))
+            }
+            Reason::NotExcited { axis, variable } => {
+                let name = variable.name(self.controls);
+                write!(f, "{}_{name} is not known: {name} hardly moved", axis.name())
             }
             Reason::Equation { axis } => write!(f, "the {} equation has no numbers", axis.name()),
         }
@@ -288,7 +292,8 @@ struct AidLabel(Aid, ControlNames);
 
 impl Display for AidLabel {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        write!(f, "{} ({})", aid_name(self.0), self.0.channel().name(self.1))
+        let (aid, channel) = (aid_name(self.0), self.0.channel().name(self.1));
+        if aid == channel { f.write_str(aid) } else { write!(f, "{aid} ({channel})") }
     }
 }
 
@@ -385,8 +390,10 @@ mod tests {
     #[test]
     fn a_status_carries_its_reason() {
         let status = Status::NotIdentifiable(Reason::RateTooLow { hz: 4.0, needed_hz: 8.0 });
-        let text = StatusText { status, controls: ControlNames::Rotorcraft }.to_string();
-        assert_eq!(text, "not identifiable: the rates come at 4.00 Hz, derivatives need 8.00 Hz");
+        assert_eq!(
+            StatusText { status, controls: ControlNames::Rotorcraft }.to_string(),
+            "not identifiable: the rates come at 4.00 Hz, derivatives need 8 Hz"
+        );
     }
 
     #[test]

@@ -16,8 +16,6 @@ const HOLD_S: f64 = 1.0;
 /// Recent mean and variance of every regressor.
 #[derive(Clone, Debug)]
 pub struct Excitation {
-    gain: f64,
-    grid_s: f64,
     mean: [f64; VARIABLES],
     var: [f64; VARIABLES],
     started: bool,
@@ -25,16 +23,13 @@ pub struct Excitation {
 }
 
 impl Excitation {
-    /// On a grid of that interval.
-    pub const fn new(grid_s: f64) -> Self {
-        Excitation { gain: 0.0, grid_s, mean: [0.0; VARIABLES], var: [0.0; VARIABLES], started: false, quiet_s: f64::INFINITY }
-    }
+    /// Nothing seen yet.
+    pub const START: Excitation =
+        Excitation { mean: [0.0; VARIABLES], var: [0.0; VARIABLES], started: false, quiet_s: f64::INFINITY };
 
     /// Takes one instant in; whether the aircraft is excited.
-    pub fn step(&mut self, z: &[f64; SIGNALS]) -> bool {
-        if !self.started {
-            self.gain = 1.0 - libm::exp(-self.grid_s / MEMORY_S);
-        }
+    pub fn step(&mut self, z: &[f64; SIGNALS], interval_s: f64) -> bool {
+        let gain = 1.0 - libm::exp(-interval_s / MEMORY_S);
         let mut excited = false;
         for i in 0..VARIABLES {
             if !self.started {
@@ -42,12 +37,12 @@ impl Excitation {
                 continue;
             }
             let deviation = z[1 + i] - self.mean[i];
-            self.mean[i] += self.gain * deviation;
-            self.var[i] = (1.0 - self.gain) * (self.var[i] + self.gain * deviation * deviation);
+            self.mean[i] += gain * deviation;
+            self.var[i] = (1.0 - gain) * (self.var[i] + gain * deviation * deviation);
             excited |= self.var[i] > STILL[i] * STILL[i];
         }
         self.started = true;
-        self.quiet_s = if excited { 0.0 } else { self.quiet_s + self.grid_s };
+        self.quiet_s = if excited { 0.0 } else { self.quiet_s + interval_s };
         self.quiet_s <= HOLD_S
     }
 }
@@ -60,13 +55,13 @@ mod tests {
 
     #[test]
     fn a_new_steady_state_is_no_excitation_and_an_oscillation_is() {
-        let mut excitation = Excitation::new(0.08);
+        let mut excitation = Excitation::START;
         let mut z = [0.0; SIGNALS];
-        assert!(!excitation.step(&z));
+        assert!(!excitation.step(&z, 0.08));
         let mut excited = [false; 300];
         for (k, excited) in excited.iter_mut().enumerate() {
             z[regressor(Variable::V)] = if k < 100 { libm::sin(0.12 * k as f64) } else { 2.0 };
-            *excited = excitation.step(&z);
+            *excited = excitation.step(&z, 0.08);
         }
         assert!(excited[20..100].iter().all(|&now| now));
         assert!(!excited[250], "it stands at 2 m/s and does not move");

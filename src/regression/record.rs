@@ -36,6 +36,13 @@ pub enum Reason {
         /// Largest condition index.
         condition_index: f64,
     },
+    /// A derivative that this answer needs is in no equation: its variable did not move, or did not matter.
+    NotExcited {
+        /// Axis of the derivative.
+        axis: Axis,
+        /// Its variable.
+        variable: Variable,
+    },
     /// Another equation that this answer needs has no number.
     Equation {
         /// Which.
@@ -153,6 +160,10 @@ pub struct LateralDerivatives {
 }
 
 impl LateralDerivatives {
+    /// Those without which there are no modes: were one taken as zero, roots would come out that the aircraft does not have.
+    pub const NEEDED: [(Axis, Variable); 5] =
+        [(Axis::N, Variable::V), (Axis::N, Variable::R), (Axis::L, Variable::V), (Axis::L, Variable::P), (Axis::Y, Variable::V)];
+
     /// Axis and variable of each entry.
     pub const NAMES: [(Axis, Variable); LATERAL] = [
         (Axis::Y, Variable::V),
@@ -174,7 +185,7 @@ pub struct DerivativesRecord {
     pub time_s: f64,
     /// One equation an axis, in the order of `Axis::ALL`.
     pub equations: [EquationRecord; AXES],
-    /// For the modes; `None` until Y, L and N all have numbers.
+    /// For the modes; `None` until Y, L and N all have the numbers that these need.
     pub lateral: Option<LateralDerivatives>,
     /// Whether the aircraft is being excited now.
     pub excited: bool,

@@ -33,8 +33,6 @@ const UNAIDED_STD: f64 = 0.2;
 #[derive(Clone, Debug)]
 pub struct Recursive {
     config: Config,
-    grid_s: f64,
-    lambda: f64,
     trim: Option<TrimRecord>,
     information: Information<SIGNALS>,
     excitation: Excitation,
@@ -49,23 +47,21 @@ pub struct Recursive {
 }
 
 impl Recursive {
-    /// A stage for signals on a grid of that interval.
+    /// A stage that has seen nothing yet.
     ///
     /// # Errors
     /// [`ConfigError`] names the setting that cannot be used.
-    pub fn new(config: Config, grid_s: f64) -> Result<Self, ConfigError> {
+    pub fn new(config: Config) -> Result<Self, ConfigError> {
         config.validate()?;
-        Ok(Recursive::of(config, grid_s))
+        Ok(Recursive::of(config))
     }
 
     /// The same for a configuration that has been validated; at compile time too.
-    pub(crate) const fn of(config: Config, grid_s: f64) -> Self {
+    pub(crate) const fn of(config: Config) -> Self {
         Recursive {
-            grid_s,
-            lambda: 1.0,
             trim: None,
             information: Information::EMPTY,
-            excitation: Excitation::new(grid_s),
+            excitation: Excitation::START,
             excited: false,
             excited_s: 0.0,
             quiet_s: 0.0,
@@ -80,7 +76,6 @@ impl Recursive {
 
     /// The run's trim; signals before it are not used.
     pub fn begin(&mut self, trim: TrimRecord) {
-        self.lambda = libm::exp(-self.grid_s / self.config.forgetting_s);
         self.trim = Some(trim);
     }
 
@@ -105,19 +100,20 @@ impl Recursive {
             self.information.skip();
             return;
         };
-        let excited = self.excitation.step(&z);
+        let interval_s = record.interval_s;
+        let excited = self.excitation.step(&z, interval_s);
         if excited != self.excited {
             self.excited = excited;
             self.notice(if excited { RegressionEvent::ExcitationBegan } else { RegressionEvent::ExcitationEnded });
         }
         if excited {
-            self.information.add(&z, self.lambda);
-            self.excited_s += self.grid_s;
+            self.information.add(&z, libm::exp(-interval_s / self.config.forgetting_s));
+            self.excited_s += interval_s;
             self.quiet_s = 0.0;
             self.velocity_std = record.velocity_std;
         } else {
             self.information.skip();
-            self.quiet_s += self.grid_s;
+            self.quiet_s += interval_s;
         }
     }
 
@@ -266,6 +262,12 @@ impl Recursive {
     /// The lateral derivatives with their joint covariance, where Y, L and N all have numbers.
     fn lateral(&self, fits: &[Option<Fit>; AXES]) -> Option<LateralDerivatives> {
         let trim = self.trim.as_ref()?;
+        let inside = |(axis, variable): (Axis, Variable)| {
+            fits[axis.index()].as_ref().is_some_and(|fit| fit.order.contains(&regressor(variable)))
+        };
+        if !LateralDerivatives::NEEDED.into_iter().all(inside) {
+            return None;
+        }
         let mut values = [0.0; LATERAL];
         let mut cov = [[0.0; LATERAL]; LATERAL];
         let axes = [Axis::Y, Axis::L, Axis::N];

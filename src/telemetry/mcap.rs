@@ -84,12 +84,15 @@ impl fmt::Display for Losses {
     }
 }
 
+/// A sample with the values of its unknown columns, `None` where not sampled.
+pub type SampleWithOthers<'a> = (Sample, &'a [Option<f64>]);
+
 /// Reads the samples of a log, one after another.
 pub struct SampleReader<R> {
     stream: MessageStream<BufReader<R>>,
     head: LogHead,
     columns: HashMap<String, ColumnTarget>,
-    unknown: Vec<f64>,
+    unknown: Vec<Option<f64>>,
     samples: u64,
     malformed: Option<(u64, String)>,
 }
@@ -111,7 +114,7 @@ impl<R: Read + Seek> SampleReader<R> {
         Ok(SampleReader {
             stream: MessageStream::new(BufReader::new(source)),
             columns: names.zip(head.targets()).collect(),
-            unknown: vec![f64::NAN; head.unknown_columns()],
+            unknown: vec![None; head.unknown_columns()],
             head,
             samples: 0,
             malformed: None,
@@ -125,18 +128,18 @@ impl<R: Read> SampleReader<R> {
         &self.head
     }
 
-    /// The next sample with the values of its unknown columns (NaN where not sampled); `None` at the end of what can
+    /// The next sample with the values of its unknown columns (`None` where not sampled); `None` at the end of what can
     /// be read.
     ///
     /// # Errors
     /// Where reading the source fails; what is wrong with the bytes goes to [`SampleReader::losses`].
-    pub fn next_sample(&mut self) -> io::Result<Option<(Sample, &[f64])>> {
+    pub fn next_sample(&mut self) -> io::Result<Option<SampleWithOthers<'_>>> {
         let sample = loop {
             let Some((channel, payload)) = self.stream.next()? else { return Ok(None) };
             if channel.topic != SAMPLE_TOPIC {
                 continue;
             }
-            self.unknown.fill(f64::NAN);
+            self.unknown.fill(None);
             let seed = SampleSeed { columns: &self.columns, unknown: &mut self.unknown };
             let parsed = match channel.encoding.as_str() {
                 "json" => {
@@ -155,6 +158,11 @@ impl<R: Read> SampleReader<R> {
         };
         self.samples += 1;
         Ok(Some((sample, &self.unknown)))
+    }
+
+    /// Samples that could not be understood so far, and what was wrong with the first.
+    pub fn malformed(&self) -> Option<&(u64, String)> {
+        self.malformed.as_ref()
     }
 
     /// What could not be read so far; complete once [`SampleReader::next_sample`] has given `None`.
@@ -197,7 +205,7 @@ fn content<R: Read>(stream: &MessageStream<R>) -> String {
 /// Puts the fields of a sample's JSON where the head says.
 struct SampleSeed<'a> {
     columns: &'a HashMap<String, ColumnTarget>,
-    unknown: &'a mut [f64],
+    unknown: &'a mut [Option<f64>],
 }
 
 impl<'de> DeserializeSeed<'de> for SampleSeed<'_> {
@@ -232,7 +240,7 @@ impl<'de> Visitor<'de> for SampleSeed<'_> {
                 Some(ColumnTarget::Unknown(place)) => {
                     let value = map.next_value::<NumberOrNull>()?.0;
                     if let Some(slot) = self.unknown.get_mut(place) {
-                        *slot = value;
+                        *slot = Some(value);
                     }
                 }
                 None => drop(map.next_value::<IgnoredAny>()?),

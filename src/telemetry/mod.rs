@@ -11,6 +11,8 @@ pub mod csv;
 #[cfg(feature = "std")]
 pub mod format;
 #[cfg(feature = "std")]
+pub mod log_recording;
+#[cfg(feature = "std")]
 pub mod mcap;
 #[cfg(feature = "std")]
 mod mcap_stream;

@@ -6,10 +6,11 @@
 
 use super::csv::CsvRecording;
 use super::format::{Format, HEAD_BYTES};
+use super::log_recording::LogRecording;
 use super::record::Sample;
 use crate::flight::run_file::{Column, PlaceError, RunInfo};
 use std::fs::File;
-use std::io::{Cursor, Read};
+use std::io::{Cursor, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 /// Why a recording cannot be read.
@@ -120,7 +121,9 @@ impl Skipped {
 #[derive(Debug)]
 pub enum Recording {
     /// A run file in text.
-    Csv(CsvRecording),
+    Csv(Box<CsvRecording>),
+    /// A log of this program.
+    Mcap(Box<LogRecording>),
 }
 
 impl Recording {
@@ -139,9 +142,14 @@ impl Recording {
         let limit = u64::try_from(HEAD_BYTES).unwrap_or(u64::MAX);
         file.by_ref().take(limit).read_to_end(&mut head).map_err(|source| RecordingError::Io { path: path.into(), source })?;
         match Format::of(&head) {
-            Format::Csv => CsvRecording::new(path, Box::new(Cursor::new(head).chain(file))).map(Recording::Csv),
-            Format::Mcap => Err(whole(unread("an MCAP log"))),
-            Format::Named(name) => Err(whole(unread(name))),
+            Format::Csv => {
+                CsvRecording::new(path, Box::new(Cursor::new(head).chain(file))).map(|text| Recording::Csv(Box::new(text)))
+            }
+            Format::Mcap => {
+                file.seek(SeekFrom::Start(0)).map_err(|source| RecordingError::Io { path: path.into(), source })?;
+                LogRecording::new(path, file).map(|log| Recording::Mcap(Box::new(log)))
+            }
+            Format::Named(name) => Err(whole(format!("recognised as {name}, which this version does not read yet"))),
             Format::Empty => Err(whole("expected a recording, found an empty file".into())),
             Format::Unknown(bytes) => {
                 let hex: Vec<String> = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
@@ -154,6 +162,7 @@ impl Recording {
     pub fn format(&self) -> &'static str {
         match self {
             Recording::Csv(_) => "CSV",
+            Recording::Mcap(_) => "MCAP",
         }
     }
 
@@ -161,6 +170,7 @@ impl Recording {
     pub fn counted_in(&self) -> &'static str {
         match self {
             Recording::Csv(_) => "line",
+            Recording::Mcap(_) => "sample",
         }
     }
 
@@ -168,6 +178,7 @@ impl Recording {
     pub fn info(&self) -> &RunInfo {
         match self {
             Recording::Csv(recording) => recording.info(),
+            Recording::Mcap(recording) => recording.info(),
         }
     }
 
@@ -175,6 +186,7 @@ impl Recording {
     pub fn columns(&self) -> &[Column] {
         match self {
             Recording::Csv(recording) => recording.columns(),
+            Recording::Mcap(recording) => recording.columns(),
         }
     }
 
@@ -186,6 +198,7 @@ impl Recording {
     pub fn next_row(&mut self) -> Result<Option<&Row>, RecordingError> {
         match self {
             Recording::Csv(recording) => recording.next_row(),
+            Recording::Mcap(recording) => recording.next_row(),
         }
     }
 
@@ -193,6 +206,16 @@ impl Recording {
     pub fn skipped(&self) -> &Skipped {
         match self {
             Recording::Csv(recording) => recording.skipped(),
+            Recording::Mcap(recording) => recording.skipped(),
+        }
+    }
+
+    /// What of the file could not be read, besides the rows that [`Recording::skipped`] counts, in words; complete after
+    /// the last row.
+    pub fn shortfall(&self) -> Option<String> {
+        match self {
+            Recording::Csv(_) => None,
+            Recording::Mcap(recording) => recording.shortfall(),
         }
     }
 
@@ -200,12 +223,9 @@ impl Recording {
     pub fn ends_abruptly(&self) -> bool {
         match self {
             Recording::Csv(recording) => recording.ends_abruptly(),
+            Recording::Mcap(recording) => recording.ends_abruptly(),
         }
     }
-}
-
-fn unread(name: &str) -> String {
-    format!("recognised as {name}, which this version does not read yet")
 }
 
 #[cfg(test)]

@@ -36,7 +36,7 @@ impl Smoothed {
     pub(crate) fn of(flight: &Flight) -> Self {
         let config = Config::default();
         let mut estimator = Estimator::new(config, RunGeometry::default()).unwrap();
-        let mut recursive = Recursive::new(RegressionConfig::default(), config.grid_s).unwrap();
+        let mut recursive = Recursive::new(RegressionConfig::default()).unwrap();
         let mut trim = None;
         let mut vectors = Vec::new();
         for sample in &flight.samples[..TICKS] {

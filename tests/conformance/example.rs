@@ -152,7 +152,7 @@ pub(crate) fn read(source: impl Read + Seek) -> Option<(Vec<Row>, Losses)> {
     let mut reader = SampleReader::open(source).ok()?;
     let mut rows = Vec::new();
     while let Some((sample, unknown)) = reader.next_sample().unwrap() {
-        rows.push((sample, unknown.to_vec()));
+        rows.push((sample, unknown.iter().map(|value| value.unwrap_or(f64::NAN)).collect()));
     }
     Some((rows, reader.losses()))
 }

@@ -6,6 +6,7 @@ mod foreign;
 mod hostile;
 mod independent;
 mod killed;
+mod killed_program;
 mod rotation;
 mod round_trip;
 mod truncation;

@@ -14,6 +14,8 @@ mod allocations;
 mod fingerprint;
 #[path = "../../firmware-profile/src/manoeuvre.rs"]
 mod manoeuvre;
+#[path = "../support/program.rs"]
+mod program;
 #[path = "../support/uniform.rs"]
 mod uniform;
 
@@ -22,4 +24,5 @@ mod determinism;
 mod error_autocovariance;
 mod firmware;
 mod recursive_batch;
+mod replay;
 mod sequential_joint;

@@ -13,6 +13,7 @@ use sideslip::regression::recursive::Recursive;
 use sideslip::regression::stepwise::{Offer, Thresholds, fit};
 
 const TOLERANCE: f64 = 1e-9;
+const GRID_S: f64 = 0.08;
 
 /// Everything that was ever seen on the grid; `None` where the instant was skipped.
 struct Stored {
@@ -279,6 +280,7 @@ fn instruments() -> Instrumentation {
 fn smoothed(z: &[f64; SIGNALS]) -> SmoothedRecord {
     SmoothedRecord {
         time_s: 0.0,
+        interval_s: GRID_S,
         velocity: [z[1], z[2], z[3]],
         velocity_std: [0.01; 3],
         rates: [z[4], z[5], z[6]],
@@ -352,10 +354,9 @@ fn what_the_stage_publishes_is_what_the_stored_vectors_give() {
     let mut uniform = Uniform(63);
     let trim =
         TrimRecord { velocity: [0.0; 3], rates: [0.0; 3], attitude: [0.0; 2], specific_force: [0.0; 3], controls: [0.0; 4] };
-    let grid_s = 0.08;
     for forgetting_s in [1e9, 60.0, 8.0] {
         let config = Config { forgetting_s, ..Config::default() };
-        let mut recursive = Recursive::new(config, grid_s).unwrap();
+        let mut recursive = Recursive::new(config).unwrap();
         recursive.begin(trim);
         let mut seen = Vec::new();
         for z in vectors(&mut uniform, 350, 7) {
@@ -370,7 +371,7 @@ fn what_the_stage_publishes_is_what_the_stored_vectors_give() {
             assert!(z.is_some() || !taken);
             seen.push(z.filter(|_| taken).map(|_| signals(&record, &trim).unwrap()));
         }
-        let lambda = libm::exp(-grid_s / forgetting_s);
+        let lambda = libm::exp(-GRID_S / forgetting_s);
         assert_published(&recursive.record(28.0, 28.0, &instruments()), &Stored::new(seen, lambda));
     }
 }

@@ -7,6 +7,10 @@
     reason = "a test fails by panicking, and says aloud what it skipped"
 )]
 
+#[path = "../support/program.rs"]
+mod program;
+
 mod inspect;
 mod model_files;
+mod replay;
 mod run_files;

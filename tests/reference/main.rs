@@ -1,6 +1,17 @@
 //! Published values, with their provenance: what we compute from the same data comes out the same.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stderr,
+    reason = "a test fails by panicking, and says aloud what it skipped"
+)]
 
+mod attas;
 mod puma_matrices;
+
+#[path = "../support/program.rs"]
+mod program;
 
 #[path = "../support/puma.rs"]
 mod puma;

@@ -33,6 +33,7 @@ pub(super) fn document(file: &Path, recording: &Recording, survey: &Survey, esti
         "rows": survey.rows,
         "skipped": {"rows": skipped.rows(), "reasons": reasons},
         "ends_abruptly": recording.ends_abruptly(),
+        "shortfall": recording.shortfall(),
         "time": {
             "start": times.range_s.map(|(start, _)| start),
             "end": times.range_s.map(|(_, end)| end),

@@ -6,11 +6,11 @@ mod survey;
 mod table;
 
 use super::message;
+use super::output_file::{print, write_json};
 use estimable::Estimable;
 use sideslip::error::{Failure, Outcome};
 use sideslip::telemetry::recording::Recording;
-use std::io::{ErrorKind, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use survey::Survey;
 
 const EXAMPLE: &str = "\
@@ -46,34 +46,18 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         Some(target) => {
             message(format_args!("{}", table.trim_end()));
             let document = json::document(&args.file, &recording, &survey, &estimable);
-            let text = format!("{document:#}\n");
-            if target.as_os_str() == "-" { print(&text)? } else { write_whole(target, &text)? }
+            write_json(target, &format!("{document:#}\n"))?;
         }
     }
     let skipped = recording.skipped().rows();
-    if skipped == 0 {
-        return Ok(Outcome::Done);
+    let mut outcome = Outcome::Done;
+    if skipped > 0 {
+        message(format_args!("sideslip: {}: {skipped} of {} rows skipped", args.file.display(), skipped + survey.rows));
+        outcome = Outcome::DataLost;
     }
-    message(format_args!("sideslip: {}: {skipped} of {} rows skipped", args.file.display(), skipped + survey.rows));
-    Ok(Outcome::DataLost)
-}
-
-/// To standard output; a reader that has seen enough is no failure.
-fn print(text: &str) -> Result<(), Failure> {
-    let mut output = std::io::stdout().lock();
-    match output.write_all(text.as_bytes()).and_then(|()| output.flush()) {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Failure::io(Path::new("standard output"), &error)),
-        _ => Ok(()),
+    if let Some(shortfall) = recording.shortfall() {
+        message(format_args!("sideslip: {}: {shortfall}", args.file.display()));
+        outcome = Outcome::DataLost;
     }
-}
-
-/// The whole file or none: it gets its name after its last byte.
-fn write_whole(path: &Path, text: &str) -> Result<(), Failure> {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".{}.part", std::process::id()));
-    let part = path.with_file_name(name);
-    std::fs::write(&part, text).and_then(|()| std::fs::rename(&part, path)).map_err(|error| {
-        let _ = std::fs::remove_file(&part);
-        Failure::io(path, &error)
-    })
+    Ok(outcome)
 }

@@ -73,7 +73,8 @@ fn row_lines(recording: &Recording) -> Vec<String> {
             )
         })
         .collect();
-    if recording.ends_abruptly() {
+    lines.extend(recording.shortfall().map(|shortfall| format!("  {shortfall}")));
+    if recording.ends_abruptly() && recording.format() == "CSV" {
         lines.push("  the last line has no end: the file may have been cut short, and the last value with it".into());
     }
     lines

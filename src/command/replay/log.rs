@@ -1,0 +1,93 @@
+//! The log of a run: where it goes, and the thread that writes it.
+
+use super::super::message;
+use super::super::output_file::refuse_to_overwrite;
+use ::replay::Pace;
+use sideslip::error::Failure;
+use sideslip::flight::log_head::LogHead;
+use sideslip::outputs::log_thread::LogThread;
+use sideslip::outputs::mcap_log::{LogError, McapLog};
+use sideslip::outputs::queue::{Policy, Sender, queue};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// Messages that the queue holds: a second of a fast run, some 10 MB.
+const QUEUE: usize = 2048;
+
+/// The log of each recording, in their order; nothing is made yet.
+pub(super) fn places(out: Option<&Path>, files: &[PathBuf]) -> Result<Vec<Option<PathBuf>>, Failure> {
+    let Some(out) = out else { return Ok(vec![None; files.len()]) };
+    let logs: Vec<PathBuf> = if files.len() == 1 && !names_directory(out) {
+        vec![out.to_path_buf()]
+    } else if out.exists() && !out.is_dir() {
+        let what = format_args!("--out: expected a directory for the logs of {} recordings, found a file", files.len());
+        return Err(Failure::file(out, what));
+    } else {
+        files.iter().map(|file| out.join(file.with_extension("mcap").file_name().unwrap_or_default())).collect()
+    };
+    let mut seen = BTreeSet::new();
+    for log in &logs {
+        if log.extension().is_some_and(|ending| ending != "mcap") {
+            return Err(Failure::file(log, "--out: expected a name that ends in .mcap"));
+        }
+        if !seen.insert(log) {
+            return Err(Failure::file(log, "--out: two recordings of that name would have the same log"));
+        }
+        refuse_to_overwrite("--out", log, files)?;
+    }
+    Ok(logs.into_iter().map(Some).collect())
+}
+
+/// Whether the path stands for a directory: it is one, or ends as one.
+fn names_directory(path: &Path) -> bool {
+    path.is_dir() || path.as_os_str().to_string_lossy().ends_with('/')
+}
+
+/// Makes the directory of the logs where it is missing.
+pub(super) fn make_directory(out: Option<&Path>, logs: &[Option<PathBuf>]) -> Result<(), Failure> {
+    match out {
+        Some(out) if logs.len() > 1 || names_directory(out) => {
+            std::fs::create_dir_all(out).map_err(|error| Failure::io(out, &error))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A log that is being written, in its place from the first byte on: whatever ends the process, what was logged is there.
+pub(super) struct Log {
+    path: PathBuf,
+    thread: LogThread,
+}
+
+/// How a log ended.
+#[derive(Debug)]
+pub(super) struct Logged {
+    /// Where it stands.
+    pub(super) path: PathBuf,
+    /// Messages in it.
+    pub(super) written: u64,
+    /// Messages that it lacks.
+    pub(super) lost: u64,
+}
+
+impl Log {
+    /// Opens the log and starts its thread. As fast as it goes nothing may be lost; at a pace nothing may wait.
+    pub(super) fn start(path: &Path, head: LogHead, pace: Pace) -> Result<(Sender, Self), Failure> {
+        let unknown_columns = head.unknown_columns();
+        let report = Box::new(|line: &str| message(format_args!("sideslip: {line}")));
+        let log = McapLog::create(path, head, report).map_err(|error| match error {
+            LogError::File { source, .. } => Failure::io(path, &source),
+            ambiguous @ LogError::AmbiguousColumn { .. } => Failure::file(path, ambiguous),
+        })?;
+        let policy = if pace == Pace::Max { Policy::Lossless } else { Policy::RealTime };
+        let (sender, receiver) = queue(policy, QUEUE, unknown_columns);
+        let thread = LogThread::spawn(receiver, log).map_err(|error| Failure::io(path, &error))?;
+        Ok((sender, Log { path: path.into(), thread }))
+    }
+
+    /// Waits until everything is written and closes the log.
+    pub(super) fn finish(self) -> Result<Logged, Failure> {
+        let summary = self.thread.join().map_err(|error| Failure::io(&self.path, &error))?;
+        Ok(Logged { path: self.path, written: summary.written, lost: summary.lost })
+    }
+}

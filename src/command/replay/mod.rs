@@ -1,0 +1,111 @@
+//! `sideslip replay`: recordings through the very pipeline that runs live, at their own pace or as fast as it goes.
+
+mod log;
+mod progress;
+mod run;
+mod sink;
+
+use super::message;
+use super::output_file::{print, refuse_to_overwrite, write_json};
+use run::{Played, Run};
+use sideslip::error::{Failure, Outcome};
+use sideslip::outputs::derivatives_json::derivatives_json;
+use sideslip::outputs::terminal::Style;
+use sideslip::pipeline::Config;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+const EXAMPLE: &str = "\
+Example:
+  sideslip replay flight.csv
+  sideslip replay flight.csv --set vane_position_m=[13.08,0,0] --out flight.mcap --json flight.json
+  sideslip replay monday/*.csv --out logs/ --json - | jq .runs[].modes.dutch_roll
+
+Every FILE is a run of its own, with its own trim: the mean over its first second. A log holds the keys of the run as
+they were in effect, so that replaying it without --set gives the same numbers; --trim-window is no such key.
+
+Exit status: 0 done; 1 failed while running, or stopped by a signal (what there was by then is printed); 2 the call or a
+recording is wrong; 3 done, with data lost or skipped. With --json - the table goes to standard error.";
+
+/// Play recordings through the estimator: derivatives, Dutch roll, what is wrong with the instruments
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLE)]
+pub(crate) struct Args {
+    /// Recordings; their format is told by their content
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// How fast: 1 is real time, 4 four times as fast, max as fast as it goes
+    #[arg(long, value_name = "1|N|max", default_value = "max")]
+    speed: ::replay::Pace,
+    /// Write an MCAP log: a file name for one FILE; for several a directory (made where it is missing), a log for each
+    #[arg(long, value_name = "FILE|DIR")]
+    out: Option<PathBuf>,
+    /// Override a key of every run, such as vane_position_m=[13.08,0,0]; repeatable
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Write the last estimates as JSON to this file, or to standard output with -
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Length of the window at the run's start whose mean is the trim, s
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    trim_window: Option<f64>,
+}
+
+/// Plays every recording and prints what it came to.
+pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    let mut config = Config::default();
+    if let Some(seconds) = args.trim_window {
+        config.estimation.trim_window_s = seconds;
+    }
+    let to_standard_output = args.json.as_ref().is_some_and(|json| json.as_os_str() == "-");
+    if let Some(json) = args.json.as_ref().filter(|_| !to_standard_output) {
+        refuse_to_overwrite("--json", json, &args.files)?;
+    }
+    let logs = log::places(args.out.as_deref(), &args.files)?;
+    let runs = args.files.iter().map(|file| Run::open(file, &args.set, &config)).collect::<Result<Vec<_>, _>>()?;
+    log::make_directory(args.out.as_deref(), &logs)?;
+    let stop = stopped_by_signals()?;
+    let mut played = Vec::with_capacity(runs.len());
+    for (run, log) in runs.into_iter().zip(logs) {
+        let answer = run.play(args.speed, log.as_deref(), &stop)?;
+        let style = if to_standard_output { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
+        let gap = if played.is_empty() { "" } else { "\n" };
+        let table = format!("{gap}{}", answer.table(style));
+        if to_standard_output {
+            message(format_args!("{}", table.trim_end_matches('\n')))
+        } else {
+            print(&table)?
+        }
+        played.push(answer);
+        if stop.load(Ordering::Relaxed) {
+            break;
+        }
+    }
+    if let Some(json) = &args.json {
+        let estimates: Vec<_> = played.iter().map(Played::estimates).collect();
+        let text = derivatives_json(&estimates).map_err(|error| Failure::Running(error.to_string()))?;
+        write_json(json, &text)?;
+    }
+    let losses: Vec<String> = played.iter().flat_map(Played::losses).collect();
+    for loss in &losses {
+        message(format_args!("sideslip: {loss}"));
+    }
+    let unplayed = args.files.len() - played.len();
+    if let Some(last) = played.last().filter(|last| last.interrupted || unplayed > 0) {
+        return Err(Failure::Running(last.interruption(unplayed)));
+    }
+    Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })
+}
+
+/// A flag that the first SIGINT or SIGTERM sets; a second one ends the process at once.
+fn stopped_by_signals() -> Result<Arc<AtomicBool>, Failure> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register_conditional_shutdown(signal, 1, Arc::clone(&stop))
+            .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&stop)))
+            .map_err(|error| Failure::Running(format!("signals cannot be caught: {error}")))?;
+    }
+    Ok(stop)
+}

@@ -1,0 +1,257 @@
+//! One run: a recording through a pipeline of its own, and what it came to.
+
+use super::log::{Log, Logged};
+use super::progress::Progress;
+use super::sink::Sink;
+use ::replay::{MonotonicClock, Pace};
+use sideslip::error::Failure;
+use sideslip::estimation::record::{Aid, EstimationEvent};
+use sideslip::flight::channel::ControlNames;
+use sideslip::flight::log_head::LogHead;
+use sideslip::flight::run_file::{RunInfo, Target};
+use sideslip::outputs::derivatives_json::RunEstimates;
+use sideslip::outputs::event_ring::{FoldedEvent, FoldedText};
+use sideslip::outputs::record::EventKind;
+use sideslip::outputs::terminal::{Style, Table};
+use sideslip::outputs::text::{Severity, event_severity};
+use sideslip::pipeline::{Config, Pipeline};
+use sideslip::telemetry::recording::Recording;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// A recording with its pipeline, before the first sample.
+pub(super) struct Run {
+    file: PathBuf,
+    recording: Recording,
+    info: RunInfo,
+    pipeline: Box<Pipeline>,
+}
+
+/// What a run came to.
+pub(super) struct Played {
+    file: PathBuf,
+    name: String,
+    controls: ControlNames,
+    /// Aircraft and manoeuvre, where the run names them.
+    about: Vec<String>,
+    rows: u64,
+    range_s: Option<(f64, f64)>,
+    sink: Sink,
+    events: Vec<FoldedEvent>,
+    consistency: [Option<f64>; 2],
+    /// Rows skipped, a file cut short: sentences about the recording itself; the first so many are losses.
+    notes: Vec<String>,
+    losses: usize,
+    warnings: Vec<String>,
+    log: Option<Logged>,
+    /// Whether a signal stopped it before its end.
+    pub(super) interrupted: bool,
+}
+
+impl Run {
+    /// Opens a recording, overrides keys of its run and readies the pipeline.
+    pub(super) fn open(file: &Path, overrides: &[String], config: &Config) -> Result<Self, Failure> {
+        let recording = Recording::open(file)?;
+        let mut info = recording.info().clone();
+        for assignment in overrides {
+            info.set(assignment).map_err(|what| Failure::Input(format!("--set: {what}")))?;
+        }
+        if info.run().is_none() {
+            // A log has another name than the recording; the run keeps its own.
+            let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+            info.set(&format!("run={stem}")).map_err(|what| Failure::file(file, what))?;
+        }
+        let pipeline = Pipeline::new(config, *info.geometry()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
+        Ok(Run { file: file.into(), recording, info, pipeline: Box::new(pipeline) })
+    }
+
+    /// Plays it to its end, or until `stop`. What fails leaves no log behind.
+    pub(super) fn play(mut self, pace: Pace, log: Option<&Path>, stop: &AtomicBool) -> Result<Played, Failure> {
+        let mut player = ::replay::Player::<MonotonicClock>::new(pace);
+        let mut progress = Progress::new();
+        let name = self.info.run().unwrap_or_default().to_owned();
+        let (mut rows, mut interrupted) = (0, false);
+        let mut range_s: Option<(f64, f64)> = None;
+        let mut writing = None;
+        let mut sink = Sink::new(None);
+        let head = self.head();
+        while let Some(row) = self.recording.next_row()? {
+            if rows == 0
+                && let Some(path) = log
+            {
+                let (sender, started) = Log::start(path, head.clone(), pace)?;
+                sink = Sink::new(Some(sender));
+                writing = Some(started);
+            }
+            let time_s = row.sample.time_s;
+            if !player.wait_for(time_s, || !stop.load(Ordering::Relaxed)) {
+                interrupted = true;
+                break;
+            }
+            rows += 1;
+            if time_s.is_finite() {
+                range_s = Some(range_s.map_or((time_s, time_s), |(from, to)| (from.min(time_s), to.max(time_s))));
+            }
+            sink.row(row);
+            sink.tick(self.pipeline.step(&row.sample));
+            progress.show(|| progress_line(&name, time_s, &sink));
+        }
+        sink.tick(self.pipeline.finish());
+        sink.close();
+        drop(progress);
+        let log = writing.map(Log::finish).transpose()?;
+        Ok(self.played(name, rows, range_s, sink, log, interrupted))
+    }
+
+    fn head(&self) -> LogHead {
+        let carried = self.recording.columns().iter().filter(|column| !matches!(column.target, Target::Time { .. }));
+        LogHead {
+            run_toml: self.info.to_toml(),
+            channels: carried.map(|column| (column.name.clone(), column.inner_unit().to_owned())).collect(),
+            controls: self.info.geometry().controls,
+        }
+    }
+
+    fn played(
+        self,
+        name: String,
+        rows: u64,
+        range_s: Option<(f64, f64)>,
+        sink: Sink,
+        log: Option<Logged>,
+        interrupted: bool,
+    ) -> Played {
+        let consistency = self.pipeline.estimator().consistency();
+        let events = sink.events.entries().iter().map(|event| with_final_r2(*event, consistency)).collect();
+        let controls = self.info.geometry().controls;
+        let about = ["aircraft", "manoeuvre", "flight_path"].iter().filter_map(|key| self.info.text(key)).map(String::from);
+        let notes = recording_losses(&self.recording, rows);
+        let mut played = Played {
+            about: about.collect(),
+            losses: notes.len(),
+            notes,
+            file: self.file,
+            name,
+            controls,
+            rows,
+            range_s,
+            sink,
+            events,
+            consistency,
+            warnings: Vec::new(),
+            log,
+            interrupted,
+        };
+        if self.recording.ends_abruptly() && played.losses == 0 && !interrupted {
+            let note = "the last line has no end: the file may have been cut short, and the last value with it";
+            played.notes.push(note.into());
+        }
+        played.warnings = played.warnings();
+        played
+    }
+}
+
+/// A vane's disagreement as it stands at the end, not at first sight.
+fn with_final_r2(mut event: FoldedEvent, consistency: [Option<f64>; 2]) -> FoldedEvent {
+    if let EventKind::Estimation(EstimationEvent::KinematicsDisagree { aid, r_squared }) = &mut event.kind {
+        let [alpha, beta] = consistency;
+        let at_end = if *aid == Aid::Incidence { alpha } else { beta };
+        *r_squared = at_end.unwrap_or(*r_squared);
+    }
+    event
+}
+
+fn recording_losses(recording: &Recording, rows: u64) -> Vec<String> {
+    let skipped = recording.skipped();
+    let mut losses = Vec::new();
+    if skipped.rows() > 0 {
+        let mut sentence = format!("{} of {} rows skipped", skipped.rows(), skipped.rows() + rows);
+        for reason in skipped.reasons() {
+            let place = format_args!("first at {} {}: {}", recording.counted_in(), reason.first, reason.example);
+            let _ = write!(sentence, "; {} for: {}, {place}", reason.rows, reason.reason.words());
+        }
+        losses.push(sentence);
+    }
+    losses.extend(recording.shortfall());
+    losses
+}
+
+fn progress_line(name: &str, time_s: f64, sink: &Sink) -> String {
+    let name: String = name.chars().take(30).collect();
+    match sink.modes.and_then(|modes| modes.dutch_roll) {
+        Some(pair) => format!("{name}: {time_s:.1} s, Dutch roll omega {:.3} rad/s, zeta {:.3}", pair.omega, pair.zeta),
+        None => format!("{name}: {time_s:.1} s"),
+    }
+}
+
+impl Played {
+    /// The numbers for a program.
+    pub(super) fn estimates(&self) -> RunEstimates<'_> {
+        RunEstimates {
+            run: &self.name,
+            controls: self.controls,
+            state: self.sink.state.as_ref(),
+            derivatives: self.sink.derivatives.as_ref(),
+            modes: self.sink.modes.as_ref(),
+            warnings: &self.warnings,
+            consistency: self.consistency,
+        }
+    }
+
+    /// What was lost or skipped, a sentence each.
+    pub(super) fn losses(&self) -> Vec<String> {
+        let mut losses: Vec<String> = self.notes.iter().take(self.losses).cloned().collect();
+        if self.sink.dropped_samples > 0 {
+            losses.push(format!("{} of {} samples dropped for their time", self.sink.dropped_samples, self.rows));
+        }
+        if self.sink.unused_values > 0 {
+            losses.push(format!("{} values not used: no number, or none that an aircraft reaches", self.sink.unused_values));
+        }
+        if let Some(log) = self.log.as_ref().filter(|log| log.lost > 0) {
+            let all = log.lost + log.written;
+            losses.push(format!("{} of {all} messages are not in the log {}", log.lost, log.path.display()));
+        }
+        let file = self.file.display();
+        losses.into_iter().map(|loss| format!("{file}: {loss}")).collect()
+    }
+
+    /// That a signal stopped it and where, and how many recordings it kept from being played.
+    pub(super) fn interruption(&self, unplayed: usize) -> String {
+        let reached = match self.range_s {
+            _ if !self.interrupted => "at its end".to_owned(),
+            None => "before its first sample".to_owned(),
+            Some((_, to_s)) => format!("at {to_s:.2} s"),
+        };
+        let others = match unplayed {
+            0 => String::new(),
+            count => format!(", and {count} more not played"),
+        };
+        format!("{}: stopped by a signal {reached}{others}", self.file.display())
+    }
+
+    /// The answer for a person.
+    pub(super) fn table(&self, style: Style) -> String {
+        let mut text = format!("{}: {} samples", self.file.display(), self.rows);
+        if let Some((from, to)) = self.range_s {
+            let _ = write!(text, ", {from:.2} to {to:.2} s");
+        }
+        let _ = write!(text, "\nrun {}", self.name);
+        for about in &self.about {
+            let _ = write!(text, ", {about}");
+        }
+        let (derivatives, modes) = (self.sink.derivatives.as_ref(), self.sink.modes.as_ref());
+        let table = Table { controls: self.controls, derivatives, modes, events: &self.events, notes: &self.notes, style };
+        let _ = write!(text, "\n{table}");
+        if let Some(log) = &self.log {
+            let _ = writeln!(text, "log: {}, {} messages", log.path.display(), log.written);
+        }
+        text
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let told = self.events.iter().filter(|event| event_severity(&event.kind) > Severity::Info);
+        let events = told.map(|event| FoldedText { event, controls: self.controls }.to_string());
+        self.notes.iter().cloned().chain(events).collect()
+    }
+}

@@ -1,0 +1,106 @@
+//! Where a run's records go: to the log, and what a reader wants at the end is kept.
+
+use sideslip::estimation::record::{EstimationEvent, StateRecord};
+use sideslip::modes::record::ModesRecord;
+use sideslip::outputs::event_ring::EventRing;
+use sideslip::outputs::queue::Sender;
+use sideslip::outputs::record::{EventKind, EventRecord, Message};
+use sideslip::pipeline::Tick;
+use sideslip::regression::record::DerivativesRecord;
+use sideslip::telemetry::recording::Row;
+
+/// Different events that are kept: more than there are kinds and subjects.
+pub(super) const EVENTS: usize = 128;
+
+/// The last records, the events, and the way to the log.
+pub(super) struct Sink {
+    to_log: Option<Sender>,
+    /// Values of the unknown columns, NaN where not sampled, as the queue takes them.
+    others: Vec<f64>,
+    newest_s: f64,
+    pub(super) state: Option<StateRecord>,
+    pub(super) derivatives: Option<DerivativesRecord>,
+    pub(super) modes: Option<ModesRecord>,
+    pub(super) events: Box<EventRing<EVENTS>>,
+    /// Samples that the estimation dropped for their time, and values that it did not use.
+    pub(super) dropped_samples: u64,
+    pub(super) unused_values: u64,
+}
+
+impl Sink {
+    /// A sink with a way to the log, where there is one.
+    pub(super) fn new(to_log: Option<Sender>) -> Self {
+        Sink {
+            to_log,
+            others: Vec::new(),
+            newest_s: 0.0,
+            state: None,
+            derivatives: None,
+            modes: None,
+            events: Box::new(EventRing::new()),
+            dropped_samples: 0,
+            unused_values: 0,
+        }
+    }
+
+    /// A row as it came, before the pipeline sees it.
+    pub(super) fn row(&mut self, row: &Row) {
+        if row.sample.time_s.is_finite() {
+            self.newest_s = row.sample.time_s;
+        }
+        if let Some(to_log) = &mut self.to_log {
+            self.others.clear();
+            self.others.extend(row.others.iter().map(|other| other.unwrap_or(f64::NAN)));
+            to_log.send_sample(&row.sample, &self.others);
+        }
+    }
+
+    /// What a sample brought. An event without a time of its own has that of the newest sample that has one.
+    pub(super) fn tick(&mut self, tick: &Tick) {
+        for event in &tick.estimation_events {
+            match event {
+                EstimationEvent::TimeNotFinite | EstimationEvent::DuplicateTime | EstimationEvent::TimeWentBack { .. } => {
+                    self.dropped_samples += 1;
+                }
+                EstimationEvent::NotFinite { .. } | EstimationEvent::OutOfRange { .. } => self.unused_values += 1,
+                _ => {}
+            }
+            self.event(EventKind::Estimation(*event));
+        }
+        for innovation in &tick.innovations {
+            self.log(|| Message::Innovation(*innovation));
+        }
+        if let Some(state) = tick.state {
+            self.state = Some(state);
+            self.log(|| Message::State(state));
+        }
+        for event in &tick.regression_events {
+            self.event(EventKind::Regression(*event));
+        }
+        if let Some(derivatives) = &tick.derivatives {
+            self.log(|| Message::Derivatives(derivatives.clone()));
+            self.derivatives = Some(derivatives.clone());
+        }
+        if let Some(modes) = tick.modes {
+            self.modes = Some(modes);
+            self.log(|| Message::Modes(modes));
+        }
+    }
+
+    /// Ends the way to the log.
+    pub(super) fn close(&mut self) {
+        self.to_log = None;
+    }
+
+    fn event(&mut self, kind: EventKind) {
+        let event = EventRecord { time_s: self.newest_s, kind };
+        self.events.push(&event);
+        self.log(|| Message::Event(event));
+    }
+
+    fn log(&mut self, message: impl FnOnce() -> Message) {
+        if let Some(to_log) = &mut self.to_log {
+            to_log.send(&message());
+        }
+    }
+}

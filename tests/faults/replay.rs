@@ -1,0 +1,228 @@
+//! `sideslip replay` and `simulate` on broken inputs: each fault ends as the fault matrix says, and leaves no half file.
+
+use crate::program::{RunFile, ended, folder, own, path, puma, replayed, sideslip, warns};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+/// The bundled recording, damaged and written into a folder of its own.
+fn damaged(name: &str, damage: impl FnOnce(&mut RunFile)) -> PathBuf {
+    let mut run = RunFile::read(&puma());
+    damage(&mut run);
+    let file = folder(&format!("replay-{name}")).join("run.csv");
+    run.write(&file);
+    file
+}
+
+/// Files in a folder.
+fn files_in(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> =
+        std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_run_file_that_was_cut_gives_what_is_whole_and_says_what_is_not() {
+    let file = folder("replay-cut-text").join("run.csv");
+    let text = std::fs::read(puma()).unwrap();
+    let cut = text.len() * 3 / 4;
+    // In the middle of a row.
+    let cut = cut + text[cut..].iter().position(|&byte| byte == b'\n').unwrap() + 30;
+    std::fs::write(&file, &text[..cut]).unwrap();
+    let (status, run, said) = replayed(&file, &[]);
+    assert_eq!(status, 3, "{said}");
+    assert!(said.contains("1 of 939 rows skipped") && said.contains("cut short"), "{said}");
+    assert!(warns(&run, &["1 of 939 rows skipped"]));
+    assert!(run["modes"]["dutch_roll"]["omega"].as_f64().unwrap() > 1.0, "and the numbers of the rest");
+}
+
+#[test]
+fn a_log_that_was_cut_anywhere_never_panics() {
+    let folder = folder("replay-cut-log");
+    let (whole, cut) = (folder.join("whole.mcap"), folder.join("cut.mcap"));
+    assert_eq!(replayed(&puma(), &["--out", path(&whole)]).0, 0);
+    let bytes = std::fs::read(&whole).unwrap();
+    let mut seen = [0; 4];
+    for twentieth in 0..20 {
+        // Densely through the head, then through the whole file.
+        for length in [bytes.len() * twentieth / 20, 8 + 400 * twentieth] {
+            std::fs::write(&cut, &bytes[..length]).unwrap();
+            let (status, run, said) = replayed(&cut, &[]);
+            let status = usize::try_from(status).unwrap();
+            assert!(matches!(status, 0 | 2 | 3), "{length} bytes: {status}, {said}");
+            assert!(!said.contains("panicked"), "{said}");
+            if status == 3 {
+                assert!(said.contains("truncated after") && warns(&run, &["truncated after"]), "{length} bytes: {said}");
+            }
+            seen[status] += 1;
+        }
+    }
+    assert!(seen[3] > 15 && seen[2] > 1 && seen[0] == 0, "{seen:?}");
+}
+
+#[test]
+fn cells_that_are_no_number_are_left_out_and_counted() {
+    let file = damaged("nan", |run| {
+        let (beta, r) = (run.place("beta"), run.place("r"));
+        for k in (100..400).step_by(10) {
+            run.rows[k][beta] = "NaN".into();
+            run.rows[k + 1][r] = "inf".into();
+        }
+    });
+    let (status, run, said) = replayed(&file, &[]);
+    assert_eq!(status, 3, "{said}");
+    assert!(said.contains("60 values not used"), "{said}");
+    assert!(warns(&run, &["beta gave no number", "30 times"]) && warns(&run, &["r gave no number", "30 times"]));
+    assert!(run["modes"]["dutch_roll"]["omega"].is_number());
+}
+
+#[test]
+fn a_vane_that_dies_keeps_its_warning() {
+    let file = damaged("dead-vane", |run| {
+        let beta = run.place("beta");
+        run.rows.iter_mut().skip(600).for_each(|row| row[beta] = "NaN".into());
+    });
+    let (status, run, said) = replayed(&file, &[]);
+    assert_eq!(status, 3, "{said}");
+    assert!(warns(&run, &["beta gave no number", "651 times"]), "{}", run["warnings"]);
+}
+
+#[test]
+fn time_that_goes_back_or_stands_still_costs_those_samples() {
+    let file = damaged("time", |run| {
+        run.rows[500][0] = "9.5".into();
+        run.rows[600][0] = run.rows[599][0].clone();
+        run.rows[700][0] = run.rows[699][0].clone();
+    });
+    let (status, run, said) = replayed(&file, &[]);
+    assert_eq!(status, 3, "{said}");
+    assert!(said.contains("3 of 1251 samples dropped for their time"), "{said}");
+    assert!(warns(&run, &["time went back by 0.480 s"]), "{}", run["warnings"]);
+    assert!(warns(&run, &["a second sample came with the same time", "2 times"]));
+    assert!(run["modes"]["dutch_roll"]["omega"].is_number());
+}
+
+#[test]
+fn a_gap_is_said_and_the_filter_starts_again() {
+    let file = damaged("gap", |run| drop(run.rows.drain(400..649)));
+    let (status, run, said) = replayed(&file, &[]);
+    assert_eq!(status, 0, "{said}");
+    assert!(warns(&run, &["nothing came for 5.00 s", "starts again"]), "{}", run["warnings"]);
+    assert!(run["modes"]["dutch_roll"]["omega"].is_number());
+}
+
+#[test]
+fn a_slow_run_gets_a_sentence_and_no_estimate() {
+    let slow = folder("replay-slow").join("slow.csv");
+    let model = own("replay/models/puma-like.toml");
+    let args = ["simulate", "--model", path(&model), "--input", "pedal:3211:0.02:0.7", "--rate", "4", "--out", path(&slow)];
+    assert_eq!(ended(&sideslip(&args)).0, 0);
+    let (_, run, table) = replayed(&slow, &[]);
+    assert!(run["modes"]["dutch_roll"].is_null());
+    let reason = run["equations"]["N"]["reason"].as_str().unwrap();
+    assert_eq!(reason, "the rates come at 4.00 Hz, derivatives need 8 Hz");
+    assert!(table.contains("rates come at 4.00 Hz, derivatives need 8 Hz"), "{table}");
+}
+
+#[test]
+fn a_missing_vane_or_accelerometer_costs_what_it_alone_can_tell() {
+    let write = |name: &str, gone: &[&str]| {
+        let file = folder(&format!("replay-{name}")).join("run.csv");
+        gone.iter().fold(RunFile::read(&puma()), |run, channel| run.without(channel)).write(&file);
+        file
+    };
+    let (status, run, _) = replayed(&write("no-beta", &["beta"]), &[]);
+    assert_eq!(status, 0);
+    assert!(warns(&run, &["brings no sideslip (beta)"]), "{}", run["warnings"]);
+    let (status, run, table) = replayed(&write("no-force", &["ax", "ay", "az"]), &[]);
+    assert_eq!(status, 0);
+    assert!(warns(&run, &["no accelerometer ay"]), "{}", run["warnings"]);
+    assert!(table.contains("no accelerometer on this axis (channel ay)"), "{table}");
+    let (status, run, _) = replayed(&write("neither", &["beta", "ay"]), &[]);
+    assert_eq!(status, 0);
+    assert!(run["modes"]["status"].as_str().unwrap().starts_with("not identifiable"), "{}", run["modes"]);
+}
+
+#[test]
+fn a_wrong_call_or_file_ends_with_status_2_one_line_and_no_output() {
+    let folder = folder("replay-wrong");
+    let (unit, rows, log) = (folder.join("unit.csv"), folder.join("rows.csv"), folder.join("log.mcap"));
+    std::fs::write(&unit, "time,p,tas[furlong]\n0,0,1\n").unwrap();
+    std::fs::write(&rows, "time,p\n1;2\n").unwrap();
+    let puma = puma();
+    let (unit_file, rows_file, out) = (path(&unit), path(&rows), path(&log));
+    for (args, words) in [
+        (vec!["replay", unit_file, "--out", out], vec!["unit.csv:1:8:", "`tas`", "furlong"]),
+        (vec!["replay", rows_file, "--out", out], vec!["rows.csv:2:1:", "expected 2 cells"]),
+        (vec!["replay", path(&puma), unit_file, "--json", out], vec!["unit.csv:1:8:"]),
+        (vec!["replay", path(&puma), "--set", "vane=1", "--out", out], vec!["--set", "vane_position_m"]),
+        (vec!["replay", path(&puma), "--trim-window", "-1", "--out", out], vec!["trim window"]),
+        (vec!["replay", rows_file, "--json", rows_file], vec!["--json", "found the same"]),
+        (vec!["replay", path(&puma), "--out", rows_file], vec!["--out", ".mcap"]),
+        (vec!["replay", path(&puma), rows_file, "--out", rows_file], vec!["--out", "directory"]),
+    ] {
+        let (status, printed, said) = ended(&sideslip(&args));
+        assert_eq!((status, printed.as_str(), said.lines().count()), (2, "", 1), "{args:?}: {said}");
+        assert!(words.iter().all(|word| said.contains(word)), "{args:?}: {said}");
+        assert_eq!(files_in(&folder), ["rows.csv", "unit.csv"], "{args:?}");
+    }
+    assert_eq!(std::fs::read_to_string(&rows).unwrap(), "time,p\n1;2\n");
+}
+
+#[test]
+fn a_log_is_not_written_over_the_recording_that_is_read() {
+    let log = folder("replay-onto-itself").join("run.mcap");
+    assert_eq!(replayed(&puma(), &["--out", path(&log)]).0, 0);
+    let before = std::fs::read(&log).unwrap();
+    let (status, _, said) = replayed(&log, &["--out", path(&log)]);
+    assert!(status == 2 && said.contains("found the same"), "{said}");
+    assert_eq!(std::fs::read(&log).unwrap(), before);
+}
+
+#[test]
+fn a_misspelt_derivative_is_found_where_it_stands() {
+    let folder = folder("simulate-misspelt");
+    let text = std::fs::read_to_string(own("replay/models/puma-like.toml")).unwrap();
+    let line = 1 + text.lines().position(|line| line == "[derivatives.N]").unwrap() + 1;
+    let model = folder.join("model.toml");
+    std::fs::write(&model, text.replace("[derivatives.N]\nu =", "[derivatives.N]\nuu =")).unwrap();
+    let out = folder.join("run.mcap");
+    let (status, _, said) =
+        ended(&sideslip(&["simulate", "--model", path(&model), "--input", "pedal:step:0.01:1", "--out", path(&out)]));
+    assert_eq!((status, said.lines().count()), (2, 1), "{said}");
+    assert!(said.contains(&format!("model.toml:{line}:1:")) && said.contains("uu"), "{said}");
+    assert_eq!(files_in(&folder), ["model.toml"]);
+}
+
+#[test]
+fn a_tlog_cannot_be_simulated_yet() {
+    let out = folder("simulate-tlog").join("run.tlog");
+    let model = own("replay/models/puma-like.toml");
+    let (status, _, said) =
+        ended(&sideslip(&["simulate", "--model", path(&model), "--input", "pedal:step:0.01:1", "--out", path(&out)]));
+    assert!(status == 2 && said.contains(".tlog is not written yet"), "{said}");
+}
+
+#[test]
+fn a_signal_stops_a_run_with_its_log_closed_and_what_there_was_printed() {
+    for signal in ["INT", "TERM"] {
+        let log = folder(&format!("replay-{signal}")).join("run.mcap");
+        let child = Command::new(env!("CARGO_BIN_EXE_sideslip"))
+            .args(["replay", path(&puma()), "--speed", "4", "--out", path(&log)])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(Duration::from_millis(1500));
+        assert!(Command::new("kill").args([&format!("-{signal}"), &child.id().to_string()]).status().unwrap().success());
+        let (status, table, said) = ended(&child.wait_with_output().unwrap());
+        assert_eq!((status, said.lines().count()), (1, 1), "{said}");
+        assert!(said.contains("stopped by a signal at "), "{said}");
+        assert!(table.contains("Lateral modes at") && table.contains("log: "), "{table}");
+        let (status, run, said) = replayed(&log, &[]);
+        assert_eq!(status, 0, "the log has its end: {said}");
+        assert!((1.0..20.0).contains(&run["time"].as_f64().unwrap()), "{}", run["time"]);
+        assert_eq!(files_in(log.parent().unwrap()), ["run.mcap"]);
+    }
+}
