@@ -119,7 +119,12 @@ impl Estimator {
 
     /// Which instruments have been found.
     pub fn instrumentation(&self) -> Instrumentation {
-        self.latest.instrumentation(self.ekf.is_some())
+        Instrumentation {
+            trusted: self.health.map(|health| health.is_trusted()),
+            as_expected: self.health.map(|health| health.is_as_expected()),
+            vanes_disagree: self.consistency.map(|comparison| comparison.disagreement().is_some()),
+            ..self.latest.instrumentation(self.ekf.is_some())
+        }
     }
 
     /// The filter, where it runs.
@@ -234,7 +239,7 @@ impl Estimator {
         let Some(mut ekf) = self.ekf.take() else { return Ok(()) };
         let time_s = sample.time_s;
         let dt = time_s - self.time_s;
-        let (input, measured) = if tick { self.latest.input(time_s, ekf.state()) } else { (self.input, [true; 3]) };
+        let (input, measured) = self.latest.input(time_s, ekf.state());
         let noise = self.process_noise(measured, dt);
         ekf.propagate(&self.input, &input, dt, &noise)?;
         self.input = input;
@@ -253,7 +258,7 @@ impl Estimator {
         self.ekf = Some(ekf);
         self.delay(sample, &state);
         if tick {
-            self.come_of_age(&state);
+            self.come_of_age();
         }
         if !self.missing_said && time_s - self.started_s > MISSING_AFTER_S {
             self.missing_said = true;
@@ -340,7 +345,8 @@ impl Estimator {
         row[KINEMATIC_SIGNALS..].copy_from_slice(&kinematic);
         self.delay.push(self.time_s, &row);
 
-        let tick = TrimRecord { velocity: state.velocity, rates, attitude, specific_force: force, controls };
+        let (velocity, velocity_std) = (state.velocity, state.velocity_std);
+        let tick = TrimRecord { velocity, velocity_std, rates, attitude, specific_force: force, controls };
         if let Some((trim, rate_rms)) = self.trim.take(self.time_s, &tick) {
             self.output.trim = Some(trim);
             if rate_rms > super::trim::STEADY_RATE_RMS {
@@ -350,7 +356,7 @@ impl Estimator {
     }
 
     /// Takes the instants of the regression grid off the delay line whose kernel is now covered.
-    fn come_of_age(&mut self, state: &StateRecord) {
+    fn come_of_age(&mut self) {
         let grid_s = self.config.grid_s;
         let ready_s = self.time_s - self.config.lag_s;
         let origin_s = *self.grid_origin_s.get_or_insert(self.time_s);
@@ -375,14 +381,14 @@ impl Estimator {
             self.next_grid = self.next_grid.saturating_add(stride as u64);
             if let Some(smoothed) = self.delay.at(centre_s) {
                 self.compare_vanes(&smoothed);
-                let record = self.smoothed_record(centre_s, stride * grid_s, &smoothed, state);
+                let record = self.smoothed_record(centre_s, stride * grid_s, &smoothed);
                 let _ = self.output.smoothed.push(record);
             }
             centre_s = origin_s + self.next_grid as f64 * grid_s;
         }
     }
 
-    fn smoothed_record(&self, time_s: f64, interval_s: f64, smoothed: &Smoothed<SIGNALS>, state: &StateRecord) -> SmoothedRecord {
+    fn smoothed_record(&self, time_s: f64, interval_s: f64, smoothed: &Smoothed<SIGNALS>) -> SmoothedRecord {
         let value = &smoothed.value;
         let [u, v, w, p, q, r, phi, theta, ax, ay, az, ..] = *value;
         let [dp, dq, dr] = [smoothed.slope[3], smoothed.slope[4], smoothed.slope[5]];
@@ -406,7 +412,6 @@ impl Estimator {
             time_s,
             interval_s,
             velocity: [u, v, w],
-            velocity_std: state.velocity_std,
             rates: [p, q, r],
             attitude: [phi, theta],
             specific_force: force,

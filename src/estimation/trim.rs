@@ -54,6 +54,8 @@ impl TrimWindow {
         let rate_rms = self.rate_squares.iter().fold(0.0, |largest: f64, square| largest.max(libm::sqrt(square / ticks)));
         let trim = TrimRecord {
             velocity: core::array::from_fn(mean),
+            // Errors of the filter hardly change in a second, so their mean is as uncertain as the last of them.
+            velocity_std: tick.velocity_std,
             rates: core::array::from_fn(|i| mean(3 + i)),
             attitude: core::array::from_fn(|i| mean(6 + i)),
             specific_force: core::array::from_fn(|i| mean(8 + i)),

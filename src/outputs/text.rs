@@ -267,6 +267,9 @@ impl Display for ReasonText {
             Reason::Unobserved { variable, missing } => {
                 write!(f, "nothing observes {}; the channel {} would", variable.name(self.controls), missing.name(self.controls))
             }
+            Reason::AidRejected { channel } => {
+                write!(f, "{} is rejected: it disagrees with the other instruments", channel.name(self.controls))
+            }
             Reason::Collinear { condition_index } => {
                 write!(f, "the regressors cannot be told apart (condition index {})", Digits(condition_index, 3))
             }

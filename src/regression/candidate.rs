@@ -42,9 +42,9 @@ pub const fn is_primary(axis: Axis, variable: Variable) -> bool {
     use Variable::{Collective, LatCyclic, LonCyclic, P, Pedal, Q, R, U, V, W};
     match axis {
         Axis::X => matches!(variable, U | W | LonCyclic | Collective),
-        Axis::Y => matches!(variable, V | LatCyclic | Pedal),
+        // p and r follow v in a Dutch roll: left out of Y, they would be in Y_v.
         Axis::Z => matches!(variable, U | W | LonCyclic | Collective),
-        Axis::L | Axis::N => matches!(variable, V | P | R | LatCyclic | Pedal),
+        Axis::Y | Axis::L | Axis::N => matches!(variable, V | P | R | LatCyclic | Pedal),
         Axis::M => matches!(variable, U | W | Q | LonCyclic | Collective),
     }
 }

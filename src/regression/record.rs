@@ -36,6 +36,11 @@ pub enum Reason {
         /// The channel that would make it observable.
         missing: Channel,
     },
+    /// An aid is rejected most of the time: filter and instrument disagree, and nobody knows which is right.
+    AidRejected {
+        /// The aid's channel.
+        channel: Channel,
+    },
     /// The regressors cannot be told apart in these data.
     Collinear {
         /// Largest condition index.
@@ -158,6 +163,8 @@ pub struct LateralDerivatives {
     pub u0: f64,
     /// Trim velocity w along body z, m/s.
     pub w0: f64,
+    /// Standard deviations of u0 and w0, m/s.
+    pub trim_std: [f64; 2],
     /// Trim bank angle, rad.
     pub phi0: f64,
     /// Trim pitch attitude, rad.
