@@ -2,8 +2,8 @@
 //!
 //! Consumes one row of signals a tick, at uneven times, some of them not sampled; produces every signal smoothed at one
 //! instant, and its slope, all by the same kernel (`num::kernel`), and the noise gain of each.
-//! A signal that comes more slowly than the ticks is a straight line between its samples, as the conventions say; until the
-//! next one comes its last value stands in.
+//! A signal that comes more slowly, or at other times, is a straight line between its samples, as the conventions say; until
+//! the next one comes its last value stands in. A row too close to the one before only adds the signals that it lacks.
 //! Cannot answer where the line has not yet enough past or future, or a hole longer than allowed lies under the kernel; a
 //! signal that was not sampled there comes out as NaN.
 
@@ -21,7 +21,7 @@ pub struct DelayLine<const S: usize> {
     times: [f64; BUFFER],
     signals: [[f64; BUFFER]; S],
     len: usize,
-    /// Ticks since each signal was last sampled.
+    /// Rows since each signal was last sampled; beyond the line where it has not been on it.
     since: [usize; S],
     smooth: [f64; BUFFER],
     slope: [f64; BUFFER],
@@ -58,6 +58,7 @@ impl<const S: usize> DelayLine<S> {
     /// Forgets everything.
     pub fn clear(&mut self) {
         self.len = 0;
+        self.since = [0; S];
     }
 
     /// Time of the newest tick.
@@ -70,6 +71,12 @@ impl<const S: usize> DelayLine<S> {
         if let Some(newest_s) = self.newest_s() {
             // More ticks than fit under the kernel: thin them.
             if time_s - newest_s < 2.0 * self.half_width_s / (CAPACITY - 8) as f64 {
+                let newest = self.len - 1;
+                for (s, &value) in row.iter().enumerate() {
+                    if self.since[s] > 0 && !value.is_nan() {
+                        self.put(s, newest, newest.checked_sub(self.since[s]), value);
+                    }
+                }
                 return;
             }
         }
@@ -83,27 +90,33 @@ impl<const S: usize> DelayLine<S> {
         let at = self.len;
         self.times[at] = time_s;
         for (s, &value) in row.iter().enumerate() {
-            let signal = &mut self.signals[s];
             let last = at.checked_sub(1 + self.since[s]);
             if value.is_nan() {
+                let signal = &mut self.signals[s];
                 let held = last.filter(|&last| time_s - self.times[last] <= self.hold_s);
                 signal[at] = held.map_or(f64::NAN, |last| signal[last]);
-                self.since[s] = if at == 0 { 0 } else { (self.since[s] + 1).min(at) };
-                continue;
+                self.since[s] = (self.since[s] + 1).min(at + 1);
+            } else {
+                self.put(s, at, last, value);
             }
-            signal[at] = value;
-            if let Some(last) = last {
-                let interval = time_s - self.times[last];
-                if self.since[s] > 0 && interval <= self.hold_s && signal[last].is_finite() {
-                    let step = (value - signal[last]) / interval;
-                    for between in last + 1..at {
-                        signal[between] = signal[last] + step * (self.times[between] - self.times[last]);
-                    }
-                }
-            }
-            self.since[s] = 0;
         }
         self.len += 1;
+    }
+
+    /// Puts a sampled value on the line, and a straight line behind it to the place where the signal was sampled last.
+    fn put(&mut self, s: usize, at: usize, last: Option<usize>, value: f64) {
+        let signal = &mut self.signals[s];
+        signal[at] = value;
+        if let Some(last) = last {
+            let interval = self.times[at] - self.times[last];
+            if interval <= self.hold_s && signal[last].is_finite() {
+                let step = (value - signal[last]) / interval;
+                for between in last + 1..at {
+                    signal[between] = signal[last] + step * (self.times[between] - self.times[last]);
+                }
+            }
+        }
+        self.since[s] = 0;
     }
 
     /// Every signal at `centre_s`; `None` where the line does not cover the kernel around it.

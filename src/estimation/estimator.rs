@@ -14,7 +14,7 @@ use super::latest::Latest;
 use super::process::{ACCELEROMETER_BIAS, ALTITUDE, ATTITUDE, GYRO_BIAS, INPUTS, Input, STATES, State, VELOCITY};
 use super::record::{AIDS, Aid, EstimationEvent, Innovation, Instrumentation, SmoothedRecord, StateRecord, TrimRecord};
 use super::trim::TrimWindow;
-use crate::flight::channel::Channel;
+use crate::flight::channel::{CHANNELS, Channel};
 use crate::flight::run::RunGeometry;
 use crate::flight::unit::STANDARD_GRAVITY as G0;
 use crate::num::ud::Breakdown;
@@ -32,8 +32,9 @@ const KINEMATIC_SIGNALS: usize = 17;
 /// derivatives.
 pub const INSTANTS: usize = 4;
 
-/// Events that one sample can bring.
-pub const EVENTS: usize = 24;
+/// Events that one sample can bring: one of its time, one a channel (taken out, judged as an aid, or silent), the start or a
+/// breakdown, the trim, two vanes that disagree, and once the instruments that are missing.
+pub const EVENTS: usize = 1 + CHANNELS + 1 + 1 + 2 + 3 + AIDS;
 
 /// How long the filter waits for the aids that it would like to start with, s.
 const START_WAIT_S: f64 = 0.5;
@@ -70,6 +71,8 @@ pub struct Estimator {
     ekf: Option<Ekf>,
     time_s: f64,
     input: Input,
+    /// Which specific forces of `input` were measured.
+    measured: [bool; 3],
     waiting_since_s: Option<f64>,
     started_s: f64,
     missing_said: bool,
@@ -101,6 +104,7 @@ impl Estimator {
             ekf: None,
             time_s: 0.0,
             input: [0.0; INPUTS],
+            measured: [false; 3],
             waiting_since_s: None,
             started_s: 0.0,
             missing_said: false,
@@ -138,7 +142,7 @@ impl Estimator {
         let mut sample = *sample;
         let events = &mut self.output.events;
         let verdict = self.admission.admit(&mut sample, |event| {
-            // One sample has fewer channels than the list has places.
+            // `EVENTS` has a place for every channel and for the time.
             let _ = events.push(event);
         });
         match verdict {
@@ -147,6 +151,9 @@ impl Estimator {
             Verdict::Use => {}
         }
         let tick = self.latest.take(&sample);
+        self.latest.fallen_silent(sample.time_s, |channel, seconds| {
+            let _ = self.output.events.push(EstimationEvent::Silent { channel, seconds });
+        });
         if self.ekf.is_none() {
             if tick {
                 self.start(sample.time_s);
@@ -217,7 +224,7 @@ impl Estimator {
             variances[ACCELEROMETER_BIAS + i] = square(self.config.accelerometer_bias_std);
             variances[GYRO_BIAS + i] = square(self.config.gyro_bias_std);
         }
-        self.input = self.latest.input(time_s, &x).0;
+        (self.input, self.measured) = self.latest.input(time_s, &x);
         self.ekf = Some(Ekf::new(x, variances));
         self.time_s = time_s;
         self.started_s = time_s;
@@ -228,10 +235,10 @@ impl Estimator {
         let Some(mut ekf) = self.ekf.take() else { return Ok(()) };
         let time_s = sample.time_s;
         let dt = time_s - self.time_s;
-        let (input, measured) = if tick { self.latest.input(time_s, ekf.state()) } else { (self.input, [true; 3]) };
+        let (input, measured) = if tick { self.latest.input(time_s, ekf.state()) } else { (self.input, self.measured) };
         let noise = self.process_noise(measured, dt);
         ekf.propagate(&self.input, &input, dt, &noise)?;
-        self.input = input;
+        (self.input, self.measured) = (input, measured);
         self.time_s = time_s;
         for aid in Aid::ALL {
             let Some(observation) = sample.get(aid.channel()) else { continue };
@@ -245,8 +252,9 @@ impl Estimator {
         let state = self.record(&ekf);
         self.output.state = Some(state);
         self.ekf = Some(ekf);
+        self.delay_sample(sample, &state, tick);
         if tick {
-            self.delay_tick(sample, &state);
+            self.come_of_age(&state);
         }
         if !self.missing_said && time_s - self.started_s > MISSING_AFTER_S {
             self.missing_said = true;
@@ -309,22 +317,28 @@ impl Estimator {
         }
     }
 
-    /// Puts the tick on the delay line and takes off what has come of age.
-    fn delay_tick(&mut self, sample: &Sample, state: &StateRecord) {
+    /// Puts the sample on the delay line and into the trim: of a tick everything, of another what it brought by itself.
+    fn delay_sample(&mut self, sample: &Sample, state: &StateRecord, tick: bool) {
         let value = |channel| sample.get(channel).unwrap_or(f64::NAN);
+        let at_tick = |three: [f64; 3]| if tick { three } else { [f64::NAN; 3] };
         let [p, q, r]: [f64; 3] = core::array::from_fn(|i| self.input[3 + i]);
         let force = [value(Channel::Ax), value(Channel::Ay), value(Channel::Az)];
-        let [x, y, z] = self.geometry.vane_position_m;
-        let u = state.velocity[0];
-        // The vane's own motion, brought back to the centre of mass (small angles).
+        // The kinematics hold where the accelerometers stand, so the vanes are brought there (small angles).
+        let felt = self.ekf.as_ref().map_or(state.velocity, |ekf| core::array::from_fn(|i| ekf.state()[VELOCITY + i]));
+        let [x, y, z]: [f64; 3] =
+            core::array::from_fn(|i| self.geometry.vane_position_m[i] - self.geometry.accelerometer_position_m[i]);
+        let u = felt[0];
         let alpha = value(Channel::Alpha) - (p * y - q * x) / u;
         let beta = value(Channel::Beta) - (r * x - p * z) / u;
-        let attitude = [state.attitude[0], state.attitude[1]];
-        let kinematic = flow_angle_rates(state.velocity, attitude, force, [p, q, r]).unwrap_or([f64::NAN; 2]);
+        let [phi, theta, _] = at_tick(state.attitude);
+        let attitude = [phi, theta];
+        let rates = at_tick([p, q, r]);
+        let velocity = at_tick(state.velocity);
+        let kinematic = flow_angle_rates(felt, attitude, force, rates).unwrap_or([f64::NAN; 2]);
         let controls = Channel::CONTROLS.map(value);
         let mut row = [f64::NAN; SIGNALS];
-        row[..3].copy_from_slice(&state.velocity);
-        row[3..6].copy_from_slice(&[p, q, r]);
+        row[..3].copy_from_slice(&velocity);
+        row[3..6].copy_from_slice(&rates);
         row[6..8].copy_from_slice(&attitude);
         row[8..CONTROL_SIGNALS].copy_from_slice(&force);
         row[CONTROL_SIGNALS..VANE_SIGNALS].copy_from_slice(&controls);
@@ -332,15 +346,13 @@ impl Estimator {
         row[KINEMATIC_SIGNALS..].copy_from_slice(&kinematic);
         self.delay.push(self.time_s, &row);
 
-        let tick = TrimRecord { velocity: state.velocity, rates: [p, q, r], attitude, specific_force: force, controls };
-        if let Some((trim, rate_rms)) = self.trim.take(self.time_s, &tick) {
+        let measured = TrimRecord { velocity, rates, attitude, specific_force: force, controls };
+        if let Some((trim, rate_rms)) = self.trim.take(self.time_s, &measured) {
             self.output.trim = Some(trim);
             if rate_rms > super::trim::STEADY_RATE_RMS {
                 self.notice(EstimationEvent::TrimNotSteady { rate_rms });
             }
         }
-
-        self.come_of_age(state);
     }
 
     /// Takes the instants of the regression grid off the delay line whose kernel is now covered.

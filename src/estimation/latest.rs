@@ -12,6 +12,9 @@ use crate::telemetry::record::Sample;
 /// Weight of the newest interval in the running mean of the gyros' interval.
 const INTERVAL_GAIN: f64 = 0.05;
 
+/// A channel that keeps away for longer has stopped coming, s.
+const SILENT_S: f64 = 2.0;
+
 /// Newest values and their times.
 #[derive(Clone, Debug)]
 pub struct Latest {
@@ -19,6 +22,10 @@ pub struct Latest {
     values: [f64; CHANNELS],
     times_s: [f64; CHANNELS],
     seen: u32,
+    /// Channels whose silence has been said since they last came.
+    silent: u32,
+    /// Whether all three rates have come in one sample.
+    gyros: bool,
     tick_s: Option<f64>,
     interval_s: f64,
 }
@@ -29,7 +36,16 @@ const ACCELEROMETERS: [Channel; 3] = [Channel::Ax, Channel::Ay, Channel::Az];
 impl Latest {
     /// Values serve for `hold_s`.
     pub const fn new(hold_s: f64) -> Self {
-        Latest { hold_s, values: [0.0; CHANNELS], times_s: [f64::NEG_INFINITY; CHANNELS], seen: 0, tick_s: None, interval_s: 0.0 }
+        Latest {
+            hold_s,
+            values: [0.0; CHANNELS],
+            times_s: [f64::NEG_INFINITY; CHANNELS],
+            seen: 0,
+            silent: 0,
+            gyros: false,
+            tick_s: None,
+            interval_s: 0.0,
+        }
     }
 
     /// Forgets the values, not which instruments there are.
@@ -47,8 +63,10 @@ impl Latest {
             }
         }
         self.seen |= sample.present;
+        self.silent &= !sample.present;
         let tick = GYROS.iter().all(|&gyro| sample.get(gyro).is_some());
         if tick {
+            self.gyros = true;
             if let Some(before_s) = self.tick_s {
                 let interval_s = sample.time_s - before_s;
                 let gain = if self.interval_s > 0.0 { INTERVAL_GAIN } else { 1.0 };
@@ -57,6 +75,18 @@ impl Latest {
             self.tick_s = Some(sample.time_s);
         }
         tick
+    }
+
+    /// Channels that have now kept away for too long, each once, and for how long, s.
+    pub fn fallen_silent(&mut self, time_s: f64, mut notice: impl FnMut(Channel, f64)) {
+        for channel in Channel::ALL {
+            let (bit, silence_s) = (1 << channel.index(), time_s - self.times_s[channel.index()]);
+            // What has not come since the last start has no time.
+            if silence_s > SILENT_S && silence_s.is_finite() && self.silent & bit == 0 {
+                self.silent |= bit;
+                notice(channel, silence_s);
+            }
+        }
     }
 
     /// Running mean of the gyros' interval, s; 0 before two of their samples.
@@ -93,7 +123,7 @@ impl Latest {
         Instrumentation {
             running,
             rate_hz: if self.interval_s > 0.0 { 1.0 / self.interval_s } else { 0.0 },
-            gyros: GYROS.into_iter().all(seen),
+            gyros: self.gyros,
             accelerometers: ACCELEROMETERS.map(seen),
             aids: Aid::ALL.map(|aid| seen(aid.channel())),
         }

@@ -231,6 +231,13 @@ pub enum EstimationEvent {
         /// Largest rms body rate in the window, rad/s.
         rate_rms: f64,
     },
+    /// A channel that had come keeps away.
+    Silent {
+        /// Which channel.
+        channel: Channel,
+        /// For how long by now, s.
+        seconds: f64,
+    },
     /// The numbers broke down (a variance that is not positive, a state that is not finite); the filter starts again.
     NumericBreakdown,
 }

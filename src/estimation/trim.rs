@@ -1,6 +1,6 @@
 //! The run's trim: means over the first second, about which perturbations are taken (the paper's PERTURB).
 //!
-//! Consumes ticks of a run; produces their mean once, when the window is over. A signal that was never sampled in the
+//! Consumes samples of a run (NaN: not sampled); produces their mean once, when the window is over. A signal that was never sampled in the
 //! window has trim 0 (a control that the run does not carry).
 
 use super::record::TrimRecord;
@@ -22,12 +22,12 @@ pub struct TrimWindow {
 }
 
 impl TrimWindow {
-    /// A window of that length from the first tick on.
+    /// A window of that length from the first sample on.
     pub const fn new(length_s: f64) -> Self {
         TrimWindow { length_s, begin_s: None, sums: [0.0; SIGNALS], counts: [0.0; SIGNALS], rate_squares: [0.0; 3], done: false }
     }
 
-    /// Takes a tick in; the trim and the largest rms rate when the window is over, once.
+    /// Takes a sample in; the trim and the largest rms rate when the window is over, once.
     pub fn take(&mut self, time_s: f64, tick: &TrimRecord) -> Option<(TrimRecord, f64)> {
         if self.done {
             return None;
@@ -42,7 +42,9 @@ impl TrimWindow {
                 }
             }
             for (square, rate) in self.rate_squares.iter_mut().zip(tick.rates) {
-                *square += rate * rate;
+                if rate.is_finite() {
+                    *square += rate * rate;
+                }
             }
             return None;
         }

@@ -33,7 +33,7 @@ impl Severity {
 }
 
 /// How many kinds of event there are.
-pub const EVENT_KINDS: usize = 19;
+pub const EVENT_KINDS: usize = 20;
 
 /// The names of all kinds of event, by [`event_place`].
 pub const EVENT_NAMES: [&str; EVENT_KINDS] = [
@@ -53,6 +53,7 @@ pub const EVENT_NAMES: [&str; EVENT_KINDS] = [
     "innovations_too_large",
     "trim_not_steady",
     "numeric_breakdown",
+    "silent",
     "excitation_began",
     "excitation_ended",
     "status_changed",
@@ -78,11 +79,12 @@ pub const fn event_place(kind: &EventKind) -> usize {
             EstimationEvent::InnovationsTooLarge { .. } => 13,
             EstimationEvent::TrimNotSteady { .. } => 14,
             EstimationEvent::NumericBreakdown => 15,
+            EstimationEvent::Silent { .. } => 16,
         },
         EventKind::Regression(event) => match event {
-            RegressionEvent::ExcitationBegan => 16,
-            RegressionEvent::ExcitationEnded => 17,
-            RegressionEvent::StatusChanged { .. } => 18,
+            RegressionEvent::ExcitationBegan => 17,
+            RegressionEvent::ExcitationEnded => 18,
+            RegressionEvent::StatusChanged { .. } => 19,
         },
     }
 }
@@ -110,6 +112,7 @@ pub const fn event_severity(kind: &EventKind) -> Severity {
             | EstimationEvent::KinematicsDisagree { .. }
             | EstimationEvent::InnovationsTooLarge { .. }
             | EstimationEvent::TrimNotSteady { .. }
+            | EstimationEvent::Silent { .. }
             | EstimationEvent::NumericBreakdown => Severity::Warning,
         },
         EventKind::Regression(event) => match event {
@@ -126,7 +129,8 @@ pub const fn event_subject(kind: &EventKind, controls: ControlNames) -> Option<&
         EventKind::Estimation(event) => match event {
             EstimationEvent::NotFinite { channel }
             | EstimationEvent::OutOfRange { channel, .. }
-            | EstimationEvent::NoAccelerometer { channel } => Some(channel.name(controls)),
+            | EstimationEvent::NoAccelerometer { channel }
+            | EstimationEvent::Silent { channel, .. } => Some(channel.name(controls)),
             EstimationEvent::AidMissing { aid }
             | EstimationEvent::AidRejected { aid, .. }
             | EstimationEvent::AidAccepted { aid }
@@ -243,7 +247,7 @@ pub struct ReasonText {
 impl Display for ReasonText {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self.reason {
-            Reason::NoRates => f.write_str("no rate gyro on this axis"),
+            Reason::NoRates => f.write_str("no sample has all three rates p, q, r"),
             Reason::NoAccelerometer { channel } => {
                 write!(f, "no accelerometer on this axis (channel {})", channel.name(self.controls))
             }
@@ -346,6 +350,10 @@ fn estimation_sentence(f: &mut Formatter<'_>, event: &EstimationEvent, controls:
             "the aircraft was not steady in its trim window (rms body rate {} rad/s); perturbations are about no trim",
             Digits(rate_rms, 3)
         ),
+        EstimationEvent::Silent { channel, seconds } => {
+            let (channel, seconds) = (channel.name(controls), Digits(seconds, 3));
+            write!(f, "{channel} has stopped coming ({seconds} s by now); nothing is learned of what needs it")
+        }
         EstimationEvent::NumericBreakdown => f.write_str("the numbers broke down; the filter starts again"),
     }
 }

@@ -10,7 +10,7 @@ pub const TERMS: usize = VARIABLES + 1;
 /// Why there is no number, and none to come from these data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reason {
-    /// No gyro on that axis.
+    /// No sample has all three rates.
     NoRates,
     /// No accelerometer on that axis.
     NoAccelerometer {

@@ -7,7 +7,7 @@ use super::candidate::{self, REGRESSORS, SIGNALS, STILL, UNMOVED, is_primary, re
 use super::colour;
 use super::config::Config;
 use super::excitation::Excitation;
-use super::information::Information;
+use super::information::{Information, LAGS};
 use super::record::{
     DerivativesRecord, EquationRecord, LATERAL, LateralDerivatives, Reason, RegressionEvent, Status, TermRecord,
 };
@@ -29,18 +29,44 @@ const PATIENCE_S: f64 = 2.0;
 /// own deviation from trim.
 const UNAIDED_STD: f64 = 0.2;
 
+/// Which specific forces and controls a record has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Carried {
+    forces: [bool; 3],
+    controls: [bool; 4],
+}
+
+impl Carried {
+    fn of(record: &SmoothedRecord) -> Self {
+        Carried { forces: record.specific_force.map(f64::is_finite), controls: record.controls_present }
+    }
+
+    /// What either has.
+    fn or(self, other: Carried) -> Self {
+        Carried {
+            forces: core::array::from_fn(|i| self.forces[i] || other.forces[i]),
+            controls: core::array::from_fn(|i| self.controls[i] || other.controls[i]),
+        }
+    }
+}
+
 /// The regression stage.
 #[derive(Clone, Debug)]
 pub struct Recursive {
     config: Config,
     trim: Option<TrimRecord>,
+    newest_s: Option<f64>,
     information: Information<SIGNALS>,
     excitation: Excitation,
     excited: bool,
     excited_s: f64,
     quiet_s: f64,
     age_s: f64,
+    /// Time without a record, s.
+    silent_s: f64,
     velocity_std: [f64; 3],
+    /// Which specific forces and controls the records carry.
+    carried: Carried,
     settling: [Settling; AXES],
     statuses: [Status; AXES],
     events: Vec<RegressionEvent, EVENTS>,
@@ -60,13 +86,16 @@ impl Recursive {
     pub(crate) const fn of(config: Config) -> Self {
         Recursive {
             trim: None,
+            newest_s: None,
             information: Information::EMPTY,
             excitation: Excitation::START,
             excited: false,
             excited_s: 0.0,
             quiet_s: 0.0,
             age_s: 0.0,
+            silent_s: 0.0,
             velocity_std: [0.0; 3],
+            carried: Carried { forces: [false; 3], controls: [false; 4] },
             settling: [Settling::new(config.settled_s); AXES],
             statuses: [Status::Waiting; AXES],
             events: Vec::new(),
@@ -96,11 +125,30 @@ impl Recursive {
     /// One instant of the grid.
     pub fn step(&mut self, record: &SmoothedRecord) {
         let Some(trim) = &self.trim else { return };
-        let Some(z) = candidate::signals(record, trim) else {
+        // Instants that never came of age (silence, a hole under the kernel) are holes in the lagged products as well.
+        let missed = match self.newest_s.replace(record.time_s) {
+            Some(newest_s) if record.time_s > newest_s => libm::round((record.time_s - newest_s) / record.interval_s) - 1.0,
+            Some(_) => LAGS as f64,
+            None => 0.0,
+        };
+        for _ in 0..missed.clamp(0.0, LAGS as f64) as usize {
             self.information.skip();
+        }
+        let interval_s = record.interval_s;
+        self.silent_s = 0.0;
+        let (carries, carried) = (Carried::of(record), self.carried.or(Carried::of(record)));
+        if carried != self.carried {
+            // A channel that begins later was taken as zero so far: the sums start anew.
+            self.carried = carried;
+            self.information = Information::EMPTY;
+            self.excited_s = 0.0;
+        }
+        // An instant that lacks a channel which the run carries teaches nothing.
+        let Some(z) = candidate::signals(record, trim).filter(|_| carries == carried) else {
+            self.information.skip();
+            self.quiet_s += interval_s;
             return;
         };
-        let interval_s = record.interval_s;
         let excited = self.excitation.step(&z, interval_s);
         if excited != self.excited {
             self.excited = excited;
@@ -120,6 +168,7 @@ impl Recursive {
     /// All equations as they stand; `elapsed_s` since the last time, for what depends on time alone.
     pub fn record(&mut self, time_s: f64, elapsed_s: f64, instruments: &Instrumentation) -> DerivativesRecord {
         self.age_s += elapsed_s;
+        self.silent_s += elapsed_s;
         let mut fits: [Option<Fit>; AXES] = [const { None }; AXES];
         let equations = Axis::ALL.map(|axis| {
             let refused = self.refusal(axis, instruments);
@@ -155,7 +204,8 @@ impl Recursive {
         if !instruments.aids[Aid::Airspeed.index()] {
             return Some(Reason::Unobserved { variable: Variable::U, missing: Channel::Tas });
         }
-        if axis.is_force() && !instruments.accelerometers[axis.index()] {
+        let carried = |place: usize| instruments.accelerometers[place] && (self.newest_s.is_none() || self.carried.forces[place]);
+        if axis.is_force() && !carried(axis.index()) {
             let channel = [Channel::Ax, Channel::Ay, Channel::Az][axis.index()];
             return Some(Reason::NoAccelerometer { channel });
         }
@@ -247,7 +297,7 @@ impl Recursive {
             return Status::NotIdentifiable(Reason::Collinear { condition_index: equation.condition_index });
         }
         let settled = self.settling[equation.axis.index()].step(time_s, equation);
-        if self.quiet_s > self.config.stale_s {
+        if self.quiet_s + self.silent_s > self.config.stale_s {
             return Status::Stale;
         }
         let deviation = self.information.deviation(response(equation.axis));

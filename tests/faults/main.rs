@@ -12,5 +12,6 @@ mod program;
 
 mod inspect;
 mod model_files;
+mod multirate;
 mod replay;
 mod run_files;
