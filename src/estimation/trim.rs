@@ -1,7 +1,7 @@
 //! The run's trim: means over the first second, about which perturbations are taken (the paper's PERTURB).
 //!
-//! Consumes samples of a run (NaN: not sampled); produces their mean once, when the window is over. A signal that was never sampled in the
-//! window has trim 0 (a control that the run does not carry).
+//! Consumes samples of a run (NaN: not sampled); produces their mean once, when the window is over. A signal that was never
+//! sampled in the window has trim 0 (a control that the run does not carry).
 
 use super::record::TrimRecord;
 

@@ -49,6 +49,12 @@ fn is_right(run: &Value) {
     assert!((omega - 1.0545).abs() < 0.012 && (zeta - 0.147).abs() < 0.008, "{pair}");
 }
 
+/// A derivative of the model behind the recording.
+fn known(axis: &str, variable: &str) -> f64 {
+    let model: toml::Table = std::fs::read_to_string(own("replay/models/puma-like.toml")).unwrap().parse().unwrap();
+    model["derivatives"][axis][variable].as_float().unwrap()
+}
+
 fn status(run: &Value, axis: &str) -> String {
     run["equations"][axis]["status"].as_str().unwrap().to_owned()
 }
@@ -102,6 +108,14 @@ fn accelerometers_away_from_the_centre_of_mass_are_no_fault_of_the_vanes() {
     let (_, run, _) = replayed(&flown, &[]);
     assert!(!warns(&run, &["does not move as the kinematics say"]), "{}", run["warnings"]);
     is_right(&run);
+    // Force at the centre of mass and velocity there, whatever the accelerometers' place: the model's own derivatives.
+    for (axis, variable) in [("Y", "v"), ("Y", "pedal"), ("L", "v"), ("Z", "w")] {
+        let (name, known) = (format!("{axis}_{variable}"), known(axis, variable));
+        let terms = run["equations"][axis]["terms"].as_array().unwrap();
+        let term = terms.iter().find(|term| term["name"] == name).unwrap_or_else(|| panic!("{name}: {terms:?}"));
+        let (value, std) = (term["value"].as_f64().unwrap(), term["std"].as_f64().unwrap());
+        assert!((value - known).abs() < 4.0 * std + 0.03 * known.abs(), "{name}: {value} +- {std}, the model has {known}");
+    }
     let (_, run, _) = replayed(&flown, &["--set", "accelerometer_position_m=[0,0,0]"]);
     assert!(warns(&run, &["does not move as the kinematics say"]), "taken for somewhere else: {}", run["warnings"]);
 }
