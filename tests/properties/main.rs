@@ -15,5 +15,6 @@ mod admission;
 mod any_sample;
 mod covariance;
 mod kernel;
+mod mavlink_frames;
 mod pipeline;
 mod run_files;

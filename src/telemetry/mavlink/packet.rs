@@ -53,6 +53,8 @@ pub struct Packet {
     pub sequence: u8,
     /// Id of the message.
     pub id: u32,
+    /// Where its first byte stood, bytes from the start.
+    pub at: u64,
     /// When it was received, microseconds since 1970, where a log says so.
     pub stamp_us: Option<u64>,
     length: u8,
@@ -276,7 +278,8 @@ impl Framer {
     fn accept(&mut self, length: usize, header: usize) -> Option<Packet> {
         let frame = self.buffer.get(self.start..self.start + length)?;
         let packet = packet(frame, header)?;
-        let gap = self.position - self.frame_end;
+        let at = self.position;
+        let gap = at - self.frame_end;
         let stamped = self.framing == Framing::Stamped && gap >= 8;
         let stamp_us = (stamped && self.before >> STAMP_BITS == 0).then_some(self.before);
         self.accounted += length as u64 + if stamped { 8 } else { 0 };
@@ -285,7 +288,7 @@ impl Framer {
         self.frame_end = self.position;
         self.expected = Some(self.position + self.framing.prefix());
         self.tally.good += 1;
-        Some(Packet { stamp_us, ..packet })
+        Some(Packet { at, stamp_us, ..packet })
     }
 }
 
@@ -336,7 +339,7 @@ fn packet(frame: &[u8], header: usize) -> Option<Packet> {
     let mut payload = [0; PAYLOAD_MAX];
     let sent = frame.get(header..header + usize::from(length))?;
     payload.get_mut(..sent.len())?.copy_from_slice(sent);
-    Some(Packet { version, system, component, sequence, id, stamp_us: None, length, payload })
+    Some(Packet { version, system, component, sequence, id, at: 0, stamp_us: None, length, payload })
 }
 
 /// The name of a message of the dialect.
