@@ -30,6 +30,7 @@ pub mod clock;
 pub mod config_file;
 pub mod encode;
 pub mod link;
+pub mod live;
 pub mod mapping;
 pub mod message;
 pub mod packet;
