@@ -86,7 +86,7 @@ impl Encoder {
     /// [`EncodeError`] where a value does not fit; frames before it have gone.
     pub fn sample(&mut self, sample: &Sample, mut send: impl FnMut(&[u8])) -> Result<(), EncodeError> {
         let time_us = libm::round(sample.time_s * 1e6);
-        if !(time_us >= 0.0 && time_us < 4_294_967_295_000.0) {
+        if !(0.0..4_294_967_295_000.0).contains(&time_us) {
             return Err(EncodeError::Time(sample.time_s));
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within 2^42")]
