@@ -23,7 +23,7 @@ fn frame(number: u32) -> Vec<u8> {
         2 => MavMessage::SERVO_OUTPUT_RAW(SERVO_OUTPUT_RAW_DATA { servo1_raw: 1500, ..Default::default() }),
         _ => MavMessage::VFR_HUD(VFR_HUD_DATA { airspeed: 50.0 + x, ..Default::default() }),
     };
-    let version = if number % 3 == 0 { MavlinkVersion::V1 } else { MavlinkVersion::V2 };
+    let version = if number.is_multiple_of(3) { MavlinkVersion::V1 } else { MavlinkVersion::V2 };
     let mut bytes = Vec::new();
     let header = MavHeader { system_id: 1, component_id: 1, sequence: number as u8 };
     write_versioned_msg(&mut bytes, version, header, &message).unwrap();
@@ -147,7 +147,7 @@ fn every_frame_among_random_and_mutated_bytes_is_found_and_nothing_grows() {
         let end = packet.at + u64::from(packet.length()) + 8;
         let inside: Vec<u64> = wanted.range(packet.at..end).copied().collect();
         covered += inside.len() as u64;
-        inside.iter().for_each(|place| drop(wanted.remove(place)));
+        wanted.retain(|place| !inside.contains(place));
     };
     while (total as f64) < length {
         let (bytes, valid) = piece(&mut random, &mut number);
