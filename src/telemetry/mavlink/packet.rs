@@ -55,6 +55,8 @@ pub struct Packet {
     pub id: u32,
     /// Where its first byte stood, bytes from the start.
     pub at: u64,
+    /// Where it ended: the place of the first byte behind it (and behind its signature).
+    pub end: u64,
     /// When it was received, microseconds since 1970, where a log says so.
     pub stamp_us: Option<u64>,
     length: u8,
@@ -288,7 +290,7 @@ impl Framer {
         self.frame_end = self.position;
         self.expected = Some(self.position + self.framing.prefix());
         self.tally.good += 1;
-        Some(Packet { at, stamp_us, ..packet })
+        Some(Packet { at, end: self.frame_end, stamp_us, ..packet })
     }
 }
 
@@ -339,7 +341,7 @@ fn packet(frame: &[u8], header: usize) -> Option<Packet> {
     let mut payload = [0; PAYLOAD_MAX];
     let sent = frame.get(header..header + usize::from(length))?;
     payload.get_mut(..sent.len())?.copy_from_slice(sent);
-    Some(Packet { version, system, component, sequence, id, at: 0, stamp_us: None, length, payload })
+    Some(Packet { version, system, component, sequence, id, at: 0, end: 0, stamp_us: None, length, payload })
 }
 
 /// The name of a message of the dialect.
