@@ -34,7 +34,7 @@ fn the_flights_own_dutch_roll_comes_out() {
     let [y_v, l_v, l_p, l_r, n_v, n_p, n_r] = LATERAL;
     let [u0, w0, theta0] = TRIM;
     let values = [y_v, 0.0, 0.0, l_v, l_p, l_r, n_v, n_p, n_r];
-    let truth = LateralDerivatives { values, cov: [[0.0; ENTRIES]; ENTRIES], u0, w0, phi0: 0.0, theta0 };
+    let truth = LateralDerivatives { values, cov: [[0.0; ENTRIES]; ENTRIES], u0, w0, trim_std: [0.0; 2], phi0: 0.0, theta0 };
     let truth = lateral::modes(0.0, Status::Converged, &truth).unwrap().dutch_roll.unwrap();
     let modes = tick.modes.unwrap();
     assert_eq!(modes.status, Status::Converged);

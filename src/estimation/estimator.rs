@@ -10,7 +10,7 @@ use super::consistency::{Consistency, flow_angle_rates};
 use super::delay_line::{DelayLine, Smoothed};
 use super::ekf::{Ekf, ProcessNoise};
 use super::health::AidHealth;
-use super::latest::Latest;
+use super::latest::{Latest, is_tick};
 use super::process::{ACCELEROMETER_BIAS, ALTITUDE, ATTITUDE, GYRO_BIAS, INPUTS, Input, STATES, State, VELOCITY};
 use super::record::{AIDS, Aid, EstimationEvent, Innovation, Instrumentation, SmoothedRecord, StateRecord, TrimRecord};
 use super::trim::TrimWindow;
@@ -119,7 +119,12 @@ impl Estimator {
 
     /// Which instruments have been found.
     pub fn instrumentation(&self) -> Instrumentation {
-        self.latest.instrumentation(self.ekf.is_some())
+        Instrumentation {
+            trusted: self.health.map(|health| health.is_trusted()),
+            as_expected: self.health.map(|health| health.is_as_expected()),
+            vanes_disagree: self.consistency.map(|comparison| comparison.disagreement().is_some()),
+            ..self.latest.instrumentation(self.ekf.is_some())
+        }
     }
 
     /// The filter, where it runs.
@@ -145,6 +150,12 @@ impl Estimator {
             Verdict::Drop => return &self.output,
             Verdict::Restart => self.restart(),
             Verdict::Use => {}
+        }
+        let silence_s = self.latest.silence_s(sample.time_s);
+        if silence_s > self.config.hold_s && verdict == Verdict::Use && !is_tick(&sample) {
+            // The last rates have served for long enough: a filter that ran on them would leave the flight.
+            self.notice(EstimationEvent::RatesSilent { seconds: silence_s });
+            self.restart();
         }
         let tick = self.latest.take(&sample);
         if self.ekf.is_none() {
@@ -228,7 +239,7 @@ impl Estimator {
         let Some(mut ekf) = self.ekf.take() else { return Ok(()) };
         let time_s = sample.time_s;
         let dt = time_s - self.time_s;
-        let (input, measured) = if tick { self.latest.input(time_s, ekf.state()) } else { (self.input, [true; 3]) };
+        let (input, measured) = self.latest.input(time_s, ekf.state());
         let noise = self.process_noise(measured, dt);
         ekf.propagate(&self.input, &input, dt, &noise)?;
         self.input = input;
@@ -245,8 +256,9 @@ impl Estimator {
         let state = self.record(&ekf);
         self.output.state = Some(state);
         self.ekf = Some(ekf);
+        self.delay(sample, &state);
         if tick {
-            self.delay_tick(sample, &state);
+            self.come_of_age();
         }
         if !self.missing_said && time_s - self.started_s > MISSING_AFTER_S {
             self.missing_said = true;
@@ -309,9 +321,10 @@ impl Estimator {
         }
     }
 
-    /// Puts the tick on the delay line and takes off what has come of age.
-    fn delay_tick(&mut self, sample: &Sample, state: &StateRecord) {
+    /// Puts a sample on the delay line, and into the trim while its window is open: what it does not carry is not sampled.
+    fn delay(&mut self, sample: &Sample, state: &StateRecord) {
         let value = |channel| sample.get(channel).unwrap_or(f64::NAN);
+        let rates = [value(Channel::P), value(Channel::Q), value(Channel::R)];
         let [p, q, r]: [f64; 3] = core::array::from_fn(|i| self.input[3 + i]);
         let force = [value(Channel::Ax), value(Channel::Ay), value(Channel::Az)];
         let [x, y, z] = self.geometry.vane_position_m;
@@ -324,7 +337,7 @@ impl Estimator {
         let controls = Channel::CONTROLS.map(value);
         let mut row = [f64::NAN; SIGNALS];
         row[..3].copy_from_slice(&state.velocity);
-        row[3..6].copy_from_slice(&[p, q, r]);
+        row[3..6].copy_from_slice(&rates);
         row[6..8].copy_from_slice(&attitude);
         row[8..CONTROL_SIGNALS].copy_from_slice(&force);
         row[CONTROL_SIGNALS..VANE_SIGNALS].copy_from_slice(&controls);
@@ -332,19 +345,18 @@ impl Estimator {
         row[KINEMATIC_SIGNALS..].copy_from_slice(&kinematic);
         self.delay.push(self.time_s, &row);
 
-        let tick = TrimRecord { velocity: state.velocity, rates: [p, q, r], attitude, specific_force: force, controls };
+        let (velocity, velocity_std) = (state.velocity, state.velocity_std);
+        let tick = TrimRecord { velocity, velocity_std, rates, attitude, specific_force: force, controls };
         if let Some((trim, rate_rms)) = self.trim.take(self.time_s, &tick) {
             self.output.trim = Some(trim);
             if rate_rms > super::trim::STEADY_RATE_RMS {
                 self.notice(EstimationEvent::TrimNotSteady { rate_rms });
             }
         }
-
-        self.come_of_age(state);
     }
 
     /// Takes the instants of the regression grid off the delay line whose kernel is now covered.
-    fn come_of_age(&mut self, state: &StateRecord) {
+    fn come_of_age(&mut self) {
         let grid_s = self.config.grid_s;
         let ready_s = self.time_s - self.config.lag_s;
         let origin_s = *self.grid_origin_s.get_or_insert(self.time_s);
@@ -369,14 +381,14 @@ impl Estimator {
             self.next_grid = self.next_grid.saturating_add(stride as u64);
             if let Some(smoothed) = self.delay.at(centre_s) {
                 self.compare_vanes(&smoothed);
-                let record = self.smoothed_record(centre_s, stride * grid_s, &smoothed, state);
+                let record = self.smoothed_record(centre_s, stride * grid_s, &smoothed);
                 let _ = self.output.smoothed.push(record);
             }
             centre_s = origin_s + self.next_grid as f64 * grid_s;
         }
     }
 
-    fn smoothed_record(&self, time_s: f64, interval_s: f64, smoothed: &Smoothed<SIGNALS>, state: &StateRecord) -> SmoothedRecord {
+    fn smoothed_record(&self, time_s: f64, interval_s: f64, smoothed: &Smoothed<SIGNALS>) -> SmoothedRecord {
         let value = &smoothed.value;
         let [u, v, w, p, q, r, phi, theta, ax, ay, az, ..] = *value;
         let [dp, dq, dr] = [smoothed.slope[3], smoothed.slope[4], smoothed.slope[5]];
@@ -400,7 +412,6 @@ impl Estimator {
             time_s,
             interval_s,
             velocity: [u, v, w],
-            velocity_std: state.velocity_std,
             rates: [p, q, r],
             attitude: [phi, theta],
             specific_force: force,

@@ -12,6 +12,9 @@ const NIS_GAIN: f64 = 0.01;
 const NIS_LARGE: f64 = 4.0;
 /// Innovations before that can be said.
 const NIS_COUNT: u32 = 100;
+/// Weight of the newest innovation in the part that is rejected, and innovations before that part is believed.
+const PART_GAIN: f64 = 0.02;
+const TRUST_COUNT: u32 = 20;
 /// Rejections must stay away so long before a rejection is an event again, s.
 const QUIET_S: f64 = 2.0;
 
@@ -21,12 +24,24 @@ pub struct AidHealth {
     mean_nis: f64,
     count: u32,
     rejected_s: Option<f64>,
+    /// Running mean of 1 where rejected, 0 where fused.
+    rejected_part: f64,
     reported: bool,
 }
 
 impl AidHealth {
     /// Nothing seen yet.
-    pub const NEW: AidHealth = AidHealth { mean_nis: 1.0, count: 0, rejected_s: None, reported: false };
+    pub const NEW: AidHealth = AidHealth { mean_nis: 1.0, count: 0, rejected_s: None, rejected_part: 0.0, reported: false };
+
+    /// Whether it is fused most of the time.
+    pub fn is_trusted(&self) -> bool {
+        self.count < TRUST_COUNT || self.rejected_part < 0.5
+    }
+
+    /// Whether its innovations have been about as large as the filter expects.
+    pub fn is_as_expected(&self) -> bool {
+        !self.reported
+    }
 
     /// Takes an innovation in; the event where the aid's health has changed.
     pub fn judge(&mut self, innovation: &Innovation) -> Option<EstimationEvent> {
@@ -34,6 +49,8 @@ impl AidHealth {
         let nis = innovation.innovation * innovation.innovation / innovation.innovation_var;
         self.count = self.count.saturating_add(1);
         self.mean_nis += NIS_GAIN.max(1.0 / f64::from(self.count)) * (nis - self.mean_nis);
+        let rejected = if innovation.fused { 0.0 } else { 1.0 };
+        self.rejected_part += PART_GAIN.max(1.0 / f64::from(self.count)) * (rejected - self.rejected_part);
         let mut event = None;
         if innovation.fused {
             if self.rejected_s.is_some_and(|since| innovation.time_s - since > QUIET_S) {

@@ -111,8 +111,6 @@ pub struct SmoothedRecord {
     pub interval_s: f64,
     /// u v w at the centre of mass, m/s.
     pub velocity: [f64; 3],
-    /// Standard deviations of u v w in the filter when the instant came of age, m/s.
-    pub velocity_std: [f64; 3],
     /// p q r as measured, rad/s.
     pub rates: [f64; 3],
     /// phi theta, rad.
@@ -132,13 +130,15 @@ pub struct SmoothedRecord {
 pub struct TrimRecord {
     /// u v w at the centre of mass, m/s.
     pub velocity: [f64; 3],
+    /// Their standard deviations, m/s.
+    pub velocity_std: [f64; 3],
     /// p q r as measured, rad/s.
     pub rates: [f64; 3],
     /// phi theta, rad.
     pub attitude: [f64; 2],
-    /// ax ay az as measured, m/s^2.
+    /// ax ay az as measured, m/s^2; NaN where not sampled in the window.
     pub specific_force: [f64; 3],
-    /// Controls in the order of `Channel::CONTROLS`, rad.
+    /// Controls in the order of `Channel::CONTROLS`, rad; NaN where not sampled in the window.
     pub controls: [f64; 4],
 }
 
@@ -155,6 +155,12 @@ pub struct Instrumentation {
     pub accelerometers: [bool; 3],
     /// Whether each aid is there, by `Aid::index()`.
     pub aids: [bool; AIDS],
+    /// Whether each aid is fused most of the time, by `Aid::index()`; one that is missing counts as trusted.
+    pub trusted: [bool; AIDS],
+    /// Whether each aid's innovations are as large as expected, by `Aid::index()`.
+    pub as_expected: [bool; AIDS],
+    /// Whether the incidence and the sideslip vane disagree with the kinematics, as it stands.
+    pub vanes_disagree: [bool; 2],
 }
 
 /// What the estimator noticed. Repeats are counted by whoever keeps them.
@@ -183,6 +189,11 @@ pub enum EstimationEvent {
     },
     /// Nothing came for that long; the filter starts again, the derivatives keep what they have.
     Gap {
+        /// How long, s.
+        seconds: f64,
+    },
+    /// Samples came, but for so long none with p, q and r together; the filter starts again with the next one.
+    RatesSilent {
         /// How long, s.
         seconds: f64,
     },

@@ -9,7 +9,8 @@
 //! lambda = sigma + j omega_d,
 //!     omega = |lambda|,   zeta = -sigma/omega                                                      (2)
 //!     d omega = Re(conj(lambda) d lambda)/omega,   d zeta = -(d sigma + zeta d omega)/omega         (3)
-//! and, with d lambda/d A exact (`num::eigen`), variances by the delta method, g' Sigma g.            (4)
+//! and, with d lambda/d A exact (`num::eigen`), variances by the delta method, g' Sigma g,             (4)
+//! the uncertainty of u0 and w0 included.
 //! Roll is the real root largest in size, spiral the smallest. Where they have joined into a second pair, that is reported.
 //! Numerics: (4) is first order: fair while the standard errors are small beside the roots' distances.
 //! Returns no roots where A is not finite, and no standard error at a double root.
@@ -22,6 +23,10 @@ use nalgebra::Complex;
 
 /// Where each lateral derivative stands in A.
 const PLACES: [(usize, usize); LATERAL] = [(0, 0), (0, 1), (0, 3), (1, 0), (1, 1), (1, 3), (3, 0), (3, 1), (3, 3)];
+
+/// Places of Y_p and Y_r among them.
+const Y_P: usize = 1;
+const Y_R: usize = 2;
 
 /// Roots this close to the real axis (relative) count as real.
 const REAL: f64 = 1e-9;
@@ -85,6 +90,11 @@ fn real_root(a: &[[f64; 4]; 4], cov: &[[f64; LATERAL]; LATERAL], root: Complex<f
 pub fn modes(time_s: f64, status: Status, lateral: &LateralDerivatives) -> Option<ModesRecord> {
     let a = matrix(lateral);
     let roots = eigenvalues_4(&a)?;
+    // u0 and w0 stand in A where Y_r and Y_p do, and are as uncertain as the trim.
+    let mut cov = lateral.cov;
+    for (trim_std, place) in lateral.trim_std.into_iter().zip([Y_R, Y_P]) {
+        cov[place][place] += trim_std * trim_std;
+    }
     let mut record = ModesRecord { time_s, status, dutch_roll: None, roll: None, spiral: None, lateral_phugoid: None };
     let mut pairs: [Option<Complex<f64>>; 2] = [None; 2];
     for root in roots {
@@ -93,7 +103,7 @@ pub fn modes(time_s: f64, status: Status, lateral: &LateralDerivatives) -> Optio
             let slower = pairs[0].replace(root);
             pairs[1] = slower;
         } else if root.im.abs() <= REAL * size {
-            let real = real_root(&a, &lateral.cov, root);
+            let real = real_root(&a, &cov, root);
             if record.roll.is_none_or(|roll| size > roll.value.abs()) {
                 record.roll = Some(real);
             }
@@ -107,7 +117,7 @@ pub fn modes(time_s: f64, status: Status, lateral: &LateralDerivatives) -> Optio
     {
         pairs.swap(0, 1);
     }
-    let [dutch_roll, phugoid] = pairs.map(|pair| pair.map(|root| oscillation(&a, &lateral.cov, root)));
+    let [dutch_roll, phugoid] = pairs.map(|pair| pair.map(|root| oscillation(&a, &cov, root)));
     record.dutch_roll = dutch_roll;
     record.lateral_phugoid = phugoid;
     Some(record)
@@ -124,6 +134,7 @@ mod tests {
             cov: [[0.0; LATERAL]; LATERAL],
             u0: 51.44,
             w0: 0.0,
+            trim_std: [0.0; 2],
             phi0: 0.0,
             theta0: 0.0,
         }

@@ -10,10 +10,15 @@ pub const TERMS: usize = VARIABLES + 1;
 /// Why there is no number, and none to come from these data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reason {
-    /// No gyro on that axis.
+    /// The three rates were not sampled together.
     NoRates,
     /// No accelerometer on that axis.
     NoAccelerometer {
+        /// `Ax`, `Ay` or `Az`.
+        channel: Channel,
+    },
+    /// An accelerometer that was not sampled in the trim window.
+    NoTrim {
         /// `Ax`, `Ay` or `Az`.
         channel: Channel,
     },
@@ -30,6 +35,11 @@ pub enum Reason {
         variable: Variable,
         /// The channel that would make it observable.
         missing: Channel,
+    },
+    /// An aid is rejected most of the time: filter and instrument disagree, and nobody knows which is right.
+    AidRejected {
+        /// The aid's channel.
+        channel: Channel,
     },
     /// The regressors cannot be told apart in these data.
     Collinear {
@@ -153,6 +163,8 @@ pub struct LateralDerivatives {
     pub u0: f64,
     /// Trim velocity w along body z, m/s.
     pub w0: f64,
+    /// Standard deviations of u0 and w0, m/s.
+    pub trim_std: [f64; 2],
     /// Trim bank angle, rad.
     pub phi0: f64,
     /// Trim pitch attitude, rad.
@@ -198,6 +210,16 @@ pub enum RegressionEvent {
     ExcitationBegan,
     /// Excitation ended.
     ExcitationEnded,
+    /// A channel that the trim knows was silent: the regression leaves those instants out. Said once a channel.
+    SignalMissing {
+        /// Which.
+        channel: Channel,
+    },
+    /// A control that was not sampled in the trim window: the regression leaves it out. Said once a channel.
+    NoTrim {
+        /// Which.
+        channel: Channel,
+    },
     /// An equation's status changed.
     StatusChanged {
         /// Which equation.

@@ -25,9 +25,27 @@ pub const EVENTS: usize = AXES + 6;
 
 /// How long an instrument may keep away before what needs it is called not identifiable, s.
 const PATIENCE_S: f64 = 2.0;
-/// A velocity that no aid observes is still good for regression while its standard deviation is below this part of its
-/// own deviation from trim.
-const UNAIDED_STD: f64 = 0.2;
+
+const ACCELEROMETERS: [Channel; 3] = [Channel::Ax, Channel::Ay, Channel::Az];
+
+/// Whether the axis' equation is about v, which the sideslip vane observes; the others are about w and the incidence vane.
+const fn is_lateral(axis: Axis) -> bool {
+    matches!(axis, Axis::Y | Axis::L | Axis::N)
+}
+
+/// The aids that the axis' motion stands on.
+const fn needs(axis: Axis) -> [Aid; 3] {
+    if is_lateral(axis) { [Aid::Sideslip, Aid::Bank, Aid::Airspeed] } else { [Aid::Incidence, Aid::Pitch, Aid::Airspeed] }
+}
+
+/// Whether the velocity is observed: without its vane it drifts with the accelerometers' bias.
+fn observed(variable: Variable, instruments: &Instrumentation) -> bool {
+    match variable {
+        Variable::V => instruments.aids[Aid::Sideslip.index()],
+        Variable::W => instruments.aids[Aid::Incidence.index()],
+        _ => true,
+    }
+}
 
 /// The regression stage.
 #[derive(Clone, Debug)]
@@ -40,9 +58,10 @@ pub struct Recursive {
     excited_s: f64,
     quiet_s: f64,
     age_s: f64,
-    velocity_std: [f64; 3],
     settling: [Settling; AXES],
     statuses: [Status; AXES],
+    /// Channels whose absence has been said.
+    said: u32,
     events: Vec<RegressionEvent, EVENTS>,
 }
 
@@ -66,9 +85,9 @@ impl Recursive {
             excited_s: 0.0,
             quiet_s: 0.0,
             age_s: 0.0,
-            velocity_std: [0.0; 3],
             settling: [Settling::new(config.settled_s); AXES],
             statuses: [Status::Waiting; AXES],
+            said: 0,
             events: Vec::new(),
             config,
         }
@@ -95,9 +114,12 @@ impl Recursive {
 
     /// One instant of the grid.
     pub fn step(&mut self, record: &SmoothedRecord) {
-        let Some(trim) = &self.trim else { return };
-        let Some(z) = candidate::signals(record, trim) else {
+        let Some(trim) = self.trim else { return };
+        self.untrimmed(record, &trim);
+        let Some(z) = candidate::signals(record, &trim) else {
             self.information.skip();
+            self.quiet_s += record.interval_s;
+            self.missing(record, &trim);
             return;
         };
         let interval_s = record.interval_s;
@@ -110,10 +132,41 @@ impl Recursive {
             self.information.add(&z, libm::exp(-interval_s / self.config.forgetting_s));
             self.excited_s += interval_s;
             self.quiet_s = 0.0;
-            self.velocity_std = record.velocity_std;
         } else {
             self.information.skip();
             self.quiet_s += interval_s;
+        }
+    }
+
+    /// Says once for each channel that it left instants of the grid without a number.
+    fn missing(&mut self, record: &SmoothedRecord, trim: &TrimRecord) {
+        for (i, channel) in ACCELEROMETERS.into_iter().enumerate() {
+            if trim.specific_force[i].is_finite() && !record.specific_force[i].is_finite() {
+                self.say_once(channel, RegressionEvent::SignalMissing { channel });
+            }
+        }
+        for (i, channel) in Channel::CONTROLS.into_iter().enumerate() {
+            if trim.controls[i].is_finite() && !record.controls_present[i] {
+                self.say_once(channel, RegressionEvent::SignalMissing { channel });
+            }
+        }
+    }
+
+    /// Says once for each control that it came without a trim.
+    fn untrimmed(&mut self, record: &SmoothedRecord, trim: &TrimRecord) {
+        for (i, channel) in Channel::CONTROLS.into_iter().enumerate() {
+            if record.controls_present[i] && !trim.controls[i].is_finite() {
+                self.say_once(channel, RegressionEvent::NoTrim { channel });
+            }
+        }
+    }
+
+    fn say_once(&mut self, channel: Channel, event: RegressionEvent) {
+        let mark = 1 << channel.index();
+        // Room is left for what else a publication may bring; what finds none is said at the next instant.
+        if self.said & mark == 0 && self.events.len() < EVENTS - AXES - 2 {
+            self.said |= mark;
+            self.notice(event);
         }
     }
 
@@ -146,7 +199,7 @@ impl Recursive {
         if self.age_s < PATIENCE_S {
             return None;
         }
-        if !instruments.gyros {
+        if !instruments.gyros || instruments.rate_hz <= 0.0 {
             return Some(Reason::NoRates);
         }
         if instruments.rate_hz > 0.0 && instruments.rate_hz < self.config.rate_min_hz {
@@ -156,28 +209,17 @@ impl Recursive {
             return Some(Reason::Unobserved { variable: Variable::U, missing: Channel::Tas });
         }
         if axis.is_force() && !instruments.accelerometers[axis.index()] {
-            let channel = [Channel::Ax, Channel::Ay, Channel::Az][axis.index()];
-            return Some(Reason::NoAccelerometer { channel });
+            return Some(Reason::NoAccelerometer { channel: ACCELEROMETERS[axis.index()] });
         }
-        let needed = match axis {
-            Axis::Y | Axis::L | Axis::N => Variable::V,
-            Axis::X | Axis::Z | Axis::M => Variable::W,
-        };
-        let missing = if needed == Variable::V { Channel::Beta } else { Channel::Alpha };
-        if self.observed(needed, instruments) { None } else { Some(Reason::Unobserved { variable: needed, missing }) }
-    }
-
-    /// Whether the velocity is observed: by its vane, or by accelerometers well enough for what it did.
-    fn observed(&self, variable: Variable, instruments: &Instrumentation) -> bool {
-        let (aid, place) = match variable {
-            Variable::V => (Aid::Sideslip, 1),
-            Variable::W => (Aid::Incidence, 2),
-            _ => return true,
-        };
-        let unaided = instruments.accelerometers[place]
-            && (self.excited_s < self.config.exciting_s
-                || self.velocity_std[place] < UNAIDED_STD * self.information.deviation(regressor(variable)));
-        instruments.aids[aid.index()] || unaided
+        if axis.is_force() && self.trim.is_some_and(|trim| !trim.specific_force[axis.index()].is_finite()) {
+            return Some(Reason::NoTrim { channel: ACCELEROMETERS[axis.index()] });
+        }
+        let (needed, vane) = if is_lateral(axis) { (Variable::V, Aid::Sideslip) } else { (Variable::W, Aid::Incidence) };
+        if !observed(needed, instruments) {
+            return Some(Reason::Unobserved { variable: needed, missing: vane.channel() });
+        }
+        let rejected = needs(axis).into_iter().find(|aid| !instruments.trusted[aid.index()])?;
+        Some(Reason::AidRejected { channel: rejected.channel() })
     }
 
     fn offer(&self, axis: Axis, instruments: &Instrumentation) -> Offer {
@@ -186,7 +228,7 @@ impl Recursive {
             let place = regressor(variable);
             let deviation = self.information.deviation(place);
             let still = STILL[variable.index()];
-            if deviation > UNMOVED * still && self.observed(variable, instruments) {
+            if deviation > UNMOVED * still && observed(variable, instruments) {
                 let primary = is_primary(axis, variable) && deviation > still;
                 offer.primary[place] = primary;
                 offer.optional[place] = !primary;
@@ -208,7 +250,13 @@ impl Recursive {
             return (EquationRecord::empty(axis, Status::Exciting), None);
         };
         let mut equation = self.written(axis, &fit, &offer);
-        equation.status = self.status(&equation, time_s);
+        let doubtful = instruments.vanes_disagree[usize::from(is_lateral(axis))]
+            || needs(axis).into_iter().any(|aid| !instruments.as_expected[aid.index()]);
+        equation.status = match self.status(&equation, time_s) {
+            // Settled, about a motion that may not be the aircraft's.
+            Status::Converged if doubtful => Status::Converging,
+            status => status,
+        };
         (equation, Some(fit))
     }
 
@@ -301,6 +349,7 @@ impl Recursive {
         }
         let [u0, _, w0] = trim.velocity;
         let [phi0, theta0] = trim.attitude;
-        Some(LateralDerivatives { values, cov, u0, w0, phi0, theta0 })
+        let trim_std = [trim.velocity_std[0], trim.velocity_std[2]];
+        Some(LateralDerivatives { values, cov, u0, w0, trim_std, phi0, theta0 })
     }
 }

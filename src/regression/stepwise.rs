@@ -3,12 +3,16 @@
 //! Consumes an information matrix, the response and the terms that are offered; produces a [`Fit`].
 //!     theta = (X'X)^-1 X'y                                        (18) of the paper                 (1)
 //!     F_i = theta_i^2/s_i^2                                       (22), s_i corrected for colour    (2)
+//!     Sigma <- Sigma + sum_j d_j d_j',  d_j = theta_j (X'X)^-1 X'x_j, over the j left out           (3)
 //! Primary terms enter first, the one with the largest partial F ahead; then, one a step, the term with the largest
 //! partial F (the highest partial correlation with the residual) whose corrected F exceeds `f_enter`; after each entry
 //! terms that are not primary and have fallen below `f_remove` leave, and stay out. A second look lets all the others in at
 //! once and the weak ones out again, for terms that matter only together. Last, terms leave that fall below `f_remove` on
 //! their final standard errors.
-//! Source: RAE/Glasgow paper, section 2.2.5; N. R. Draper and H. Smith, Applied Regression Analysis, 3rd ed., ch. 15.
+//! Selection is no knowledge: standard errors of the terms in, as if those out were known to be zero, can be ten times too
+//! small. (3) brings them back to those of the full equation, in the mean, where the terms out are nothing.
+//! Source: RAE/Glasgow paper, section 2.2.5; N. R. Draper and H. Smith, Applied Regression Analysis, 3rd ed., ch. 15; (3)
+//! after S. T. Buckland, K. P. Burnham and N. H. Augustin, Biometrics 53, 1997 (uncertainty of the model itself).
 //! Numerics: sums scaled to unit diagonal, pivots below `PIVOT_MIN` refused: such a term cannot be told from those in.
 
 use super::candidate::{BIAS, REGRESSORS, SIGNALS};
@@ -50,7 +54,7 @@ pub struct Fit {
     pub theta: [f64; REGRESSORS],
     /// (X'X)^-1 by place; zero where a term is not in.
     pub dispersion: [[f64; REGRESSORS]; REGRESSORS],
-    /// Covariance of the estimates by place, corrected for coloured residuals.
+    /// Covariance of the estimates by place, corrected for coloured residuals and (3) for the selection.
     pub cov: [[f64; REGRESSORS]; REGRESSORS],
     /// The residual over z.
     pub residual: Coefficients,
@@ -102,7 +106,7 @@ pub fn fit(information: &Information<SIGNALS>, response: usize, offer: &Offer, t
         let fit = selection.finish();
         match fit.weakest(offer, thresholds.f_remove) {
             Some(worst) if selection.leave(worst) => {}
-            _ => return Some(fit),
+            _ => return Some(selection.with_omitted(fit, offer)),
         }
     }
 }
@@ -212,20 +216,18 @@ impl<'a> Selection<'a> {
     fn smallest(&self, offer: &Offer, f_remove: f64) -> Option<usize> {
         let residual = self.residual();
         let covariance = colour::residual_covariance(self.information, &residual, &residual, self.order.len());
+        let middle = colour::middle(self.information, &self.order, &covariance);
         let mut worst: Option<(usize, f64)> = None;
         for &place in &self.order {
             if place == BIAS || offer.primary[place] {
                 continue;
             }
-            // x_place after regression on the others in: the row of (X'X)^-1 over its diagonal.
-            let own = self.swept.at(place, place);
-            let mut direction = [0.0; SIGNALS];
+            let mut dispersion = [0.0; REGRESSORS];
             for &other in &self.order {
-                direction[other] = self.swept.at(place, other) / own * self.scale[place] / self.scale[other];
+                dispersion[other] = -self.swept.at(place, other) / (self.scale[place] * self.scale[other]);
             }
-            let squares = -self.scale[place] * self.scale[place] / own;
             let theta = self.theta(place);
-            let f = theta * theta / colour::variance(self.information, &direction, squares, &covariance);
+            let f = theta * theta / colour::row_variance(&middle, &dispersion);
             if f < f_remove && worst.is_none_or(|(_, smallest)| f < smallest) {
                 worst = Some((place, f));
             }
@@ -250,6 +252,28 @@ impl<'a> Selection<'a> {
         }
         let gained = wider.order.iter().any(|place| !self.order.contains(place));
         if gained { wider } else { self }
+    }
+
+    /// The fit with what the terms that were left out may hide. Were term j in, with its own estimate, the others would be
+    /// off by (3); that it did not earn its place does not say that it is zero.
+    fn with_omitted(&self, mut fit: Fit, offer: &Offer) -> Fit {
+        for place in 0..REGRESSORS {
+            let own = self.swept.at(place, place);
+            if !offer.optional[place] || self.swept.is_inside(place) || !(own > PIVOT_SECOND) {
+                continue;
+            }
+            let scaled_theta = self.swept.at(place, self.response) / own * self.scale[self.response];
+            let mut shift = [0.0; REGRESSORS];
+            for &i in &self.order {
+                shift[i] = -scaled_theta * self.swept.at(i, place) / self.scale[i];
+            }
+            for &i in &self.order {
+                for &j in &self.order {
+                    fit.cov[i][j] += shift[i] * shift[j];
+                }
+            }
+        }
+        fit
     }
 
     /// The fit as the selection stands.

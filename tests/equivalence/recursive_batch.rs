@@ -143,6 +143,19 @@ impl Stored {
         (r.iter().all(|entry| entry.is_finite()) && r[0] > 0.0).then_some(r)
     }
 
+    /// What the terms left out may hide: each fitted beside those in, by how much it moves them.
+    fn omitted(&self, batch: &Batch, axis: Axis) -> DMatrix<f64> {
+        let p = batch.places.len();
+        let mut hidden = DMatrix::zeros(p, p);
+        for left in (1..REGRESSORS).filter(|place| !batch.places.contains(place)) {
+            let places: Vec<usize> = batch.places.iter().copied().chain([left]).collect();
+            let wider = self.fit(&places, response(axis));
+            let shift = DVector::from_fn(p, |i, _| wider.theta[i] - batch.theta[i]);
+            hidden += &shift * shift.transpose();
+        }
+        hidden
+    }
+
     fn residual_sums(&self, batch: &Batch) -> DVector<f64> {
         let sum = |lag| self.lagged(lag, |k, before| batch.residual[k].unwrap() * batch.residual[before].unwrap());
         DVector::from_fn(LAGS + 1, |lag, _| sum(lag))
@@ -273,7 +286,16 @@ fn estimates_and_their_covariances_are_those_of_the_stored_vectors() {
 }
 
 fn instruments() -> Instrumentation {
-    Instrumentation { running: true, rate_hz: 25.0, gyros: true, accelerometers: [true; 3], aids: [true; AIDS] }
+    Instrumentation {
+        running: true,
+        rate_hz: 25.0,
+        gyros: true,
+        accelerometers: [true; 3],
+        aids: [true; AIDS],
+        trusted: [true; AIDS],
+        as_expected: [true; AIDS],
+        vanes_disagree: [false; 2],
+    }
 }
 
 /// A smoothed record whose z is that vector.
@@ -282,7 +304,6 @@ fn smoothed(z: &[f64; SIGNALS]) -> SmoothedRecord {
         time_s: 0.0,
         interval_s: GRID_S,
         velocity: [z[1], z[2], z[3]],
-        velocity_std: [0.01; 3],
         rates: [z[4], z[5], z[6]],
         attitude: [0.0; 2],
         specific_force: [z[11], z[12], z[13]],
@@ -299,7 +320,8 @@ fn assert_published(record: &DerivativesRecord, stored: &Stored) {
         let places: Vec<usize> = equation.terms.iter().map(|term| term.variable.map_or(BIAS, regressor)).collect();
         assert!(places.len() > 2 && places[0] == BIAS, "{equation:?}");
         let batch = stored.fit(&places, response(equation.axis));
-        let (cov, white) = (stored.own_covariance(&batch), stored.covariance(&batch, &batch, 0));
+        let cov = stored.own_covariance(&batch) + stored.omitted(&batch, equation.axis);
+        let white = stored.covariance(&batch, &batch, 0);
         for (i, term) in equation.terms.iter().enumerate() {
             let what = format!("{:?} {:?}", equation.axis, term.variable);
             assert_close(term.value, batch.theta[i], batch.theta[i].abs().max(white[(i, i)].sqrt()), &what);
@@ -352,8 +374,14 @@ fn assert_published(record: &DerivativesRecord, stored: &Stored) {
 #[test]
 fn what_the_stage_publishes_is_what_the_stored_vectors_give() {
     let mut uniform = Uniform(63);
-    let trim =
-        TrimRecord { velocity: [0.0; 3], rates: [0.0; 3], attitude: [0.0; 2], specific_force: [0.0; 3], controls: [0.0; 4] };
+    let trim = TrimRecord {
+        velocity: [0.0; 3],
+        velocity_std: [0.0; 3],
+        rates: [0.0; 3],
+        attitude: [0.0; 2],
+        specific_force: [0.0; 3],
+        controls: [0.0; 4],
+    };
     for forgetting_s in [1e9, 60.0, 8.0] {
         let config = Config { forgetting_s, ..Config::default() };
         let mut recursive = Recursive::new(config).unwrap();

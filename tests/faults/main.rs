@@ -15,3 +15,4 @@ mod mavlink;
 mod model_files;
 mod replay;
 mod run_files;
+mod silence;

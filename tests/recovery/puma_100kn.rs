@@ -44,6 +44,7 @@ fn true_modes(model: &LinearModel) -> ModesRecord {
         cov: [[0.0; LATERAL]; LATERAL],
         u0: trim.u,
         w0: trim.w,
+        trim_std: [0.0; 2],
         phi0: trim.phi,
         theta0: trim.theta,
     };

@@ -8,7 +8,7 @@ mod traffic;
 
 use super::mapping_input::read_mapping;
 use super::message;
-use super::output_file::{print, write_json};
+use super::output_file::{print, refuse_to_overwrite, write_json};
 use estimable::Estimable;
 use sideslip::error::{Failure, Outcome};
 use sideslip::telemetry::recording::Recording;
@@ -39,6 +39,9 @@ pub(crate) struct Args {
 
 /// Reads the whole recording once and says what is in it.
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    if let Some(json) = &args.json {
+        refuse_to_overwrite("--json", json, std::slice::from_ref(&args.file))?;
+    }
     let mut recording = Recording::open_with(&args.file, &read_mapping(args.config.as_deref())?)?;
     let mut survey = Survey::new(recording.columns());
     while let Some(row) = recording.next_row()? {
