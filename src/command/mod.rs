@@ -2,6 +2,7 @@
 
 pub(crate) mod inspect;
 pub(crate) mod linearise;
+mod mapping_input;
 mod model_input;
 mod output_file;
 pub(crate) mod replay;

@@ -35,7 +35,7 @@ pub(crate) struct Args {
     /// (pulse lengths in clocks, signs alternating); start in s, after the lead if left out. Repeatable: inputs add up
     #[arg(long, value_name = "SPEC")]
     input: Vec<String>,
-    /// Where the recording goes: a run file (.csv) or a log (.mcap), by the name
+    /// Where the recording goes: a run file (.csv), a log (.mcap) or MAVLink (.tlog), by the name
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Set a key of the run, such as vane_position_m=[13.08,0,0] or accelerometer_position_m=[..] (where the instruments

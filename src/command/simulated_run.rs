@@ -1,11 +1,15 @@
-//! A simulated flight as a recording: a run file in text or a log, by the name of the file; whole or not at all.
+//! A simulated flight as a recording: a run file in text, a log, or a tlog, by the name of the file; whole or not at all.
 
+use super::message;
 use super::output_file::{OutputFile, write_whole};
 use sideslip::error::Failure;
 use sideslip::flight::channel::{CHANNELS, Channel};
 use sideslip::flight::log_head::LogHead;
 use sideslip::flight::run_file::{RunFileWriter, RunInfo};
 use sideslip::outputs::mcap_log::McapLog;
+use sideslip::telemetry::mavlink::encode::{Encoder, ME, NOT_CARRIED};
+use sideslip::telemetry::mavlink::mapping::Config;
+use sideslip::telemetry::mavlink::tlog::write_record;
 use sideslip::telemetry::record::Sample;
 use std::path::Path;
 
@@ -16,6 +20,8 @@ pub(crate) enum Format {
     Csv,
     /// A log, of samples only.
     Mcap,
+    /// MAVLink frames behind time stamps.
+    Tlog,
 }
 
 impl Format {
@@ -25,8 +31,8 @@ impl Format {
         match ending.as_str() {
             "csv" => Ok(Format::Csv),
             "mcap" => Ok(Format::Mcap),
-            "tlog" => Err(Failure::file(path, "simulate writes .csv and .mcap; .tlog is not written yet")),
-            _ => Err(Failure::file(path, "expected a name that ends in .csv or .mcap")),
+            "tlog" => Ok(Format::Tlog),
+            _ => Err(Failure::file(path, "expected a name that ends in .csv, .mcap or .tlog")),
         }
     }
 }
@@ -42,6 +48,7 @@ pub(crate) fn write_run(path: &Path, format: Format, info: &RunInfo, samples: &[
             writer.finish().map(|_| ())
         }),
         Format::Mcap => write_log(path, info, &channels, samples),
+        Format::Tlog => write_tlog(path, info, &channels, samples),
     }
 }
 
@@ -62,6 +69,36 @@ fn write_log(path: &Path, info: &RunInfo, channels: &[Channel], samples: &[Sampl
         return Err(Failure::Running(fault.clone()));
     }
     output.keep()
+}
+
+/// When the first sample of every simulated tlog was received, us since 1970 (2026-01-01 UTC): no clock is read, so that
+/// the same flight gives the same bytes.
+const TLOG_START_US: u64 = 1_767_225_600_000_000;
+
+/// Each frame is stamped with the time of its sample. What MAVLink does not carry is left out, and it is said.
+fn write_tlog(path: &Path, info: &RunInfo, channels: &[Channel], samples: &[Sample]) -> Result<(), Failure> {
+    let controls = info.geometry().controls;
+    let mut encoder = Encoder::new(ME, Config::default(), controls);
+    let mut records = Vec::new();
+    let refused = |time_s: f64, what: &dyn std::fmt::Display| Failure::file(path, format_args!("at {time_s} s: {what}"));
+    for sample in samples {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the encoder refuses what is no time")]
+        let stamp_us = TLOG_START_US.saturating_add(libm::round(sample.time_s * 1e6) as u64);
+        let mut written = Ok(());
+        let frames = encoder.sample(sample, |frame| {
+            if written.is_ok() {
+                written = write_record(&mut records, stamp_us, frame);
+            }
+        });
+        frames.map_err(|wrong| refused(sample.time_s, &wrong))?;
+        written.map_err(|error| Failure::io(path, &error))?;
+    }
+    let left_out: Vec<&str> =
+        NOT_CARRIED.iter().filter(|channel| channels.contains(channel)).map(|channel| channel.name(controls)).collect();
+    if !left_out.is_empty() {
+        message(format_args!("note: MAVLink carries no {}; left out of {}", left_out.join(", "), path.display()));
+    }
+    write_whole(path, |file| file.write_all(&records))
 }
 
 const _: () = assert!(CHANNELS <= 32, "a sample's presence has 32 bits");

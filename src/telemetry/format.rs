@@ -13,6 +13,10 @@ pub enum Format {
     Csv,
     /// An MCAP log.
     Mcap,
+    /// MAVLink frames, each behind a time stamp: a tlog.
+    Tlog,
+    /// MAVLink frames one after the other.
+    Mavlink,
     /// Something else that has a name.
     Named(&'static str),
     /// Nothing at all.
@@ -52,10 +56,10 @@ impl Format {
             return Format::Named(name);
         }
         if is_tlog(head) {
-            return Format::Named("a MAVLink tlog");
+            return Format::Tlog;
         }
         if mavlink_frame(head).is_some() {
-            return Format::Named("a raw MAVLink stream");
+            return Format::Mavlink;
         }
         let magic_cut_short = MCAP_MAGIC.starts_with(head);
         if !magic_cut_short && head.iter().all(|&byte| byte >= b' ' || matches!(byte, b'\t' | b'\r' | b'\n' | 0x0C)) {
@@ -116,10 +120,10 @@ mod tests {
         // MAVLink 1 heartbeat: 9 bytes of payload, 17 in all, behind a stamp of the year 2015.
         let mut frame = vec![0xFE, 9, 0, 1, 1, 0];
         frame.extend([0; 11]);
-        assert_eq!(Format::of(&frame.repeat(2)), Format::Named("a raw MAVLink stream"));
+        assert_eq!(Format::of(&frame.repeat(2)), Format::Mavlink);
         let mut record = 1_420_070_400_000_000_u64.to_be_bytes().to_vec();
         record.extend(&frame);
-        assert_eq!(Format::of(&record.repeat(2)), Format::Named("a MAVLink tlog"));
-        assert_eq!(Format::of(&record), Format::Named("a MAVLink tlog"));
+        assert_eq!(Format::of(&record.repeat(2)), Format::Tlog);
+        assert_eq!(Format::of(&record), Format::Tlog);
     }
 }

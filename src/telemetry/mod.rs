@@ -13,6 +13,8 @@ pub mod format;
 #[cfg(feature = "std")]
 pub mod log_recording;
 #[cfg(feature = "std")]
+pub mod mavlink;
+#[cfg(feature = "std")]
 pub mod mcap;
 #[cfg(feature = "std")]
 mod mcap_stream;

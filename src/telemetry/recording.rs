@@ -7,6 +7,9 @@
 use super::csv::CsvRecording;
 use super::format::{Format, HEAD_BYTES};
 use super::log_recording::LogRecording;
+use super::mavlink::mapping::Config as MavlinkConfig;
+use super::mavlink::packet::Framing;
+use super::mavlink::recording::{MavlinkRecording, Traffic};
 use super::record::Sample;
 use crate::flight::run_file::{Column, PlaceError, RunInfo};
 use std::fs::File;
@@ -124,6 +127,8 @@ pub enum Recording {
     Csv(Box<CsvRecording>),
     /// A log of this program.
     Mcap(Box<LogRecording>),
+    /// Messages of MAVLink.
+    Mavlink(Box<MavlinkRecording>),
 }
 
 impl Recording {
@@ -132,6 +137,14 @@ impl Recording {
     /// # Errors
     /// [`RecordingError`] where the file cannot be read, is of another format, or its preamble or header is wrong.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
+        Recording::open_with(path, &MavlinkConfig::default())
+    }
+
+    /// The same, with a configuration of which message gives which channel.
+    ///
+    /// # Errors
+    /// As [`Recording::open`].
+    pub fn open_with(path: &Path, mavlink: &MavlinkConfig) -> Result<Self, RecordingError> {
         let whole = |what: String| RecordingError::Whole { path: path.into(), what };
         let cannot = |error: std::io::Error| whole(format!("cannot be opened: {error}"));
         let mut file = File::open(path).map_err(cannot)?;
@@ -149,6 +162,10 @@ impl Recording {
                 file.seek(SeekFrom::Start(0)).map_err(|source| RecordingError::Io { path: path.into(), source })?;
                 LogRecording::new(path, file).map(|log| Recording::Mcap(Box::new(log)))
             }
+            Format::Tlog => MavlinkRecording::new(path, file, Framing::Stamped, mavlink.clone())
+                .map(|recording| Recording::Mavlink(Box::new(recording))),
+            Format::Mavlink => MavlinkRecording::new(path, file, Framing::Bare, mavlink.clone())
+                .map(|recording| Recording::Mavlink(Box::new(recording))),
             Format::Named(name) => Err(whole(format!("recognised as {name}, which this version does not read yet"))),
             Format::Empty => Err(whole("expected a recording, found an empty file".into())),
             Format::Unknown(bytes) => {
@@ -163,6 +180,7 @@ impl Recording {
         match self {
             Recording::Csv(_) => "CSV",
             Recording::Mcap(_) => "MCAP",
+            Recording::Mavlink(recording) => recording.format(),
         }
     }
 
@@ -170,7 +188,7 @@ impl Recording {
     pub fn counted_in(&self) -> &'static str {
         match self {
             Recording::Csv(_) => "line",
-            Recording::Mcap(_) => "sample",
+            Recording::Mcap(_) | Recording::Mavlink(_) => "sample",
         }
     }
 
@@ -179,6 +197,7 @@ impl Recording {
         match self {
             Recording::Csv(recording) => recording.info(),
             Recording::Mcap(recording) => recording.info(),
+            Recording::Mavlink(recording) => recording.info(),
         }
     }
 
@@ -187,6 +206,7 @@ impl Recording {
         match self {
             Recording::Csv(recording) => recording.columns(),
             Recording::Mcap(recording) => recording.columns(),
+            Recording::Mavlink(recording) => recording.columns(),
         }
     }
 
@@ -199,6 +219,7 @@ impl Recording {
         match self {
             Recording::Csv(recording) => recording.next_row(),
             Recording::Mcap(recording) => recording.next_row(),
+            Recording::Mavlink(recording) => recording.next_row(),
         }
     }
 
@@ -207,6 +228,7 @@ impl Recording {
         match self {
             Recording::Csv(recording) => recording.skipped(),
             Recording::Mcap(recording) => recording.skipped(),
+            Recording::Mavlink(recording) => recording.skipped(),
         }
     }
 
@@ -216,6 +238,7 @@ impl Recording {
         match self {
             Recording::Csv(_) => None,
             Recording::Mcap(recording) => recording.shortfall(),
+            Recording::Mavlink(recording) => recording.shortfall(),
         }
     }
 
@@ -224,6 +247,15 @@ impl Recording {
         match self {
             Recording::Csv(recording) => recording.ends_abruptly(),
             Recording::Mcap(recording) => recording.ends_abruptly(),
+            Recording::Mavlink(_) => false,
+        }
+    }
+
+    /// Who sent what, of messages.
+    pub fn traffic(&self) -> Option<&Traffic> {
+        match self {
+            Recording::Csv(_) | Recording::Mcap(_) => None,
+            Recording::Mavlink(recording) => Some(recording.traffic()),
         }
     }
 }

@@ -7,6 +7,7 @@ mod hostile;
 mod independent;
 mod killed;
 mod killed_program;
+mod mavlink_logs;
 mod rotation;
 mod round_trip;
 mod truncation;

@@ -111,10 +111,6 @@ fn real_recordings_are_read_whole() {
 fn real_recordings_of_other_formats_are_named() {
     let Some(root) = recordings() else { return };
     for (file, name) in [
-        ("mavlink/plane-canberra.tlog", "tlog"),
-        ("mavlink/quad-dronekit-v1.tlog", "tlog"),
-        ("mavlink/sub-v2.tlog", "tlog"),
-        ("mavlink/vtol-sitl-v1.tlog", "tlog"),
         ("irig106/err.c10", "Chapter 10"),
         ("irig106/pcm.c10", "Chapter 10"),
         ("logs/plane-3.8.2.BIN", "dataflash"),

@@ -11,6 +11,7 @@
 mod program;
 
 mod inspect;
+mod mavlink;
 mod model_files;
 mod multirate;
 mod replay;

@@ -230,15 +230,6 @@ fn a_misspelt_derivative_is_found_where_it_stands() {
 }
 
 #[test]
-fn a_tlog_cannot_be_simulated_yet() {
-    let out = folder("simulate-tlog").join("run.tlog");
-    let model = own("replay/models/puma-like.toml");
-    let (status, _, said) =
-        ended(&sideslip(&["simulate", "--model", path(&model), "--input", "pedal:step:0.01:1", "--out", path(&out)]));
-    assert!(status == 2 && said.contains(".tlog is not written yet"), "{said}");
-}
-
-#[test]
 fn a_signal_stops_a_run_with_its_log_closed_and_what_there_was_printed() {
     for signal in ["INT", "TERM"] {
         let log = folder(&format!("replay-{signal}")).join("run.mcap");

@@ -16,5 +16,6 @@ mod any_sample;
 mod covariance;
 mod kernel;
 mod missing;
+mod mavlink_frames;
 mod pipeline;
 mod run_files;

@@ -13,3 +13,4 @@ mod manoeuvre;
 mod puma;
 
 mod puma_100kn;
+mod tlog;

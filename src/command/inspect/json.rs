@@ -4,6 +4,8 @@ use super::estimable::{Answer, Estimable};
 use super::survey::{ColumnSurvey, Survey};
 use serde_json::{Map, Value, json};
 use sideslip::flight::run_file::Target;
+use sideslip::telemetry::mavlink::recording::Traffic;
+use sideslip::telemetry::mavlink::senders::{Sender, SenderTally};
 use sideslip::telemetry::recording::Recording;
 use std::path::Path;
 
@@ -45,7 +47,30 @@ pub(super) fn document(file: &Path, recording: &Recording, survey: &Survey, esti
             "gaps": gaps,
         },
         "channels": survey.columns.iter().map(channel).collect::<Vec<_>>(),
+        "messages": recording.traffic().map(messages),
         "estimable": {"state": state, "axes": axes, "by": by, "dutch_roll": answer(&estimable.dutch_roll)},
+    })
+}
+
+/// Who sent what, where the recording is made of messages.
+fn messages(traffic: &Traffic) -> Value {
+    let sender = |(sender, tally): (Sender, &SenderTally)| {
+        json!({
+            "system": sender.system,
+            "component": sender.component,
+            "vehicle": sender == traffic.vehicle,
+            "messages": tally.total(),
+            "by_name": tally.by_name(),
+        })
+    };
+    json!({
+        "total": traffic.tally.good,
+        "bad_checksum": traffic.tally.bad_checksum,
+        "unknown": traffic.tally.unknown,
+        "garbage_bytes": traffic.tally.garbage_bytes,
+        "boots": traffic.boots,
+        "senders": traffic.senders.iter().map(sender).collect::<Vec<_>>(),
+        "other_senders": traffic.senders.others,
     })
 }
 

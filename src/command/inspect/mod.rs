@@ -4,7 +4,9 @@ mod estimable;
 mod json;
 mod survey;
 mod table;
+mod traffic;
 
+use super::mapping_input::read_mapping;
 use super::message;
 use super::output_file::{print, refuse_to_overwrite, write_json};
 use estimable::Estimable;
@@ -27,6 +29,9 @@ skipped. With --json the table goes to standard error.";
 pub(crate) struct Args {
     /// The recording; its format is told by its content.
     file: PathBuf,
+    /// Which message gives which channel, for recordings of MAVLink (TOML).
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
     /// Write the answer as JSON to this file, or to standard output with `-`.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -37,7 +42,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if let Some(json) = &args.json {
         refuse_to_overwrite("--json", json, std::slice::from_ref(&args.file))?;
     }
-    let mut recording = Recording::open(&args.file)?;
+    let mut recording = Recording::open_with(&args.file, &read_mapping(args.config.as_deref())?)?;
     let mut survey = Survey::new(recording.columns());
     while let Some(row) = recording.next_row()? {
         survey.add(row);

@@ -2,6 +2,7 @@
 
 use super::estimable::{Answer, Estimable};
 use super::survey::{ColumnSurvey, Survey};
+use super::traffic;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::derivative::Axis;
 use sideslip::flight::run_file::Target;
@@ -18,6 +19,7 @@ pub(super) fn text(file: &Path, recording: &Recording, survey: &Survey, estimabl
     lines.extend(run_lines(recording));
     lines.extend(time_lines(survey));
     lines.extend(row_lines(recording));
+    lines.extend(recording.traffic().into_iter().flat_map(traffic::lines));
     lines.push(String::new());
     lines.extend(channel_lines(recording, survey));
     lines.push(String::new());

@@ -5,6 +5,7 @@ mod progress;
 mod run;
 mod sink;
 
+use super::mapping_input::read_mapping;
 use super::message;
 use super::output_file::{print, refuse_to_overwrite, write_json};
 use run::{Played, Run};
@@ -48,6 +49,9 @@ pub(crate) struct Args {
     /// Write the last estimates as JSON to this file, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Which message gives which channel, for recordings of MAVLink (TOML)
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
     /// Length of the window at the run's start whose mean is the trim, s
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     trim_window: Option<f64>,
@@ -67,7 +71,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if let Some(json) = args.json.as_ref().filter(|json| logs.iter().flatten().any(|log| log == *json)) {
         return Err(Failure::file(json, "--json: expected another file than the log of --out, found the same"));
     }
-    let runs = args.files.iter().map(|file| Run::open(file, &args.set, &config)).collect::<Result<Vec<_>, _>>()?;
+    let mapping = read_mapping(args.config.as_deref())?;
+    let runs = args.files.iter().map(|file| Run::open(file, &args.set, &config, &mapping)).collect::<Result<Vec<_>, _>>()?;
     log::make_directory(args.out.as_deref(), &logs)?;
     let stop = stopped_by_signals()?;
     let mut played = Vec::with_capacity(runs.len());

@@ -15,6 +15,7 @@ use sideslip::outputs::record::EventKind;
 use sideslip::outputs::terminal::{Style, Table};
 use sideslip::outputs::text::{Severity, event_severity};
 use sideslip::pipeline::{Config, Pipeline};
+use sideslip::telemetry::mavlink::mapping::Config as Mapping;
 use sideslip::telemetry::recording::Recording;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -51,8 +52,8 @@ pub(super) struct Played {
 
 impl Run {
     /// Opens a recording, overrides keys of its run and readies the pipeline.
-    pub(super) fn open(file: &Path, overrides: &[String], config: &Config) -> Result<Self, Failure> {
-        let recording = Recording::open(file)?;
+    pub(super) fn open(file: &Path, overrides: &[String], config: &Config, mapping: &Mapping) -> Result<Self, Failure> {
+        let recording = Recording::open_with(file, mapping)?;
         let mut info = recording.info().clone();
         for assignment in overrides {
             info.set(assignment).map_err(|what| Failure::Input(format!("--set: {what}")))?;
