@@ -15,7 +15,7 @@ mod admission;
 mod any_sample;
 mod covariance;
 mod kernel;
-mod missing;
 mod mavlink_frames;
+mod missing;
 mod pipeline;
 mod run_files;
