@@ -1,6 +1,7 @@
 //! What the state estimation assumes: noise of the instruments, priors of their biases, gates and windows.
 
 pub use crate::flight::setting::ConfigError;
+use crate::flight::setting::{Setting, check};
 
 /// Standard deviations of the instruments' white noise, a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,7 +94,7 @@ impl Config {
     /// [`ConfigError`] names the first setting that is out of its range.
     pub const fn validate(&self) -> Result<(), ConfigError> {
         let n = &self.noise;
-        let settings = [
+        let settings: [Setting; _] = [
             ("noise of the accelerometers", n.accelerometer_std, 0.0, 100.0),
             ("noise of the gyros", n.gyro_std, 0.0, 10.0),
             ("noise of the airspeed", n.airspeed_std, 0.0, 100.0),
@@ -115,15 +116,6 @@ impl Config {
             ("gap", self.gap_s, 0.05, 60.0),
             ("hold", self.hold_s, 0.01, 60.0),
         ];
-        // A constant function has no iterators.
-        let mut i = 0;
-        while i < settings.len() {
-            let (setting, found, above, at_most) = settings[i];
-            if !(found > above && found <= at_most) {
-                return Err(ConfigError { setting, found, above, at_most });
-            }
-            i += 1;
-        }
-        Ok(())
+        check(&settings)
     }
 }

@@ -20,3 +20,23 @@ impl core::fmt::Display for ConfigError {
 }
 
 impl core::error::Error for ConfigError {}
+
+/// Which setting, its value, what it must be above, what it must not exceed.
+pub type Setting = (&'static str, f64, f64, f64);
+
+/// Checks settings against their ranges.
+///
+/// # Errors
+/// [`ConfigError`] names the first that is out of its range.
+pub const fn check(settings: &[Setting]) -> Result<(), ConfigError> {
+    // A constant function has no iterators.
+    let mut i = 0;
+    while i < settings.len() {
+        let (setting, found, above, at_most) = settings[i];
+        if !(found > above && found <= at_most) {
+            return Err(ConfigError { setting, found, above, at_most });
+        }
+        i += 1;
+    }
+    Ok(())
+}

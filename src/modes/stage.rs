@@ -39,18 +39,10 @@ fn lacking(derivatives: &DerivativesRecord) -> Option<Reason> {
 
 /// The status of the least advanced of the three lateral equations.
 fn least(derivatives: &DerivativesRecord) -> Status {
-    let rank = |status: &Status| match status {
-        Status::NotIdentifiable(_) => 0,
-        Status::Waiting => 1,
-        Status::Exciting => 2,
-        Status::Stale => 3,
-        Status::Converging => 4,
-        Status::Converged => 5,
-    };
     let mut least = Status::Converged;
     for axis in [Axis::L, Axis::N, Axis::Y] {
         let equation = &derivatives.equations[axis.index()];
-        if rank(&equation.status) < rank(&least) {
+        if equation.status.rank() < least.rank() {
             least = match equation.status {
                 Status::NotIdentifiable(_) => Status::NotIdentifiable(Reason::Equation { axis }),
                 status => status,

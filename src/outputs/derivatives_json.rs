@@ -46,16 +46,8 @@ pub fn derivatives_json(runs: &[RunEstimates<'_>]) -> Result<String, serde_json:
 /// The status of a run as a whole: that of its furthest equation (converged, converging, stale, exciting, waiting), and
 /// not identifiable only where every equation is.
 pub fn run_status(derivatives: Option<&DerivativesRecord>) -> Status {
-    let rank = |status: &Status| match status {
-        Status::NotIdentifiable(_) => 0,
-        Status::Waiting => 1,
-        Status::Exciting => 2,
-        Status::Stale => 3,
-        Status::Converging => 4,
-        Status::Converged => 5,
-    };
     let equations = derivatives.map(|record| record.equations.as_slice()).unwrap_or_default();
-    equations.iter().map(|equation| equation.status).max_by_key(rank).unwrap_or(Status::Waiting)
+    equations.iter().map(|equation| equation.status).max_by_key(Status::rank).unwrap_or(Status::Waiting)
 }
 
 #[derive(Serialize)]

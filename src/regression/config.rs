@@ -1,6 +1,7 @@
 //! What the regression assumes: thresholds, forgetting, what counts as settled.
 
 use crate::flight::setting::ConfigError;
+use crate::flight::setting::{Setting, check};
 
 /// Configuration of the regression stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,7 +51,7 @@ impl Config {
     /// # Errors
     /// [`ConfigError`] names the first setting that is out of its range.
     pub const fn validate(&self) -> Result<(), ConfigError> {
-        let settings = [
+        let settings: [Setting; _] = [
             ("F of removal", self.f_remove, 0.0, 1e3),
             ("F of entry", self.f_enter, self.f_remove, 1e4),
             ("forgetting", self.forgetting_s, 1.0, 1e9),
@@ -61,15 +62,6 @@ impl Config {
             ("known relative to the response", self.known_contribution, 0.0, 1.0),
             ("settling time", self.settled_s, 0.0, 1e3),
         ];
-        // A constant function has no iterators.
-        let mut i = 0;
-        while i < settings.len() {
-            let (setting, found, above, at_most) = settings[i];
-            if !(found > above && found <= at_most) {
-                return Err(ConfigError { setting, found, above, at_most });
-            }
-            i += 1;
-        }
-        Ok(())
+        check(&settings)
     }
 }

@@ -77,6 +77,20 @@ pub enum Status {
     NotIdentifiable(Reason),
 }
 
+impl Status {
+    /// How far along: none to come 0, waiting 1, exciting 2, stale 3, converging 4, converged 5.
+    pub const fn rank(&self) -> u8 {
+        match self {
+            Status::NotIdentifiable(_) => 0,
+            Status::Waiting => 1,
+            Status::Exciting => 2,
+            Status::Stale => 3,
+            Status::Converging => 4,
+            Status::Converged => 5,
+        }
+    }
+}
+
 /// One term of an equation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TermRecord {
