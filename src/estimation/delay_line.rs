@@ -13,6 +13,30 @@ use crate::num::kernel;
 pub const CAPACITY: usize = 256;
 const BUFFER: usize = 2 * CAPACITY;
 
+/// Weight of the newest interval in the running mean of intervals.
+const INTERVAL_GAIN: f64 = 0.05;
+
+/// How far apart samples come.
+#[derive(Clone, Copy, Debug)]
+struct Rhythm {
+    last_s: f64,
+    interval_s: f64,
+}
+
+impl Rhythm {
+    const NEW: Rhythm = Rhythm { last_s: f64::NAN, interval_s: f64::NAN };
+
+    fn beat(&mut self, time_s: f64) {
+        let interval_s = time_s - self.last_s;
+        self.last_s = time_s;
+        if self.interval_s.is_nan() {
+            self.interval_s = interval_s;
+        } else {
+            self.interval_s += INTERVAL_GAIN * (interval_s - self.interval_s);
+        }
+    }
+}
+
 /// `S` signals on their way.
 #[derive(Clone, Debug)]
 pub struct DelayLine<const S: usize> {
@@ -23,6 +47,10 @@ pub struct DelayLine<const S: usize> {
     len: usize,
     /// Ticks since each signal was last sampled.
     since: [usize; S],
+    /// When each signal was last sampled, and how far apart its samples are in the mean.
+    rhythm: [Rhythm; S],
+    /// The same of the ticks.
+    ticks: Rhythm,
     smooth: [f64; BUFFER],
     slope: [f64; BUFFER],
 }
@@ -50,6 +78,8 @@ impl<const S: usize> DelayLine<S> {
             signals: [[0.0; BUFFER]; S],
             len: 0,
             since: [0; S],
+            rhythm: [Rhythm::NEW; S],
+            ticks: Rhythm::NEW,
             smooth: [0.0; BUFFER],
             slope: [0.0; BUFFER],
         }
@@ -58,6 +88,8 @@ impl<const S: usize> DelayLine<S> {
     /// Forgets everything.
     pub fn clear(&mut self) {
         self.len = 0;
+        self.rhythm = [Rhythm::NEW; S];
+        self.ticks = Rhythm::NEW;
     }
 
     /// Time of the newest tick.
@@ -65,8 +97,20 @@ impl<const S: usize> DelayLine<S> {
         self.len.checked_sub(1).map(|last| self.times[last])
     }
 
+    /// Ticks a sample of that signal, 1 or more: it has so many fewer samples under the kernel than there are ticks, and its
+    /// noise gains are so many times those of a signal of every tick.
+    pub fn ticks_a_sample(&self, signal: usize) -> f64 {
+        let ticks = self.rhythm[signal].interval_s / self.ticks.interval_s;
+        if ticks > 1.0 { ticks } else { 1.0 }
+    }
+
     /// A tick: signals that were not sampled are NaN. Times must increase.
     pub fn push(&mut self, time_s: f64, row: &[f64; S]) {
+        for (rhythm, value) in self.rhythm.iter_mut().zip(row) {
+            if value.is_finite() {
+                rhythm.beat(time_s);
+            }
+        }
         if let Some(newest_s) = self.newest_s() {
             // More ticks than fit under the kernel: thin them.
             if time_s - newest_s < 2.0 * self.half_width_s / (CAPACITY - 8) as f64 {
@@ -81,6 +125,7 @@ impl<const S: usize> DelayLine<S> {
             }
             self.len -= CAPACITY;
         }
+        self.ticks.beat(time_s);
         let at = self.len;
         self.times[at] = time_s;
         for (s, &value) in row.iter().enumerate() {
@@ -169,6 +214,7 @@ mod tests {
         let out = line.at(19.5).unwrap();
         assert!((out.value[0] - 97.5).abs() < 1e-12 && (out.slope[0] - 5.0).abs() < 1e-11);
         assert!((out.value[1] + 56.5).abs() < 1e-12 && (out.slope[1] + 3.0).abs() < 1e-11);
+        assert!((line.ticks_a_sample(1) - 10.0).abs() < 1e-6 && (line.ticks_a_sample(0) - 1.0).abs() < 1e-9);
         assert!(line.at(19.9).is_none(), "the future is not there yet");
     }
 

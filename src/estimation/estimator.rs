@@ -428,8 +428,10 @@ impl Estimator {
         let force_var = n.accelerometer_std * n.accelerometer_std / (u * u) + n.gyro_std * n.gyro_std;
         let aids = [Aid::Incidence, Aid::Sideslip];
         for (i, aid) in aids.into_iter().enumerate() {
-            let noise_var = smoothed.slope_noise_gain * vane_var[i] + smoothed.value_noise_gain * force_var;
-            let (measured, kinematic) = (smoothed.slope[VANE_SIGNALS + i], smoothed.value[KINEMATIC_SIGNALS + i]);
+            let (vane, rate) = (VANE_SIGNALS + i, KINEMATIC_SIGNALS + i);
+            let noise_var = self.delay.ticks_a_sample(vane) * smoothed.slope_noise_gain * vane_var[i]
+                + self.delay.ticks_a_sample(rate) * smoothed.value_noise_gain * force_var;
+            let (measured, kinematic) = (smoothed.slope[vane], smoothed.value[rate]);
             self.consistency[i].compare(measured, kinematic, noise_var);
             if self.disagreement_said[i] {
                 continue;
