@@ -327,13 +327,18 @@ impl Estimator {
         let rates = [value(Channel::P), value(Channel::Q), value(Channel::R)];
         let [p, q, r]: [f64; 3] = core::array::from_fn(|i| self.input[3 + i]);
         let force = [value(Channel::Ax), value(Channel::Ay), value(Channel::Az)];
-        let [x, y, z] = self.geometry.vane_position_m;
-        let u = state.velocity[0];
-        // The vane's own motion, brought back to the centre of mass (small angles).
+        // Vane and kinematics are compared where the accelerometers stand: the force is felt there.
+        let [xa, ya, za] = self.geometry.accelerometer_position_m;
+        let [x, y, z]: [f64; 3] =
+            core::array::from_fn(|i| self.geometry.vane_position_m[i] - self.geometry.accelerometer_position_m[i]);
+        let [u, v, w] = state.velocity;
+        let there = [u + q * za - r * ya, v + r * xa - p * za, w + p * ya - q * xa];
+        let u = there[0];
+        // The vane's own motion about them, taken off (small angles).
         let alpha = value(Channel::Alpha) - (p * y - q * x) / u;
         let beta = value(Channel::Beta) - (r * x - p * z) / u;
         let attitude = [state.attitude[0], state.attitude[1]];
-        let kinematic = flow_angle_rates(state.velocity, attitude, force, [p, q, r]).unwrap_or([f64::NAN; 2]);
+        let kinematic = flow_angle_rates(there, attitude, force, [p, q, r]).unwrap_or([f64::NAN; 2]);
         let controls = Channel::CONTROLS.map(value);
         let mut row = [f64::NAN; SIGNALS];
         row[..3].copy_from_slice(&state.velocity);
