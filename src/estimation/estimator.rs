@@ -122,7 +122,8 @@ impl Estimator {
         Instrumentation {
             trusted: self.health.map(|health| health.is_trusted()),
             as_expected: self.health.map(|health| health.is_as_expected()),
-            vanes_disagree: self.consistency.map(|comparison| comparison.disagreement().is_some()),
+            // Once found it stays: quiet flight afterwards adds noise to the comparison, and does not make the vane right.
+            vanes_disagree: self.disagreement_said,
             ..self.latest.instrumentation(self.ekf.is_some())
         }
     }
@@ -329,9 +330,8 @@ impl Estimator {
         let force = [value(Channel::Ax), value(Channel::Ay), value(Channel::Az)];
         // Vane and kinematics are compared where the accelerometers stand: the force is felt there.
         let [xa, ya, za] = self.geometry.accelerometer_position_m;
-        let [x, y, z]: [f64; 3] =
-            core::array::from_fn(|i| self.geometry.vane_position_m[i] - self.geometry.accelerometer_position_m[i]);
-        let [u, v, w] = state.velocity;
+        let [xv, yv, zv] = self.geometry.vane_position_m;
+        let ([x, y, z], [u, v, w]) = ([xv - xa, yv - ya, zv - za], state.velocity);
         let there = [u + q * za - r * ya, v + r * xa - p * za, w + p * ya - q * xa];
         let u = there[0];
         // The vane's own motion about them, taken off (small angles).
