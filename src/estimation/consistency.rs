@@ -1,7 +1,7 @@
 //! Kinematic consistency of the flow angles: does a vane move as accelerometers, gyros and attitude say it must?
 //!
-//! Consumes the smoothed rate of a measured flow angle (brought to the centre of mass) and the rate that the kinematics
-//! give; produces their running comparison
+//! Consumes the smoothed rate of a measured flow angle (brought to where the accelerometers stand) and the rate that the
+//! kinematics give there; produces their running comparison
 //!     R2 = 1 - var(measured - kinematic)/var(measured)                                            (1)
 //! (variances about the means, so that constant biases do not count). The vane disagrees where
 //!     var(measured - kinematic) > (1 - R2_MIN) var(measured) + NOISE_MARGIN noise                 (2)

@@ -14,7 +14,7 @@ use super::latest::{Latest, is_tick};
 use super::process::{ACCELEROMETER_BIAS, ALTITUDE, ATTITUDE, GYRO_BIAS, INPUTS, Input, STATES, State, VELOCITY};
 use super::record::{AIDS, Aid, EstimationEvent, Innovation, Instrumentation, SmoothedRecord, StateRecord, TrimRecord};
 use super::trim::TrimWindow;
-use crate::flight::channel::Channel;
+use crate::flight::channel::{CHANNELS, Channel};
 use crate::flight::run::RunGeometry;
 use crate::flight::unit::STANDARD_GRAVITY as G0;
 use crate::num::ud::Breakdown;
@@ -32,8 +32,9 @@ const KINEMATIC_SIGNALS: usize = 17;
 /// derivatives.
 pub const INSTANTS: usize = 4;
 
-/// Events that one sample can bring.
-pub const EVENTS: usize = 24;
+/// Events that one sample can bring: two of its time, one a channel (taken out, or judged as an aid), the start or a breakdown,
+/// the trim, two vanes that disagree, and once the instruments that are missing.
+pub const EVENTS: usize = 2 + CHANNELS + 1 + 1 + 2 + 3 + AIDS;
 
 /// How long the filter waits for the aids that it would like to start with, s.
 const START_WAIT_S: f64 = 0.5;
@@ -144,7 +145,7 @@ impl Estimator {
         let mut sample = *sample;
         let events = &mut self.output.events;
         let verdict = self.admission.admit(&mut sample, |event| {
-            // One sample has fewer channels than the list has places.
+            // `EVENTS` has a place for every channel and for the time.
             let _ = events.push(event);
         });
         match verdict {
@@ -328,17 +329,15 @@ impl Estimator {
         let rates = [value(Channel::P), value(Channel::Q), value(Channel::R)];
         let [p, q, r]: [f64; 3] = core::array::from_fn(|i| self.input[3 + i]);
         let force = [value(Channel::Ax), value(Channel::Ay), value(Channel::Az)];
-        // Vane and kinematics are compared where the accelerometers stand: the force is felt there.
-        let [xa, ya, za] = self.geometry.accelerometer_position_m;
-        let [xv, yv, zv] = self.geometry.vane_position_m;
-        let ([x, y, z], [u, v, w]) = ([xv - xa, yv - ya, zv - za], state.velocity);
-        let there = [u + q * za - r * ya, v + r * xa - p * za, w + p * ya - q * xa];
-        let u = there[0];
-        // The vane's own motion about them, taken off (small angles).
+        // The kinematics hold where the accelerometers stand, so the vanes are brought there (small angles).
+        let felt = self.ekf.as_ref().map_or(state.velocity, |ekf| core::array::from_fn(|i| ekf.state()[VELOCITY + i]));
+        let [x, y, z]: [f64; 3] =
+            core::array::from_fn(|i| self.geometry.vane_position_m[i] - self.geometry.accelerometer_position_m[i]);
+        let u = felt[0];
         let alpha = value(Channel::Alpha) - (p * y - q * x) / u;
         let beta = value(Channel::Beta) - (r * x - p * z) / u;
         let attitude = [state.attitude[0], state.attitude[1]];
-        let kinematic = flow_angle_rates(there, attitude, force, [p, q, r]).unwrap_or([f64::NAN; 2]);
+        let kinematic = flow_angle_rates(felt, attitude, force, [p, q, r]).unwrap_or([f64::NAN; 2]);
         let controls = Channel::CONTROLS.map(value);
         let mut row = [f64::NAN; SIGNALS];
         row[..3].copy_from_slice(&state.velocity);

@@ -8,8 +8,8 @@
 //! takes information away and adds no bias (the kernel commutes with differentiation).
 //! Integrals of (2) from 0 to s:
 //!     K0 = 35/32 (s - s^3 + 3/5 s^5 - s^7/7)       K1 = integral of s k = 35/256 (1 - (1 - s^2)^4)  (3)
-//! Kernel: the triweight kernel of B. W. Silverman, Density Estimation, 1986, table 3.1 (family of (1 - s^2)^m).
-//! Numerics: variance of the kernel is T^2/9, so T = 0.4 s passes 1 Hz at 0.70 and 2 Hz at 0.26 of its amplitude.
+//! Kernel: the triweight of M. P. Wand and M. C. Jones, Kernel Smoothing, 1995, section 2.7 (family of (1 - s^2)^m).
+//! Numerics: variance of the kernel is T^2/9, so T = 0.4 s passes 1 Hz at 0.70 and 2 Hz at 0.19 of its amplitude.
 //! Cannot answer where the samples do not cover t - T .. t + T.
 
 /// K0 of (3), odd in s; s within -1 .. 1.

@@ -8,12 +8,14 @@
 //! | D_a | p x p | (X_a'X_a)^-1 of equation a, zero where a regressor is not in it |
 //! | G_l | p x p | lagged products of the regressors, information (2) |
 //! | R^ab_l | 1 | covariance of residual a at k with residual b at k - l, information (3) |
-//! | w_l | 1 | 1 - l/(LAGS + 1): with it (1) cannot be negative, for it is then the product of two positive sequences |
+//! | w_l | 1 | 1 - l/(LAGS + 1): with it and the residual's own R (1) cannot be negative: the product of two positive sequences |
 //!
 //! For white residuals and no forgetting (1) is sigma^2 D, (19) of the paper.
 //! Source: E. A. Morelli and V. Klein, J. Guidance 20(1), 1997, eq. (22); weights: W. K. Newey and K. D. West,
 //! Econometrica 55(3), 1987. The number of fitted parameters is made good by n/(n - p) on every R.
-//! Numerics: the weights leave out part of a residual that stays correlated over much of LAGS steps of the grid.
+//! Numerics: the weights leave out part of a residual that stays correlated over much of LAGS steps of the grid. With the R of
+//! the equation error (`unbiased`) a variance can come out negative in a short record; the residual's is taken then. Blocks
+//! between two equations always have the residuals' R.
 
 use super::candidate::{REGRESSORS, SIGNALS};
 use super::information::{Information, LAGS};

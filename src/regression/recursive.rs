@@ -7,7 +7,7 @@ use super::candidate::{self, REGRESSORS, SIGNALS, STILL, UNMOVED, is_primary, re
 use super::colour;
 use super::config::Config;
 use super::excitation::Excitation;
-use super::information::Information;
+use super::information::{Information, LAGS};
 use super::record::{
     DerivativesRecord, EquationRecord, LATERAL, LateralDerivatives, Reason, RegressionEvent, Status, TermRecord,
 };
@@ -57,6 +57,9 @@ pub struct Recursive {
     excited: bool,
     excited_s: f64,
     quiet_s: f64,
+    newest_s: Option<f64>,
+    /// Time without a record, s.
+    silent_s: f64,
     age_s: f64,
     settling: [Settling; AXES],
     statuses: [Status; AXES],
@@ -84,6 +87,8 @@ impl Recursive {
             excited: false,
             excited_s: 0.0,
             quiet_s: 0.0,
+            newest_s: None,
+            silent_s: 0.0,
             age_s: 0.0,
             settling: [Settling::new(config.settled_s); AXES],
             statuses: [Status::Waiting; AXES],
@@ -115,6 +120,16 @@ impl Recursive {
     /// One instant of the grid.
     pub fn step(&mut self, record: &SmoothedRecord) {
         let Some(trim) = self.trim else { return };
+        // Instants that never came of age (silence, a hole under the kernel) are holes in the lagged products as well.
+        let missed = match self.newest_s.replace(record.time_s) {
+            Some(newest_s) if record.time_s > newest_s => libm::round((record.time_s - newest_s) / record.interval_s) - 1.0,
+            Some(_) => LAGS as f64,
+            None => 0.0,
+        };
+        for _ in 0..missed.clamp(0.0, LAGS as f64) as usize {
+            self.information.skip();
+        }
+        self.silent_s = 0.0;
         self.untrimmed(record, &trim);
         let Some(z) = candidate::signals(record, &trim) else {
             self.information.skip();
@@ -173,6 +188,7 @@ impl Recursive {
     /// All equations as they stand; `elapsed_s` since the last time, for what depends on time alone.
     pub fn record(&mut self, time_s: f64, elapsed_s: f64, instruments: &Instrumentation) -> DerivativesRecord {
         self.age_s += elapsed_s;
+        self.silent_s += elapsed_s;
         let mut fits: [Option<Fit>; AXES] = [const { None }; AXES];
         let equations = Axis::ALL.map(|axis| {
             let refused = self.refusal(axis, instruments);
@@ -303,7 +319,7 @@ impl Recursive {
             return Status::NotIdentifiable(Reason::Collinear { condition_index: equation.condition_index });
         }
         let settled = self.settling[equation.axis.index()].step(time_s, equation);
-        if self.quiet_s > self.config.stale_s {
+        if self.quiet_s + self.silent_s > self.config.stale_s {
             return Status::Stale;
         }
         let deviation = self.information.deviation(response(equation.axis));

@@ -1,4 +1,4 @@
-//! One regression update: 17 signals and 24 lags, ours beside outer products with nalgebra and beside plain least squares.
+//! One regression update: 17 signals and 16 lags, ours beside outer products with nalgebra and beside plain least squares.
 
 use crate::flight::Flight;
 use crate::ledger::{Ledger, group};

@@ -188,3 +188,17 @@ fn propagation_is_the_textbook_prediction() {
     }
     assert!((10..40).contains(&walks), "{walks}");
 }
+
+/// A heading that a compass reads as -3.1 is 0.083 past 3.1, not 6.2 before it.
+#[test]
+fn an_angle_is_compared_the_short_way_round() {
+    let mut uniform = Uniform(54);
+    let (ekf, input) = in_flight(&mut uniform);
+    let mut state = *ekf.state();
+    state[5] = 3.1;
+    let mut turned = Ekf::new(state, [0.01; STATES]);
+    let prediction = aid::predict(Aid::Heading, &state, &input, &RunGeometry::default(), &NOISE).unwrap();
+    let said = turned.fuse(0.0, Aid::Heading, -3.1, &prediction, 5.0).unwrap();
+    assert!(said.fused && (said.innovation - (2.0 * std::f64::consts::PI - 6.2)).abs() < 1e-12, "{said:?}");
+    assert!(turned.state()[5] > 3.1);
+}

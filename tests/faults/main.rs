@@ -12,6 +12,7 @@ mod program;
 
 mod inspect;
 mod model_files;
+mod multirate;
 mod replay;
 mod run_files;
 mod silence;

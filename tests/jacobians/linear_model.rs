@@ -6,6 +6,8 @@ use sideslip::flight::control::Control;
 use sideslip::flight::derivative::{Axis, VARIABLES, Variable};
 use sideslip::flight::model::{LinearModel, Trim};
 use sideslip::flight::term::Term;
+use sideslip::modes::lateral;
+use sideslip::regression::record::{LATERAL, LateralDerivatives};
 use sideslip::simulation::fly::{Flight, uniform_times};
 use sideslip::simulation::history::History;
 use sideslip::simulation::input::InputSpec;
@@ -175,4 +177,30 @@ fn half_the_step_changes_nothing_that_matters() {
     eprintln!("largest differences between step and half step: {largest:?}");
     assert!(largest.iter().all(|&difference| difference < 1e-8), "{largest:?}");
     assert_eq!(whole.diverged_at_s, None);
+}
+
+/// Rows and columns v p phi r of the whole matrix, banked, pitched and with w0: every kinematic entry of the modes' own.
+#[test]
+fn the_lateral_subsystem_of_the_modes_is_that_of_the_whole_matrix() {
+    const LATERAL_STATES: [usize; 4] = [4, 5, 6, 7];
+    for seed in 0..50 {
+        let model = model(seed);
+        let (trim, whole) = (&model.trim, state_matrix(&model));
+        let derivatives = LateralDerivatives {
+            values: LateralDerivatives::NAMES.map(|(axis, variable)| model.derivative(axis, variable)),
+            cov: [[0.0; LATERAL]; LATERAL],
+            u0: trim.u,
+            w0: trim.w,
+            trim_std: [0.0; 2],
+            phi0: trim.phi,
+            theta0: trim.theta,
+        };
+        let found = lateral::matrix(&derivatives);
+        for (i, row) in LATERAL_STATES.into_iter().enumerate() {
+            for (j, column) in LATERAL_STATES.into_iter().enumerate() {
+                let expected = whole[(row, column)];
+                assert!((found[i][j] - expected).abs() < 1e-13, "seed {seed}, A({i}, {j}): {} is not {expected}", found[i][j]);
+            }
+        }
+    }
 }

@@ -15,5 +15,6 @@ mod admission;
 mod any_sample;
 mod covariance;
 mod kernel;
+mod missing;
 mod pipeline;
 mod run_files;

@@ -66,7 +66,7 @@ impl Run {
         Ok(Run { file: file.into(), recording, info, pipeline: Box::new(pipeline) })
     }
 
-    /// Plays it to its end, or until `stop`. What fails leaves no log behind.
+    /// Plays it to its end, or until `stop`. Where reading fails in the middle, the log is closed with what came before.
     pub(super) fn play(mut self, pace: Pace, log: Option<&Path>, stop: &AtomicBool) -> Result<Played, Failure> {
         let mut player = ::replay::Player::<MonotonicClock>::new(pace);
         let mut progress = Progress::new();
@@ -76,7 +76,11 @@ impl Run {
         let mut writing = None;
         let mut sink = Sink::new(None);
         let head = self.head();
-        while let Some(row) = self.recording.next_row()? {
+        let read = loop {
+            let row = match self.recording.next_row() {
+                Ok(Some(row)) => row,
+                ended => break ended.map(|_| ()),
+            };
             if rows == 0
                 && let Some(path) = log
             {
@@ -87,7 +91,7 @@ impl Run {
             let time_s = row.sample.time_s;
             if !player.wait_for(time_s, || !stop.load(Ordering::Relaxed)) {
                 interrupted = true;
-                break;
+                break Ok(());
             }
             rows += 1;
             if time_s.is_finite() {
@@ -96,11 +100,12 @@ impl Run {
             sink.row(row);
             sink.tick(self.pipeline.step(&row.sample));
             progress.show(|| progress_line(&name, time_s, &sink));
-        }
+        };
         sink.tick(self.pipeline.finish());
         sink.close();
         drop(progress);
         let log = writing.map(Log::finish).transpose()?;
+        read?;
         Ok(self.played(name, rows, range_s, sink, log, interrupted))
     }
 
