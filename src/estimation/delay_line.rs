@@ -16,6 +16,9 @@ const BUFFER: usize = 2 * CAPACITY;
 /// Weight of the newest interval in the running mean of intervals.
 const INTERVAL_GAIN: f64 = 0.05;
 
+/// A signal that has kept away for so many of its intervals is silent.
+const SILENT_INTERVALS: f64 = 3.0;
+
 /// How far apart samples come.
 #[derive(Clone, Copy, Debug)]
 struct Rhythm {
@@ -105,6 +108,12 @@ impl<const S: usize> DelayLine<S> {
     pub fn ticks_a_sample(&self, signal: usize) -> f64 {
         let ticks = self.rhythm[signal].interval_s / self.ticks.interval_s;
         if ticks > 1.0 { ticks } else { 1.0 }
+    }
+
+    /// Whether the signal has kept away for so long that what lies under the kernel is its last value held.
+    pub fn is_silent(&self, signal: usize) -> bool {
+        let Rhythm { last_s, interval_s, .. } = self.rhythm[signal];
+        !(self.ticks.last_s - last_s <= SILENT_INTERVALS * interval_s)
     }
 
     /// A tick: signals that were not sampled are NaN. Times must increase.

@@ -331,9 +331,8 @@ impl Estimator {
         let force = [value(Channel::Ax), value(Channel::Ay), value(Channel::Az)];
         // The kinematics hold where the accelerometers stand, so the vanes are brought there (small angles).
         let felt = self.ekf.as_ref().map_or(state.velocity, |ekf| core::array::from_fn(|i| ekf.state()[VELOCITY + i]));
-        let [x, y, z]: [f64; 3] =
-            core::array::from_fn(|i| self.geometry.vane_position_m[i] - self.geometry.accelerometer_position_m[i]);
-        let u = felt[0];
+        let ([xv, yv, zv], [xa, ya, za]) = (self.geometry.vane_position_m, self.geometry.accelerometer_position_m);
+        let ([x, y, z], u) = ([xv - xa, yv - ya, zv - za], felt[0]);
         let alpha = value(Channel::Alpha) - (p * y - q * x) / u;
         let beta = value(Channel::Beta) - (r * x - p * z) / u;
         let attitude = [state.attitude[0], state.attitude[1]];
@@ -435,7 +434,8 @@ impl Estimator {
             let (vane, rate) = (VANE_SIGNALS + i, KINEMATIC_SIGNALS + i);
             let noise_var = self.delay.ticks_a_sample(vane) * smoothed.slope_noise_gain * vane_var[i]
                 + self.delay.ticks_a_sample(rate) * smoothed.value_noise_gain * force_var;
-            let (measured, kinematic) = (smoothed.slope[vane], smoothed.value[rate]);
+            let measured = if self.delay.is_silent(vane) { f64::NAN } else { smoothed.slope[vane] };
+            let kinematic = smoothed.value[rate];
             self.consistency[i].compare(measured, kinematic, noise_var);
             if self.disagreement_said[i] {
                 continue;
