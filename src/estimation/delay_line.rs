@@ -13,6 +13,35 @@ use crate::num::kernel;
 pub const CAPACITY: usize = 256;
 const BUFFER: usize = 2 * CAPACITY;
 
+/// Weight of the newest interval in the running mean of intervals.
+const INTERVAL_GAIN: f64 = 0.05;
+
+/// A signal that has kept away for so many of its intervals is silent.
+const SILENT_INTERVALS: f64 = 3.0;
+
+/// How far apart samples come.
+#[derive(Clone, Copy, Debug)]
+struct Rhythm {
+    last_s: f64,
+    /// The last sample.
+    value: f64,
+    interval_s: f64,
+}
+
+impl Rhythm {
+    const NEW: Rhythm = Rhythm { last_s: f64::NAN, value: f64::NAN, interval_s: f64::NAN };
+
+    fn beat(&mut self, time_s: f64) {
+        let interval_s = time_s - self.last_s;
+        self.last_s = time_s;
+        if self.interval_s.is_nan() {
+            self.interval_s = interval_s;
+        } else {
+            self.interval_s += INTERVAL_GAIN * (interval_s - self.interval_s);
+        }
+    }
+}
+
 /// `S` signals on their way.
 #[derive(Clone, Debug)]
 pub struct DelayLine<const S: usize> {
@@ -23,6 +52,10 @@ pub struct DelayLine<const S: usize> {
     len: usize,
     /// Ticks since each signal was last sampled.
     since: [usize; S],
+    /// When each signal was last sampled, what it was, and how far apart its samples are in the mean.
+    rhythm: [Rhythm; S],
+    /// The same of the ticks.
+    ticks: Rhythm,
     smooth: [f64; BUFFER],
     slope: [f64; BUFFER],
 }
@@ -50,6 +83,8 @@ impl<const S: usize> DelayLine<S> {
             signals: [[0.0; BUFFER]; S],
             len: 0,
             since: [0; S],
+            rhythm: [Rhythm::NEW; S],
+            ticks: Rhythm::NEW,
             smooth: [0.0; BUFFER],
             slope: [0.0; BUFFER],
         }
@@ -58,6 +93,9 @@ impl<const S: usize> DelayLine<S> {
     /// Forgets everything.
     pub fn clear(&mut self) {
         self.len = 0;
+        self.since = [0; S];
+        self.rhythm = [Rhythm::NEW; S];
+        self.ticks = Rhythm::NEW;
     }
 
     /// Time of the newest tick.
@@ -65,63 +103,71 @@ impl<const S: usize> DelayLine<S> {
         self.len.checked_sub(1).map(|last| self.times[last])
     }
 
+    /// Ticks a sample of that signal, 1 or more: it has so many fewer samples under the kernel than there are ticks, and its
+    /// noise gains are so many times those of a signal of every tick.
+    pub fn ticks_a_sample(&self, signal: usize) -> f64 {
+        let ticks = self.rhythm[signal].interval_s / self.ticks.interval_s;
+        if ticks > 1.0 { ticks } else { 1.0 }
+    }
+
+    /// Whether the signal has kept away for so long that what lies under the kernel is its last value held.
+    pub fn is_silent(&self, signal: usize) -> bool {
+        let Rhythm { last_s, interval_s, .. } = self.rhythm[signal];
+        !(self.ticks.last_s - last_s <= SILENT_INTERVALS * interval_s)
+    }
+
     /// A tick: signals that were not sampled are NaN. Times must increase.
     pub fn push(&mut self, time_s: f64, row: &[f64; S]) {
-        if let Some(newest_s) = self.newest_s() {
-            // More ticks than fit under the kernel: thin them.
-            if time_s - newest_s < 2.0 * self.half_width_s / (CAPACITY - 8) as f64 {
-                self.fill(row);
-                return;
+        // More ticks than fit under the kernel: thin them. What they bring still counts, at its own time.
+        let least_s = 2.0 * self.half_width_s / (CAPACITY - 8) as f64;
+        let thinned = self.newest_s().is_some_and(|newest_s| time_s - newest_s < least_s);
+        if !thinned {
+            self.make_room();
+            self.ticks.beat(time_s);
+        }
+        for (s, &value) in row.iter().enumerate() {
+            if !value.is_nan() {
+                self.sampled(s, time_s, value);
+            }
+            if thinned {
+                continue;
+            }
+            let held = time_s - self.rhythm[s].last_s <= self.hold_s;
+            self.signals[s][self.len] = if held { self.rhythm[s].value } else { f64::NAN };
+            if value.is_nan() {
+                self.since[s] = (self.since[s] + 1).min(self.len + 1);
             }
         }
+        if !thinned {
+            self.times[self.len] = time_s;
+            self.len += 1;
+        }
+    }
+
+    fn make_room(&mut self) {
         if self.len == BUFFER {
             self.times.copy_within(CAPACITY.., 0);
             for signal in &mut self.signals {
                 signal.copy_within(CAPACITY.., 0);
             }
             self.len -= CAPACITY;
-        }
-        let at = self.len;
-        self.times[at] = time_s;
-        for (s, &value) in row.iter().enumerate() {
-            let signal = &mut self.signals[s];
-            let last = at.checked_sub(1 + self.since[s]);
-            if value.is_nan() {
-                let held = last.filter(|&last| time_s - self.times[last] <= self.hold_s);
-                signal[at] = held.map_or(f64::NAN, |last| signal[last]);
-                self.since[s] = if at == 0 { 0 } else { (self.since[s] + 1).min(at) };
-                continue;
-            }
-            self.sampled(s, at, last, value);
-        }
-        self.len += 1;
-    }
-
-    /// What the newest tick lacks, from a row too close after it to be one: as if sampled at that tick.
-    fn fill(&mut self, row: &[f64; S]) {
-        let Some(at) = self.len.checked_sub(1) else { return };
-        for (s, &value) in row.iter().enumerate() {
-            if value.is_finite() && (self.since[s] > 0 || !self.signals[s][at].is_finite()) {
-                let last = at.checked_sub(self.since[s]).filter(|&last| last < at);
-                self.sampled(s, at, last, value);
-            }
+            self.since = self.since.map(|since| since.min(self.len));
         }
     }
 
-    /// Signal `s` was sampled at the tick `at`: a straight line from where it was sampled before.
-    fn sampled(&mut self, s: usize, at: usize, last: Option<usize>, value: f64) {
-        let signal = &mut self.signals[s];
-        signal[at] = value;
-        if let Some(last) = last {
-            let interval = self.times[at] - self.times[last];
-            if interval <= self.hold_s && signal[last].is_finite() {
-                let step = (value - signal[last]) / interval;
-                for between in last + 1..at {
-                    signal[between] = signal[last] + step * (self.times[between] - self.times[last]);
-                }
+    /// Signal `s` was sampled at that time: the ticks since it was sampled before come to lie on the straight line between.
+    fn sampled(&mut self, s: usize, time_s: f64, value: f64) {
+        let Rhythm { last_s, value: before, .. } = self.rhythm[s];
+        let interval = time_s - last_s;
+        if interval > 0.0 && interval <= self.hold_s {
+            let step = (value - before) / interval;
+            for between in self.len - self.since[s]..self.len {
+                self.signals[s][between] = before + step * (self.times[between] - last_s);
             }
         }
         self.since[s] = 0;
+        self.rhythm[s].beat(time_s);
+        self.rhythm[s].value = value;
     }
 
     /// Every signal at `centre_s`; `None` where the line does not cover the kernel around it.
@@ -169,7 +215,23 @@ mod tests {
         let out = line.at(19.5).unwrap();
         assert!((out.value[0] - 97.5).abs() < 1e-12 && (out.slope[0] - 5.0).abs() < 1e-11);
         assert!((out.value[1] + 56.5).abs() < 1e-12 && (out.slope[1] + 3.0).abs() < 1e-11);
+        assert!((line.ticks_a_sample(1) - 10.0).abs() < 1e-6 && (line.ticks_a_sample(0) - 1.0).abs() < 1e-9);
         assert!(line.at(19.9).is_none(), "the future is not there yet");
+    }
+
+    #[test]
+    fn a_signal_sampled_between_the_ticks_is_the_same_straight_line() {
+        let mut line = DelayLine::<2>::new(0.2, 0.5);
+        for i in 0..2000 {
+            let t = 0.01 * f64::from(i);
+            line.push(t, &[5.0 * t, f64::NAN]);
+            if i % 3 == 0 {
+                // Too close after the tick to be one.
+                line.push(t + 0.001, &[f64::NAN, 2.0 - 3.0 * (t + 0.001)]);
+            }
+        }
+        let out = line.at(19.5).unwrap();
+        assert!((out.value[1] + 56.5).abs() < 1e-11 && (out.slope[1] + 3.0).abs() < 1e-10, "{out:?}");
     }
 
     #[test]

@@ -123,7 +123,8 @@ impl Estimator {
         Instrumentation {
             trusted: self.health.map(|health| health.is_trusted()),
             as_expected: self.health.map(|health| health.is_as_expected()),
-            vanes_disagree: self.consistency.map(|comparison| comparison.disagreement().is_some()),
+            // Once found it stays: quiet flight afterwards adds noise to the comparison, and does not make the vane right.
+            vanes_disagree: self.disagreement_said,
             ..self.latest.instrumentation(self.ekf.is_some())
         }
     }
@@ -330,9 +331,8 @@ impl Estimator {
         let force = [value(Channel::Ax), value(Channel::Ay), value(Channel::Az)];
         // The kinematics hold where the accelerometers stand, so the vanes are brought there (small angles).
         let felt = self.ekf.as_ref().map_or(state.velocity, |ekf| core::array::from_fn(|i| ekf.state()[VELOCITY + i]));
-        let [x, y, z]: [f64; 3] =
-            core::array::from_fn(|i| self.geometry.vane_position_m[i] - self.geometry.accelerometer_position_m[i]);
-        let u = felt[0];
+        let ([xv, yv, zv], [xa, ya, za]) = (self.geometry.vane_position_m, self.geometry.accelerometer_position_m);
+        let ([x, y, z], u) = ([xv - xa, yv - ya, zv - za], felt[0]);
         let alpha = value(Channel::Alpha) - (p * y - q * x) / u;
         let beta = value(Channel::Beta) - (r * x - p * z) / u;
         let attitude = [state.attitude[0], state.attitude[1]];
@@ -431,8 +431,11 @@ impl Estimator {
         let force_var = n.accelerometer_std * n.accelerometer_std / (u * u) + n.gyro_std * n.gyro_std;
         let aids = [Aid::Incidence, Aid::Sideslip];
         for (i, aid) in aids.into_iter().enumerate() {
-            let noise_var = smoothed.slope_noise_gain * vane_var[i] + smoothed.value_noise_gain * force_var;
-            let (measured, kinematic) = (smoothed.slope[VANE_SIGNALS + i], smoothed.value[KINEMATIC_SIGNALS + i]);
+            let (vane, rate) = (VANE_SIGNALS + i, KINEMATIC_SIGNALS + i);
+            let noise_var = self.delay.ticks_a_sample(vane) * smoothed.slope_noise_gain * vane_var[i]
+                + self.delay.ticks_a_sample(rate) * smoothed.value_noise_gain * force_var;
+            let measured = if self.delay.is_silent(vane) { f64::NAN } else { smoothed.slope[vane] };
+            let kinematic = smoothed.value[rate];
             self.consistency[i].compare(measured, kinematic, noise_var);
             if self.disagreement_said[i] {
                 continue;

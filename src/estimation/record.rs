@@ -159,7 +159,7 @@ pub struct Instrumentation {
     pub trusted: [bool; AIDS],
     /// Whether each aid's innovations are as large as expected, by `Aid::index()`.
     pub as_expected: [bool; AIDS],
-    /// Whether the incidence and the sideslip vane disagree with the kinematics, as it stands.
+    /// Whether the incidence and the sideslip vane have been found to disagree with the kinematics.
     pub vanes_disagree: [bool; 2],
 }
 

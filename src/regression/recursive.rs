@@ -238,6 +238,13 @@ impl Recursive {
         Some(Reason::AidRejected { channel: rejected.channel() })
     }
 
+    /// Whether a velocity that nothing observes must have moved: its terms are in no equation, and their part is in the others.
+    fn hides(&self, instruments: &Instrumentation) -> bool {
+        let moved = |variable: Variable| self.information.deviation(regressor(variable)) > STILL[variable.index()];
+        !observed(Variable::V, instruments) && (moved(Variable::P) || moved(Variable::R))
+            || !observed(Variable::W, instruments) && moved(Variable::Q)
+    }
+
     fn offer(&self, axis: Axis, instruments: &Instrumentation) -> Offer {
         let mut offer = Offer { primary: [false; REGRESSORS], optional: [false; REGRESSORS] };
         for variable in Variable::ALL {
@@ -266,7 +273,8 @@ impl Recursive {
             return (EquationRecord::empty(axis, Status::Exciting), None);
         };
         let mut equation = self.written(axis, &fit, &offer);
-        let doubtful = instruments.vanes_disagree[usize::from(is_lateral(axis))]
+        let doubtful = self.hides(instruments)
+            || instruments.vanes_disagree[usize::from(is_lateral(axis))]
             || needs(axis).into_iter().any(|aid| !instruments.as_expected[aid.index()]);
         equation.status = match self.status(&equation, time_s) {
             // Settled, about a motion that may not be the aircraft's.
