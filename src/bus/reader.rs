@@ -26,7 +26,7 @@ use std::path::Path;
 use std::time::Duration;
 
 /// An estimate holds for so long after its newest sample; then it is stale. Estimates come at 10 Hz or faster.
-pub const VALID_FOR: Duration = Duration::from_millis(500);
+pub const VALID_FOR: Duration = Duration::from_millis(200);
 
 /// The newest estimate, derivatives and modes of the same sample.
 #[derive(Clone, Debug)]

@@ -145,11 +145,16 @@ impl Root {
 }
 
 impl Drop for Root {
+    /// The last one out sweeps too; where someone stands in the door, that one is not the last.
     fn drop(&mut self) {
         drop(self.inside.take());
-        if self.remove {
+        let alone = |name: &str| open(&self.path, name).ok().filter(|file| file.try_lock().is_ok());
+        let door = alone("door");
+        if door.is_some() && alone("inside").is_some() {
             let _ = sweep(&self.path);
-            let _ = std::fs::remove_dir_all(&self.path);
+            if self.remove {
+                let _ = std::fs::remove_dir_all(&self.path);
+            }
         }
     }
 }

@@ -12,6 +12,9 @@ use std::path::PathBuf;
 /// Directory of the heads below the root.
 pub(super) const HEADS: &str = "runs";
 
+/// When a recording began to play.
+const PLAYING: &str = "playing";
+
 /// How many heads are kept.
 const KEPT: usize = 8;
 
@@ -73,4 +76,31 @@ pub fn newest_head(root: &Root) -> Result<Option<LogHead>, BusError> {
     };
     let newest = entries.flatten().filter_map(|entry| number(entry.path())).max();
     newest.map_or(Ok(None), |incarnation| read_head(root, incarnation))
+}
+
+/// When the recording that is being played began to play, monotonic clock, ns: set once by the first telemetry, so that a
+/// telemetry that is started again goes on where the recording would be now.
+///
+/// # Errors
+/// [`BusError::Root`] where the file cannot be read or written.
+pub fn playing_since(root: &Root, now_ns: u64) -> Result<u64, BusError> {
+    let place = root.path().join(HEADS).join(PLAYING);
+    let wrong = |error: std::io::Error| BusError::Root { path: place.clone(), what: error.to_string() };
+    match std::fs::read_to_string(&place) {
+        Ok(text) => {
+            let refused = || BusError::Root { path: place.clone(), what: "expected nanoseconds, found something else".into() };
+            text.trim().parse().map_err(|_| refused())
+        }
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            let partial = root.path().join(HEADS).join(format!("{}.partial", std::process::id()));
+            std::fs::write(&partial, now_ns.to_string()).and_then(|()| std::fs::rename(&partial, &place)).map_err(wrong)?;
+            Ok(now_ns)
+        }
+        Err(error) => Err(wrong(error)),
+    }
+}
+
+/// Forgets what was played before.
+pub fn play_anew(root: &Root) {
+    let _ = std::fs::remove_file(root.path().join(HEADS).join(PLAYING));
 }

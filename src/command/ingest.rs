@@ -7,7 +7,7 @@ use ::replay::{MonotonicClock, Pace, Player};
 use sideslip::bus::clock::monotonic_ns;
 use sideslip::bus::payload::{OTHERS, SAMPLE, SAMPLE_TO_ACKNOWLEDGE, SamplePayload, TakenPayload};
 use sideslip::bus::root::Role;
-use sideslip::bus::run_head::write_head;
+use sideslip::bus::run_head::{playing_since, write_head};
 use sideslip::bus::service::{Bus, Publisher, Subscriber};
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::Channel;
@@ -78,9 +78,9 @@ pub(crate) struct Args {
     /// Wait until every sample was taken, at whatever speed
     #[arg(long, hide = true)]
     lossless: bool,
-    /// The recording began to play at this reading of the monotonic clock: what was due before is skipped
-    #[arg(long, hide = true, value_name = "NS")]
-    began: Option<u64>,
+    /// Go on where a recording that began to play earlier would be now
+    #[arg(long, hide = true)]
+    resume: bool,
 }
 
 /// Publishes the source to its end, or until it is stopped.
@@ -134,12 +134,13 @@ fn play(args: &Args, file: &Path, stop: &AtomicBool) -> Result<Outcome, Failure>
     write_head(bus.root(), bus.incarnation(), &fitted(head))?;
     let mut feed = Feed::new(&bus, args.lossless || args.speed == Pace::Max)?;
     let mut player = Player::<MonotonicClock>::new(args.speed);
+    let played_s = played_before(args, &bus)?;
     let mut missed = 0_u64;
     let mut first_s = None;
     let mut newest_s = 0.0;
     while let Some(row) = recording.next_row()? {
         let time_s = row.sample.time_s;
-        if time_s.is_finite() && was_due_before(args, *first_s.get_or_insert(time_s), time_s) {
+        if time_s.is_finite() && time_s - *first_s.get_or_insert(time_s) < played_s {
             missed += 1;
             continue;
         }
@@ -165,17 +166,19 @@ fn play(args: &Args, file: &Path, stop: &AtomicBool) -> Result<Outcome, Failure>
     Ok(outcome)
 }
 
-/// Whether a sample of a recording that began to play earlier had been due before now: as with a live source, it is gone.
-fn was_due_before(args: &Args, first_s: f64, time_s: f64) -> bool {
+/// How much of the recording had been due before now, s of its own time: as with a live source, it is gone.
+fn played_before(args: &Args, bus: &Bus) -> Result<f64, Failure> {
     let factor = match args.speed {
         Pace::RealTime => 1.0,
         Pace::Factor(factor) => factor,
-        Pace::Max => return false,
+        Pace::Max => return Ok(0.0),
     };
-    args.began.is_some_and(|began_ns| {
-        let played_s = Duration::from_nanos(monotonic_ns().saturating_sub(began_ns)).as_secs_f64() * factor;
-        time_s - first_s < played_s
-    })
+    if !args.resume {
+        return Ok(0.0);
+    }
+    let now_ns = monotonic_ns();
+    let since_ns = playing_since(bus.root(), now_ns)?;
+    Ok(Duration::from_nanos(now_ns.saturating_sub(since_ns)).as_secs_f64() * factor)
 }
 
 /// The way of samples onto the bus.

@@ -57,6 +57,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let stop = stopped_by_signals()?;
     let bus = Bus::enter(&root_path(args.root.as_ref()))?;
     let mut reader = Reader::on(&bus)?;
+    // An estimate that was published before comes with the next one.
+    let patience = Instant::now() + Duration::from_millis(500);
+    while reader.latest()?.is_none() && Instant::now() < patience && !stop.load(Ordering::Relaxed) {
+        std::thread::sleep(SLICE);
+    }
     let mut due = Instant::now();
     let mut looks = 0;
     while !stop.load(Ordering::Relaxed) && args.count.is_none_or(|count| looks < count) {

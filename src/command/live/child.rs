@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 const SHORTEST: Duration = Duration::from_millis(10);
 const LONGEST: Duration = Duration::from_secs(1);
 /// Who lived that long died of something new.
-const LIVED: Duration = Duration::from_secs(1);
+const LIVED: Duration = Duration::from_millis(250);
 
 /// How a process ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -11,8 +11,8 @@ use super::replay::stopped_by_signals;
 use super::{message, root_path};
 use ::replay::Pace;
 use child::{Child, Died};
-use sideslip::bus::clock::monotonic_ns;
 use sideslip::bus::root::Role;
+use sideslip::bus::run_head::play_anew;
 use sideslip::bus::service::Bus;
 use sideslip::error::{Failure, Outcome};
 use std::io::Read;
@@ -83,6 +83,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let Source::File(recording) = args.source.parse::<Source>().map_err(|what| Failure::Input(format!("--source: {what}")))?;
     let bus = Bus::enter(&root_path(args.root.as_ref()))?;
     let _role = bus.take(Role::Supervisor)?;
+    play_anew(bus.root());
     if let Some(out) = &args.out {
         std::fs::create_dir_all(out).map_err(|error| Failure::io(out, &error))?;
     }
@@ -113,7 +114,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 
 fn ingest_call(args: &Args, root: &Path) -> Vec<String> {
     let mut call = vec!["--source".to_owned(), args.source.clone(), "--speed".to_owned(), args.speed.to_string()];
-    call.extend(["--began".to_owned(), monotonic_ns().to_string()]);
+    call.push("--resume".to_owned());
     call.extend(args.set.iter().flat_map(|set| ["--set".to_owned(), set.clone()]));
     call.extend(["--root".to_owned(), root.display().to_string()]);
     call

@@ -1,0 +1,18 @@
+//! Live: real processes over shared memory, killed at the worst moments. Each test has a root of its own.
+
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stderr,
+    reason = "a test ends where it fails, and says what it measured"
+)]
+
+#[path = "../support/program.rs"]
+mod program;
+
+mod kills;
+mod latency;
+mod payload;
+mod processes;
+mod services;
+mod stage;
