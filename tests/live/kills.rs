@@ -151,12 +151,18 @@ fn everybody_killed_at_once_leaves_nothing_that_blocks_the_next_start() {
         ingest.kill();
     }
     let begun = Instant::now();
-    let _estimate = Running::start(&["estimate", "--root", path(&root)]);
-    let _ingest = Running::start(&["ingest", "--source", &source, "--root", path(&root)]);
+    let mut estimate = Running::start(&["estimate", "--root", path(&root)]);
+    let mut ingest = Running::start(&["ingest", "--source", &source, "--root", path(&root)]);
     soon("a root", BACK, || root.join("runs").exists());
     let mut reader = Reader::open(&root).unwrap();
     back(&mut reader, monotonic_ns());
     assert!(begun.elapsed() < BACK + Duration::from_secs(1), "{:?}", begun.elapsed());
+    for process in [&mut ingest, &mut estimate] {
+        assert!(signal("TERM", process.number()));
+        process.ended(BACK);
+    }
+    drop(reader);
+    assert_eq!(left_behind(&root), [""; 0]);
 }
 
 #[test]
@@ -171,6 +177,7 @@ fn of_two_alone_the_one_killed_is_missed_and_the_other_goes_on() {
     soon("a root", BACK, || root.join("runs").exists());
     let mut reader = Reader::open(&root).unwrap();
     back(&mut reader, monotonic_ns());
+    std::thread::sleep(Duration::from_millis(300));
     let life = reader.latest().unwrap().unwrap().incarnation;
     estimate.kill();
     std::thread::sleep(VALID_FOR + Duration::from_millis(50));

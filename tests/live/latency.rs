@@ -1,6 +1,6 @@
 //! Latency: from a sample on the bus to its estimate on the bus, beside two processes that only pass the payload on.
 //!
-//! Both are taken in the same run, alternating second by second; the stamps are those of the messages. It says what it
+//! Both are taken in the same run, one after the other; the stamps are those of the messages. It says what it
 //! measured and asks only that it is not absurd: a shared machine proves no deadline. Figures: run it in the release profile
 //! with `--no-capture`. `SIDESLIP_LATENCY_S` sets how long (4 s).
 
@@ -29,7 +29,9 @@ fn echoes() {
     let begun = Instant::now();
     while begun.elapsed() < Duration::from_secs(120) && Path::new(&root).exists() {
         match samples.receive().unwrap() {
-            Some(sample) => drop(states.publish(&StatePayload::default(), Some(sample.header.sampled_ns)).unwrap()),
+            Some(sample) => {
+                states.publish(&StatePayload::default(), Some(sample.header.sampled_ns)).unwrap();
+            }
             None if busy => std::hint::spin_loop(),
             None => std::thread::sleep(LOOK),
         }

@@ -1,7 +1,8 @@
 //! Services and roots: who misses what, who is refused, what is stale; within one process, on real shared memory.
 
 use crate::stage::{left_behind, stage};
-use sideslip::bus::payload::{Header, Payload, SAMPLE, SamplePayload, StatePayload};
+use iceoryx2::prelude::ZeroCopySend;
+use sideslip::bus::payload::{DerivativesPayload, Header, ModesPayload, Payload, SAMPLE, SamplePayload, StatePayload};
 use sideslip::bus::reader::{Reader, VALID_FOR};
 use sideslip::bus::root::Role;
 use sideslip::bus::run_head::{newest_head, read_head, write_head};
@@ -33,7 +34,9 @@ fn a_slow_reader_misses_the_oldest_and_knows_how_many() {
     assert_eq!(kept, (count - buffer..count).collect::<Vec<_>>(), "the newest, in order");
     // The first that it ever saw is where it begins to count.
     assert_eq!((slow.missed(), quick.missed()), (0, 0));
-    (0..buffer + 3).for_each(|_| drop(publisher.publish(&StatePayload::default(), None).unwrap()));
+    for _ in 0..buffer + 3 {
+        publisher.publish(&StatePayload::default(), None).unwrap();
+    }
     assert!(slow.receive().unwrap().is_some());
     assert_eq!(slow.missed(), 3);
 }
@@ -93,7 +96,7 @@ fn a_role_is_one_process_at_a_time() {
 
 /// The state of another version of this program.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, iceoryx2::prelude::ZeroCopySend)]
+#[derive(Clone, Copy, Debug, ZeroCopySend)]
 #[type_name("sideslip.State.2")]
 struct OtherState {
     header: Header,
@@ -169,7 +172,7 @@ fn the_newest_estimate_is_whole_and_grows_old() {
     let bus = Bus::enter(&root).unwrap();
     let mut reader = Reader::open(&root).unwrap();
     assert!(reader.latest().unwrap().is_none());
-    let (mut derivatives, mut modes) = (bus.publisher().unwrap(), bus.publisher().unwrap());
+    let (mut derivatives, mut modes) = (bus.publisher::<DerivativesPayload>().unwrap(), bus.publisher::<ModesPayload>().unwrap());
     let status = Status::Converged;
     let mut publish = |k: u32, both: bool| {
         let time_s = f64::from(k);

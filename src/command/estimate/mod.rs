@@ -9,7 +9,7 @@ use super::replay::stopped_by_signals;
 use super::{message, root_path};
 use outlet::Outlet;
 use run::{Ended, LiveRun};
-use sideslip::bus::payload::{SamplePayload, THE_END};
+use sideslip::bus::payload::{SAMPLE_TO_ACKNOWLEDGE, SamplePayload, THE_END};
 use sideslip::bus::root::Role;
 use sideslip::bus::run_head::read_head;
 use sideslip::bus::service::{Bus, Subscriber};
@@ -141,7 +141,8 @@ impl Station<'_> {
             return Ok(());
         }
         self.end_run()?;
-        self.run = Some(LiveRun::begin(head, &Config::default(), self.args.out.as_deref())?);
+        let telemetry_waits = sample.kind == SAMPLE_TO_ACKNOWLEDGE;
+        self.run = Some(LiveRun::begin(head, &Config::default(), self.args.out.as_deref(), telemetry_waits)?);
         Ok(())
     }
 

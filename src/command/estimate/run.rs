@@ -45,8 +45,9 @@ pub(super) struct Ended {
 }
 
 impl LiveRun {
-    /// Begins a run; its log takes the first free name after `out`.
-    pub(super) fn begin(head: LogHead, config: &Config, out: Option<&Path>) -> Result<Self, Failure> {
+    /// Begins a run; its log takes the first free name after `out`. Where telemetry waits for the estimator, the estimator
+    /// waits for the log; else nothing waits.
+    pub(super) fn begin(head: LogHead, config: &Config, out: Option<&Path>, telemetry_waits: bool) -> Result<Self, Failure> {
         let wrong = |what: String| Failure::Running(format!("the head of the run: {what}"));
         let mut info = RunInfo::from_toml(&head.run_toml).map_err(|place| wrong(place.to_string()))?;
         info.set_controls(head.controls);
@@ -55,7 +56,7 @@ impl LiveRun {
         let mut log = None;
         if let Some(out) = out {
             let path = free_name(out);
-            let (sender, started) = Log::start(&path, head.clone(), Pace::RealTime)?;
+            let (sender, started) = Log::start(&path, head.clone(), if telemetry_waits { Pace::Max } else { Pace::RealTime })?;
             message(format_args!("sideslip: logging to {}", path.display()));
             sink = Sink::new(Some(sender));
             log = Some(started);
