@@ -1,11 +1,7 @@
 //! Live: real processes over shared memory, killed at the worst moments. Each test has a root of its own.
 
-#![expect(
-    clippy::unwrap_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test ends where it fails, and says what it measured"
-)]
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a test ends where it fails")]
+#![allow(clippy::print_stderr, reason = "a test says what it measured")]
 
 #[path = "../support/program.rs"]
 mod program;
