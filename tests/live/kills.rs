@@ -91,7 +91,7 @@ fn who_is_killed_comes_back_and_the_log_is_whole() {
         // The first half kills the estimator alone: then the log may lack next to nothing.
         let which = usize::from(kill >= kills / 2 && dice.below(3) > 0);
         let name = ["estimate", "ingest"][which];
-        let (number, _) = newest(&live, name);
+        let (mut number, _) = newest(&live, name);
         let mut since_ns = monotonic_ns();
         assert!(signal("KILL", number), "kill {kill}: {name} was not running");
         // Every other time its successor is killed too, in the first 20 ms of its life, up to three times.
@@ -105,6 +105,7 @@ fn who_is_killed_comes_back_and_the_log_is_whole() {
             std::thread::sleep(at.saturating_sub(next.1.elapsed()));
             since_ns = monotonic_ns();
             early += u64::from(signal("KILL", next.0));
+            number = next.0;
         }
         let (took, stale) = back(&mut reader, since_ns);
         assert!(stale || took <= VALID_FOR + Duration::from_millis(50), "kill {kill}: away for {took:?}, never stale");

@@ -3,6 +3,8 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test ends where it fails")]
 #![allow(clippy::print_stderr, reason = "a test says what it measured")]
 
+#[path = "../support/allocations.rs"]
+mod allocations;
 #[path = "../support/program.rs"]
 mod program;
 
@@ -10,5 +12,6 @@ mod kills;
 mod latency;
 mod payload;
 mod processes;
+mod real_time;
 mod services;
 mod stage;
