@@ -2,7 +2,7 @@
 
 use super::message;
 use super::model_input::read_model;
-use super::output_file::{print, write_json};
+use super::output_file::{print, refuse_to_overwrite, write_json};
 use serde_json::{Map, Value, json};
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::control::Control;
@@ -38,6 +38,9 @@ pub(crate) struct Args {
 
 /// Linearises and prints.
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    if let Some(json) = &args.json {
+        refuse_to_overwrite("--json", json, std::slice::from_ref(&args.model))?;
+    }
     let file = read_model(&args.model)?;
     for (option, given) in [("--speed", args.speed), ("--climb", args.climb), ("--density", args.density)] {
         if given.is_some() {

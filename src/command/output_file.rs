@@ -99,7 +99,7 @@ pub(crate) fn write_json(path: &Path, text: &str) -> Result<(), Failure> {
 pub(crate) fn refuse_to_overwrite(option: &str, output: &Path, inputs: &[PathBuf]) -> Result<(), Failure> {
     let Ok(output_file) = output.canonicalize() else { return Ok(()) };
     if inputs.iter().any(|input| input.canonicalize().is_ok_and(|input| input == output_file)) {
-        let what = format_args!("{option}: expected another file than the recording that is read, found the same");
+        let what = format_args!("{option}: expected another file than the one that is read, found the same");
         return Err(Failure::file(output, what));
     }
     Ok(())

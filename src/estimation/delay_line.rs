@@ -70,6 +70,7 @@ impl<const S: usize> DelayLine<S> {
         if let Some(newest_s) = self.newest_s() {
             // More ticks than fit under the kernel: thin them.
             if time_s - newest_s < 2.0 * self.half_width_s / (CAPACITY - 8) as f64 {
+                self.fill(row);
                 return;
             }
         }
@@ -91,19 +92,36 @@ impl<const S: usize> DelayLine<S> {
                 self.since[s] = if at == 0 { 0 } else { (self.since[s] + 1).min(at) };
                 continue;
             }
-            signal[at] = value;
-            if let Some(last) = last {
-                let interval = time_s - self.times[last];
-                if self.since[s] > 0 && interval <= self.hold_s && signal[last].is_finite() {
-                    let step = (value - signal[last]) / interval;
-                    for between in last + 1..at {
-                        signal[between] = signal[last] + step * (self.times[between] - self.times[last]);
-                    }
-                }
-            }
-            self.since[s] = 0;
+            self.sampled(s, at, last, value);
         }
         self.len += 1;
+    }
+
+    /// What the newest tick lacks, from a row too close after it to be one: as if sampled at that tick.
+    fn fill(&mut self, row: &[f64; S]) {
+        let Some(at) = self.len.checked_sub(1) else { return };
+        for (s, &value) in row.iter().enumerate() {
+            if value.is_finite() && (self.since[s] > 0 || !self.signals[s][at].is_finite()) {
+                let last = at.checked_sub(self.since[s]).filter(|&last| last < at);
+                self.sampled(s, at, last, value);
+            }
+        }
+    }
+
+    /// Signal `s` was sampled at the tick `at`: a straight line from where it was sampled before.
+    fn sampled(&mut self, s: usize, at: usize, last: Option<usize>, value: f64) {
+        let signal = &mut self.signals[s];
+        signal[at] = value;
+        if let Some(last) = last {
+            let interval = self.times[at] - self.times[last];
+            if interval <= self.hold_s && signal[last].is_finite() {
+                let step = (value - signal[last]) / interval;
+                for between in last + 1..at {
+                    signal[between] = signal[last] + step * (self.times[between] - self.times[last]);
+                }
+            }
+        }
+        self.since[s] = 0;
     }
 
     /// Every signal at `centre_s`; `None` where the line does not cover the kernel around it.

@@ -10,7 +10,7 @@ use super::consistency::{Consistency, flow_angle_rates};
 use super::delay_line::{DelayLine, Smoothed};
 use super::ekf::{Ekf, ProcessNoise};
 use super::health::AidHealth;
-use super::latest::Latest;
+use super::latest::{Latest, is_tick};
 use super::process::{ACCELEROMETER_BIAS, ALTITUDE, ATTITUDE, GYRO_BIAS, INPUTS, Input, STATES, State, VELOCITY};
 use super::record::{AIDS, Aid, EstimationEvent, Innovation, Instrumentation, SmoothedRecord, StateRecord, TrimRecord};
 use super::trim::TrimWindow;
@@ -146,6 +146,12 @@ impl Estimator {
             Verdict::Restart => self.restart(),
             Verdict::Use => {}
         }
+        let silence_s = self.latest.silence_s(sample.time_s);
+        if silence_s > self.config.hold_s && verdict == Verdict::Use && !is_tick(&sample) {
+            // The last rates have served for long enough: a filter that ran on them would leave the flight.
+            self.notice(EstimationEvent::RatesSilent { seconds: silence_s });
+            self.restart();
+        }
         let tick = self.latest.take(&sample);
         if self.ekf.is_none() {
             if tick {
@@ -245,8 +251,9 @@ impl Estimator {
         let state = self.record(&ekf);
         self.output.state = Some(state);
         self.ekf = Some(ekf);
+        self.delay(sample, &state);
         if tick {
-            self.delay_tick(sample, &state);
+            self.come_of_age(&state);
         }
         if !self.missing_said && time_s - self.started_s > MISSING_AFTER_S {
             self.missing_said = true;
@@ -309,9 +316,10 @@ impl Estimator {
         }
     }
 
-    /// Puts the tick on the delay line and takes off what has come of age.
-    fn delay_tick(&mut self, sample: &Sample, state: &StateRecord) {
+    /// Puts a sample on the delay line, and into the trim while its window is open: what it does not carry is not sampled.
+    fn delay(&mut self, sample: &Sample, state: &StateRecord) {
         let value = |channel| sample.get(channel).unwrap_or(f64::NAN);
+        let rates = [value(Channel::P), value(Channel::Q), value(Channel::R)];
         let [p, q, r]: [f64; 3] = core::array::from_fn(|i| self.input[3 + i]);
         let force = [value(Channel::Ax), value(Channel::Ay), value(Channel::Az)];
         let [x, y, z] = self.geometry.vane_position_m;
@@ -324,7 +332,7 @@ impl Estimator {
         let controls = Channel::CONTROLS.map(value);
         let mut row = [f64::NAN; SIGNALS];
         row[..3].copy_from_slice(&state.velocity);
-        row[3..6].copy_from_slice(&[p, q, r]);
+        row[3..6].copy_from_slice(&rates);
         row[6..8].copy_from_slice(&attitude);
         row[8..CONTROL_SIGNALS].copy_from_slice(&force);
         row[CONTROL_SIGNALS..VANE_SIGNALS].copy_from_slice(&controls);
@@ -332,15 +340,13 @@ impl Estimator {
         row[KINEMATIC_SIGNALS..].copy_from_slice(&kinematic);
         self.delay.push(self.time_s, &row);
 
-        let tick = TrimRecord { velocity: state.velocity, rates: [p, q, r], attitude, specific_force: force, controls };
+        let tick = TrimRecord { velocity: state.velocity, rates, attitude, specific_force: force, controls };
         if let Some((trim, rate_rms)) = self.trim.take(self.time_s, &tick) {
             self.output.trim = Some(trim);
             if rate_rms > super::trim::STEADY_RATE_RMS {
                 self.notice(EstimationEvent::TrimNotSteady { rate_rms });
             }
         }
-
-        self.come_of_age(state);
     }
 
     /// Takes the instants of the regression grid off the delay line whose kernel is now covered.

@@ -26,6 +26,11 @@ pub struct Latest {
 const GYROS: [Channel; 3] = [Channel::P, Channel::Q, Channel::R];
 const ACCELEROMETERS: [Channel; 3] = [Channel::Ax, Channel::Ay, Channel::Az];
 
+/// Whether all three rates were sampled.
+pub fn is_tick(sample: &Sample) -> bool {
+    GYROS.iter().all(|&gyro| sample.get(gyro).is_some())
+}
+
 impl Latest {
     /// Values serve for `hold_s`.
     pub const fn new(hold_s: f64) -> Self {
@@ -47,7 +52,7 @@ impl Latest {
             }
         }
         self.seen |= sample.present;
-        let tick = GYROS.iter().all(|&gyro| sample.get(gyro).is_some());
+        let tick = is_tick(sample);
         if tick {
             if let Some(before_s) = self.tick_s {
                 let interval_s = sample.time_s - before_s;
@@ -57,6 +62,11 @@ impl Latest {
             self.tick_s = Some(sample.time_s);
         }
         tick
+    }
+
+    /// How long ago the rates last came together, s.
+    pub fn silence_s(&self, time_s: f64) -> f64 {
+        self.tick_s.map_or(0.0, |tick_s| time_s - tick_s)
     }
 
     /// Running mean of the gyros' interval, s; 0 before two of their samples.

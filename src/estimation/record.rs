@@ -136,9 +136,9 @@ pub struct TrimRecord {
     pub rates: [f64; 3],
     /// phi theta, rad.
     pub attitude: [f64; 2],
-    /// ax ay az as measured, m/s^2.
+    /// ax ay az as measured, m/s^2; NaN where not sampled in the window.
     pub specific_force: [f64; 3],
-    /// Controls in the order of `Channel::CONTROLS`, rad.
+    /// Controls in the order of `Channel::CONTROLS`, rad; NaN where not sampled in the window.
     pub controls: [f64; 4],
 }
 
@@ -183,6 +183,11 @@ pub enum EstimationEvent {
     },
     /// Nothing came for that long; the filter starts again, the derivatives keep what they have.
     Gap {
+        /// How long, s.
+        seconds: f64,
+    },
+    /// Samples came, but for so long none with p, q and r together; the filter starts again with the next one.
+    RatesSilent {
         /// How long, s.
         seconds: f64,
     },

@@ -1,7 +1,7 @@
 //! The run's trim: means over the first second, about which perturbations are taken (the paper's PERTURB).
 //!
 //! Consumes ticks of a run; produces their mean once, when the window is over. A signal that was never sampled in the
-//! window has trim 0 (a control that the run does not carry).
+//! window has no trim: NaN (a control that the run does not carry).
 
 use super::record::TrimRecord;
 
@@ -42,12 +42,14 @@ impl TrimWindow {
                 }
             }
             for (square, rate) in self.rate_squares.iter_mut().zip(tick.rates) {
-                *square += rate * rate;
+                if rate.is_finite() {
+                    *square += rate * rate;
+                }
             }
             return None;
         }
         self.done = true;
-        let mean = |i: usize| if self.counts[i] > 0.0 { self.sums[i] / self.counts[i] } else { 0.0 };
+        let mean = |i: usize| if self.counts[i] > 0.0 { self.sums[i] / self.counts[i] } else { f64::NAN };
         let ticks = self.counts[3].max(1.0);
         let rate_rms = self.rate_squares.iter().fold(0.0, |largest: f64, square| largest.max(libm::sqrt(square / ticks)));
         let trim = TrimRecord {

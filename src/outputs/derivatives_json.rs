@@ -207,7 +207,7 @@ mod tests {
         let term = &first["equations"]["N"]["terms"][0];
         assert_eq!(term["name"], "N_rudder");
         assert_eq!((&term["partial_f"], &term["partial_f_white"]), (&9.0.into(), &serde_json::Value::Null));
-        assert_eq!(first["equations"]["X"]["reason"], "no rate gyro on this axis");
+        assert_eq!(first["equations"]["X"]["reason"], "p, q and r come together too rarely or not at all");
         assert_eq!(first["equations"]["X"]["r2"], serde_json::Value::Null);
         assert_eq!(found["modes"], first["modes"]);
         assert_eq!(found["modes"]["spiral"]["value"], -0.01);

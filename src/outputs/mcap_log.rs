@@ -19,7 +19,7 @@ use mcap::records::MessageHeader;
 use mcap::write::{Metadata, NoSeek};
 use mcap::{Compression, McapError, WriteOptions, Writer};
 use std::collections::BTreeMap;
-use std::fs::{File, OpenOptions};
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -103,7 +103,7 @@ impl McapLog {
         if let Some(name) = head.ambiguous_name() {
             return Err(LogError::AmbiguousColumn { name: name.to_owned() });
         }
-        let file = OpenFile::create(path, &head, OpenOptions::new().create(true).truncate(true))
+        let file = OpenFile::create(path, &head, OpenOptions::new().create(true).truncate(false))
             .map_err(|source| LogError::File { path: path.to_owned(), source })?;
         Ok(McapLog {
             path: path.to_owned(),
@@ -313,6 +313,17 @@ impl McapLog {
 impl OpenFile {
     fn create(path: &Path, head: &LogHead, options: &mut OpenOptions) -> io::Result<Self> {
         let file = options.write(true).open(path)?;
+        // Two writers in one file would leave neither log.
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => {
+                return Err(io::Error::new(io::ErrorKind::ResourceBusy, "another process is writing this log"));
+            }
+            // A file system without locks; the log is still wanted.
+            Ok(()) | Err(TryLockError::Error(_)) => {}
+        }
+        if file.metadata()?.is_file() {
+            file.set_len(0)?;
+        }
         let mut writer = WriteOptions::new()
             .compression(Some(Compression::Lz4))
             .disable_seeking(true)

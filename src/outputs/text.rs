@@ -33,7 +33,7 @@ impl Severity {
 }
 
 /// How many kinds of event there are.
-pub const EVENT_KINDS: usize = 19;
+pub const EVENT_KINDS: usize = 22;
 
 /// The names of all kinds of event, by [`event_place`].
 pub const EVENT_NAMES: [&str; EVENT_KINDS] = [
@@ -56,6 +56,9 @@ pub const EVENT_NAMES: [&str; EVENT_KINDS] = [
     "excitation_began",
     "excitation_ended",
     "status_changed",
+    "signal_missing",
+    "no_trim",
+    "rates_silent",
 ];
 
 /// Place of the event's kind in tables per kind.
@@ -78,11 +81,14 @@ pub const fn event_place(kind: &EventKind) -> usize {
             EstimationEvent::InnovationsTooLarge { .. } => 13,
             EstimationEvent::TrimNotSteady { .. } => 14,
             EstimationEvent::NumericBreakdown => 15,
+            EstimationEvent::RatesSilent { .. } => 21,
         },
         EventKind::Regression(event) => match event {
             RegressionEvent::ExcitationBegan => 16,
             RegressionEvent::ExcitationEnded => 17,
             RegressionEvent::StatusChanged { .. } => 18,
+            RegressionEvent::SignalMissing { .. } => 19,
+            RegressionEvent::NoTrim { .. } => 20,
         },
     }
 }
@@ -103,6 +109,7 @@ pub const fn event_severity(kind: &EventKind) -> Severity {
             | EstimationEvent::TimeWentBack { .. } => Severity::DataLost,
             EstimationEvent::Initialised | EstimationEvent::AidAccepted { .. } => Severity::Info,
             EstimationEvent::Gap { .. }
+            | EstimationEvent::RatesSilent { .. }
             | EstimationEvent::SegmentRestart
             | EstimationEvent::NoAccelerometer { .. }
             | EstimationEvent::AidMissing { .. }
@@ -116,6 +123,7 @@ pub const fn event_severity(kind: &EventKind) -> Severity {
             RegressionEvent::ExcitationBegan | RegressionEvent::ExcitationEnded => Severity::Info,
             RegressionEvent::StatusChanged { status: Status::NotIdentifiable(_), .. } => Severity::Warning,
             RegressionEvent::StatusChanged { .. } => Severity::Info,
+            RegressionEvent::SignalMissing { .. } | RegressionEvent::NoTrim { .. } => Severity::Warning,
         },
     }
 }
@@ -135,6 +143,9 @@ pub const fn event_subject(kind: &EventKind, controls: ControlNames) -> Option<&
             _ => None,
         },
         EventKind::Regression(RegressionEvent::StatusChanged { axis, .. }) => Some(axis.name()),
+        EventKind::Regression(RegressionEvent::SignalMissing { channel } | RegressionEvent::NoTrim { channel }) => {
+            Some(channel.name(controls))
+        }
         EventKind::Regression(_) => None,
     }
 }
@@ -243,9 +254,12 @@ pub struct ReasonText {
 impl Display for ReasonText {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self.reason {
-            Reason::NoRates => f.write_str("no rate gyro on this axis"),
+            Reason::NoRates => f.write_str("p, q and r come together too rarely or not at all"),
             Reason::NoAccelerometer { channel } => {
                 write!(f, "no accelerometer on this axis (channel {})", channel.name(self.controls))
+            }
+            Reason::NoTrim { channel } => {
+                write!(f, "{} was not sampled in the trim window", channel.name(self.controls))
             }
             Reason::RateTooLow { hz, needed_hz } => {
                 write!(f, "the rates come at {} Hz, derivatives need {needed_hz} Hz", Digits(hz, 3))
@@ -280,6 +294,13 @@ impl Display for EventText<'_> {
             EventKind::Estimation(event) => estimation_sentence(f, event, self.controls),
             EventKind::Regression(RegressionEvent::ExcitationBegan) => f.write_str("the aircraft is being excited"),
             EventKind::Regression(RegressionEvent::ExcitationEnded) => f.write_str("the excitation has ended"),
+            EventKind::Regression(RegressionEvent::SignalMissing { channel }) => {
+                write!(f, "{} was silent for longer than its last value serves; the regression", channel.name(self.controls))?;
+                f.write_str(" leaves those instants out")
+            }
+            EventKind::Regression(RegressionEvent::NoTrim { channel }) => {
+                write!(f, "{} was not sampled in the trim window; the regression leaves it out", channel.name(self.controls))
+            }
             EventKind::Regression(RegressionEvent::StatusChanged { axis, status }) => {
                 write!(f, "the {} equation is {}", axis.name(), StatusText { status: *status, controls: self.controls })
             }
@@ -313,6 +334,9 @@ fn estimation_sentence(f: &mut Formatter<'_>, event: &EstimationEvent, controls:
         EstimationEvent::DuplicateTime => f.write_str("a second sample came with the same time; it was dropped"),
         EstimationEvent::TimeWentBack { by_s } => {
             write!(f, "time went back by {} s; the sample was dropped", Digits(by_s, 3))
+        }
+        EstimationEvent::RatesSilent { seconds } => {
+            write!(f, "p, q and r were silent for {} s; the filter starts again with them", Digits(seconds, 3))
         }
         EstimationEvent::Gap { seconds } => {
             write!(f, "nothing came for {} s; the filter starts again", Digits(seconds, 3))

@@ -49,9 +49,9 @@ pub const fn is_primary(axis: Axis, variable: Variable) -> bool {
     }
 }
 
-/// z of (1); `None` where a signal that every equation needs was not sampled.
+/// z of (1); `None` where a signal that the run's trim knows was not sampled: no number is put in its place.
 ///
-/// A control that the run does not carry is zero, and so has not moved. A specific force that was not sampled is zero too:
+/// A control that the trim does not know is zero, and so has not moved. A specific force that it does not know is zero too:
 /// the equation that needs it is refused elsewhere.
 pub fn signals(record: &SmoothedRecord, trim: &TrimRecord) -> Option<[f64; SIGNALS]> {
     let mut z = [0.0; SIGNALS];
@@ -59,13 +59,14 @@ pub fn signals(record: &SmoothedRecord, trim: &TrimRecord) -> Option<[f64; SIGNA
     for i in 0..3 {
         z[1 + i] = record.velocity[i] - trim.velocity[i];
         z[4 + i] = record.rates[i] - trim.rates[i];
-        let force = record.specific_force[i] - trim.specific_force[i];
-        z[REGRESSORS + i] = if force.is_finite() { force } else { 0.0 };
+        if trim.specific_force[i].is_finite() {
+            z[REGRESSORS + i] = record.specific_force[i] - trim.specific_force[i];
+        }
         z[REGRESSORS + 3 + i] = record.angular_acceleration[i];
     }
     for i in 0..4 {
-        if record.controls_present[i] {
-            z[7 + i] = record.controls[i] - trim.controls[i];
+        if trim.controls[i].is_finite() {
+            z[7 + i] = if record.controls_present[i] { record.controls[i] - trim.controls[i] } else { f64::NAN };
         }
     }
     z.iter().all(|entry| entry.is_finite()).then_some(z)

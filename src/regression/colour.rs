@@ -55,6 +55,33 @@ pub fn variance(information: &Information<SIGNALS>, direction: &Coefficients, sq
     sum / (squares * squares)
 }
 
+/// The bracket of (1) for one equation with those terms, by place; zero where a term is not in.
+pub fn middle(information: &Information<SIGNALS>, order: &[usize], residual: &LagCovariance) -> [[f64; REGRESSORS]; REGRESSORS] {
+    let ahead: LagCovariance = core::array::from_fn(|lag| taper(lag) * residual[lag]);
+    let mut behind = ahead;
+    behind[0] = 0.0;
+    let mut middle = [[0.0; REGRESSORS]; REGRESSORS];
+    for (n, &i) in order.iter().enumerate() {
+        for &j in order.iter().take(n + 1) {
+            middle[i][j] = information.weighted(&ahead, i, j) + information.weighted(&behind, j, i);
+            middle[j][i] = middle[i][j];
+        }
+    }
+    middle
+}
+
+/// Variance of one estimate, (1), from the bracket and the estimate's row of D.
+pub fn row_variance(middle: &[[f64; REGRESSORS]; REGRESSORS], row: &[f64; REGRESSORS]) -> f64 {
+    let mut sum = 0.0;
+    for (of_i, d_i) in middle.iter().zip(row) {
+        if *d_i != 0.0 {
+            let inner: f64 = of_i.iter().zip(row).map(|(m, d_j)| m * d_j).sum();
+            sum += d_i * inner;
+        }
+    }
+    sum
+}
+
 /// (1) for two equations, entry `[i][j]` the covariance of regressor i's estimate in a with regressor j's in b.
 pub fn covariance(
     information: &Information<SIGNALS>,
@@ -82,14 +109,16 @@ pub fn equation_covariance(
     dispersion: &[[f64; REGRESSORS]; REGRESSORS],
     residual: &Coefficients,
 ) -> [[f64; REGRESSORS]; REGRESSORS] {
+    let with =
+        |autocovariance: &LagCovariance| product(dispersion, &product(&middle(information, order, autocovariance), dispersion));
     if let Some(error) = unbiased::error_covariance(information, order, dispersion, residual) {
-        let cov = covariance(information, dispersion, dispersion, &error, &error);
+        let cov = with(&error);
         if order.iter().all(|&place| cov[place][place] > 0.0) {
             return cov;
         }
     }
     let fitted = residual_covariance(information, residual, residual, order.len());
-    covariance(information, dispersion, dispersion, &fitted, &fitted)
+    with(&fitted)
 }
 
 /// (1) for one equation whose residual is white with that variance.

@@ -10,10 +10,15 @@ pub const TERMS: usize = VARIABLES + 1;
 /// Why there is no number, and none to come from these data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reason {
-    /// No gyro on that axis.
+    /// The three rates were not sampled together.
     NoRates,
     /// No accelerometer on that axis.
     NoAccelerometer {
+        /// `Ax`, `Ay` or `Az`.
+        channel: Channel,
+    },
+    /// An accelerometer that was not sampled in the trim window.
+    NoTrim {
         /// `Ax`, `Ay` or `Az`.
         channel: Channel,
     },
@@ -198,6 +203,16 @@ pub enum RegressionEvent {
     ExcitationBegan,
     /// Excitation ended.
     ExcitationEnded,
+    /// A channel that the trim knows was silent: the regression leaves those instants out. Said once a channel.
+    SignalMissing {
+        /// Which.
+        channel: Channel,
+    },
+    /// A control that was not sampled in the trim window: the regression leaves it out. Said once a channel.
+    NoTrim {
+        /// Which.
+        channel: Channel,
+    },
     /// An equation's status changed.
     StatusChanged {
         /// Which equation.

@@ -29,6 +29,8 @@ const PATIENCE_S: f64 = 2.0;
 /// own deviation from trim.
 const UNAIDED_STD: f64 = 0.2;
 
+const ACCELEROMETERS: [Channel; 3] = [Channel::Ax, Channel::Ay, Channel::Az];
+
 /// The regression stage.
 #[derive(Clone, Debug)]
 pub struct Recursive {
@@ -43,6 +45,8 @@ pub struct Recursive {
     velocity_std: [f64; 3],
     settling: [Settling; AXES],
     statuses: [Status; AXES],
+    /// Channels whose absence has been said.
+    said: u32,
     events: Vec<RegressionEvent, EVENTS>,
 }
 
@@ -69,6 +73,7 @@ impl Recursive {
             velocity_std: [0.0; 3],
             settling: [Settling::new(config.settled_s); AXES],
             statuses: [Status::Waiting; AXES],
+            said: 0,
             events: Vec::new(),
             config,
         }
@@ -95,9 +100,12 @@ impl Recursive {
 
     /// One instant of the grid.
     pub fn step(&mut self, record: &SmoothedRecord) {
-        let Some(trim) = &self.trim else { return };
-        let Some(z) = candidate::signals(record, trim) else {
+        let Some(trim) = self.trim else { return };
+        self.untrimmed(record, &trim);
+        let Some(z) = candidate::signals(record, &trim) else {
             self.information.skip();
+            self.quiet_s += record.interval_s;
+            self.missing(record, &trim);
             return;
         };
         let interval_s = record.interval_s;
@@ -114,6 +122,38 @@ impl Recursive {
         } else {
             self.information.skip();
             self.quiet_s += interval_s;
+        }
+    }
+
+    /// Says once for each channel that it left instants of the grid without a number.
+    fn missing(&mut self, record: &SmoothedRecord, trim: &TrimRecord) {
+        for (i, channel) in ACCELEROMETERS.into_iter().enumerate() {
+            if trim.specific_force[i].is_finite() && !record.specific_force[i].is_finite() {
+                self.say_once(channel, RegressionEvent::SignalMissing { channel });
+            }
+        }
+        for (i, channel) in Channel::CONTROLS.into_iter().enumerate() {
+            if trim.controls[i].is_finite() && !record.controls_present[i] {
+                self.say_once(channel, RegressionEvent::SignalMissing { channel });
+            }
+        }
+    }
+
+    /// Says once for each control that it came without a trim.
+    fn untrimmed(&mut self, record: &SmoothedRecord, trim: &TrimRecord) {
+        for (i, channel) in Channel::CONTROLS.into_iter().enumerate() {
+            if record.controls_present[i] && !trim.controls[i].is_finite() {
+                self.say_once(channel, RegressionEvent::NoTrim { channel });
+            }
+        }
+    }
+
+    fn say_once(&mut self, channel: Channel, event: RegressionEvent) {
+        let mark = 1 << channel.index();
+        // Room is left for what else a publication may bring; what finds none is said at the next instant.
+        if self.said & mark == 0 && self.events.len() < EVENTS - AXES - 2 {
+            self.said |= mark;
+            self.notice(event);
         }
     }
 
@@ -146,7 +186,7 @@ impl Recursive {
         if self.age_s < PATIENCE_S {
             return None;
         }
-        if !instruments.gyros {
+        if !instruments.gyros || instruments.rate_hz <= 0.0 {
             return Some(Reason::NoRates);
         }
         if instruments.rate_hz > 0.0 && instruments.rate_hz < self.config.rate_min_hz {
@@ -156,8 +196,10 @@ impl Recursive {
             return Some(Reason::Unobserved { variable: Variable::U, missing: Channel::Tas });
         }
         if axis.is_force() && !instruments.accelerometers[axis.index()] {
-            let channel = [Channel::Ax, Channel::Ay, Channel::Az][axis.index()];
-            return Some(Reason::NoAccelerometer { channel });
+            return Some(Reason::NoAccelerometer { channel: ACCELEROMETERS[axis.index()] });
+        }
+        if axis.is_force() && self.trim.is_some_and(|trim| !trim.specific_force[axis.index()].is_finite()) {
+            return Some(Reason::NoTrim { channel: ACCELEROMETERS[axis.index()] });
         }
         let needed = match axis {
             Axis::Y | Axis::L | Axis::N => Variable::V,

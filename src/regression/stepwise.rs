@@ -212,20 +212,18 @@ impl<'a> Selection<'a> {
     fn smallest(&self, offer: &Offer, f_remove: f64) -> Option<usize> {
         let residual = self.residual();
         let covariance = colour::residual_covariance(self.information, &residual, &residual, self.order.len());
+        let middle = colour::middle(self.information, &self.order, &covariance);
         let mut worst: Option<(usize, f64)> = None;
         for &place in &self.order {
             if place == BIAS || offer.primary[place] {
                 continue;
             }
-            // x_place after regression on the others in: the row of (X'X)^-1 over its diagonal.
-            let own = self.swept.at(place, place);
-            let mut direction = [0.0; SIGNALS];
+            let mut dispersion = [0.0; REGRESSORS];
             for &other in &self.order {
-                direction[other] = self.swept.at(place, other) / own * self.scale[place] / self.scale[other];
+                dispersion[other] = -self.swept.at(place, other) / (self.scale[place] * self.scale[other]);
             }
-            let squares = -self.scale[place] * self.scale[place] / own;
             let theta = self.theta(place);
-            let f = theta * theta / colour::variance(self.information, &direction, squares, &covariance);
+            let f = theta * theta / colour::row_variance(&middle, &dispersion);
             if f < f_remove && worst.is_none_or(|(_, smallest)| f < smallest) {
                 worst = Some((place, f));
             }

@@ -14,3 +14,4 @@ mod inspect;
 mod model_files;
 mod replay;
 mod run_files;
+mod silence;

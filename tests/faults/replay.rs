@@ -181,6 +181,40 @@ fn a_log_is_not_written_over_the_recording_that_is_read() {
 }
 
 #[test]
+fn a_result_is_not_written_over_what_it_was_read_from() {
+    let folder = folder("result-onto-itself");
+    let (run, model) = (folder.join("run.csv"), folder.join("model.toml"));
+    std::fs::copy(puma(), &run).unwrap();
+    std::fs::copy(own("replay/models/puma-like.toml"), &model).unwrap();
+    let log = folder.join("run.mcap");
+    for (call, kept) in [
+        (vec!["inspect", path(&run), "--json", path(&run)], puma()),
+        (vec!["linearise", "--model", path(&model), "--json", path(&model)], own("replay/models/puma-like.toml")),
+        (vec!["replay", path(&run), "--out", path(&log), "--json", path(&log)], puma()),
+    ] {
+        let (status, _, said) = ended(&sideslip(&call));
+        assert!(status == 2 && said.contains("found the same"), "{call:?}: {said}");
+        let read = if call[0] == "linearise" { &model } else { &run };
+        assert_eq!(std::fs::read(read).unwrap(), std::fs::read(kept).unwrap());
+    }
+    assert_eq!(files_in(&folder), ["model.toml", "run.csv"]);
+}
+
+#[test]
+fn a_log_that_another_process_is_writing_is_left_alone() {
+    let log = folder("replay-two-writers").join("run.mcap");
+    std::fs::write(&log, "being written").unwrap();
+    let writer = std::fs::OpenOptions::new().append(true).open(&log).unwrap();
+    writer.lock().unwrap();
+    let (status, _, said) = replayed(&puma(), &["--out", path(&log)]);
+    assert!(status == 1 && said.contains("another process is writing this log"), "{status}: {said}");
+    assert_eq!(std::fs::read_to_string(&log).unwrap(), "being written");
+    drop(writer);
+    assert_eq!(replayed(&puma(), &["--out", path(&log)]).0, 0);
+    assert_eq!(replayed(&log, &[]).0, 0, "and nothing of what stood there is left");
+}
+
+#[test]
 fn a_misspelt_derivative_is_found_where_it_stands() {
     let folder = folder("simulate-misspelt");
     let text = std::fs::read_to_string(own("replay/models/puma-like.toml")).unwrap();

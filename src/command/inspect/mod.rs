@@ -6,7 +6,7 @@ mod survey;
 mod table;
 
 use super::message;
-use super::output_file::{print, write_json};
+use super::output_file::{print, refuse_to_overwrite, write_json};
 use estimable::Estimable;
 use sideslip::error::{Failure, Outcome};
 use sideslip::telemetry::recording::Recording;
@@ -34,6 +34,9 @@ pub(crate) struct Args {
 
 /// Reads the whole recording once and says what is in it.
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    if let Some(json) = &args.json {
+        refuse_to_overwrite("--json", json, std::slice::from_ref(&args.file))?;
+    }
     let mut recording = Recording::open(&args.file)?;
     let mut survey = Survey::new(recording.columns());
     while let Some(row) = recording.next_row()? {

@@ -69,6 +69,9 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         refuse_to_overwrite("--json", json, &args.files)?;
     }
     let logs = log::places(args.out.as_deref(), &args.files)?;
+    if let Some(json) = args.json.as_ref().filter(|json| logs.iter().flatten().any(|log| log == *json)) {
+        return Err(Failure::file(json, "--json: expected another file than the log of --out, found the same"));
+    }
     let runs = args.files.iter().map(|file| Run::open(file, &args.set, &config)).collect::<Result<Vec<_>, _>>()?;
     log::make_directory(args.out.as_deref(), &logs)?;
     let stop = stopped_by_signals()?;
