@@ -11,7 +11,7 @@ use iceoryx2::prelude::ZeroCopySend;
 
 const SCHEMA: &str = "sideslip.Event.1";
 
-/// An event. Codes in the order of the two enumerations: 0 to 15 of the estimation, 16 to 18 of the regression.
+/// An event. A kind keeps its code for good; a new kind takes the next number (now 22), whichever stage it is of.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[type_name("sideslip.Event.1")]
@@ -52,9 +52,12 @@ impl From<&EventRecord> for EventPayload {
                 Noticed::InnovationsTooLarge { aid: which, mean_nis } => (13, aid(which), mean_nis),
                 Noticed::TrimNotSteady { rate_rms } => (14, ABSENT, rate_rms),
                 Noticed::NumericBreakdown => (15, ABSENT, 0.0),
+                Noticed::RatesSilent { seconds } => (19, ABSENT, seconds),
             },
             EventKind::Regression(RegressionEvent::ExcitationBegan) => (16, ABSENT, 0.0),
             EventKind::Regression(RegressionEvent::ExcitationEnded) => (17, ABSENT, 0.0),
+            EventKind::Regression(RegressionEvent::SignalMissing { channel: which }) => (20, channel(which), 0.0),
+            EventKind::Regression(RegressionEvent::NoTrim { channel: which }) => (21, channel(which), 0.0),
             EventKind::Regression(RegressionEvent::StatusChanged { axis, status: changed }) => {
                 status = changed.into();
                 (18, place(axis.index()), 0.0)
@@ -96,7 +99,10 @@ impl EventPayload {
                 let axis = at(&Axis::ALL, self.subject, SCHEMA, "subject")?;
                 return Ok(self.of_regression(RegressionEvent::StatusChanged { axis, status: self.status.status()? }));
             }
-            found => return Err(BusError::Payload { schema: SCHEMA, field: "code", expected: "0 to 18", found: found.into() }),
+            19 => Noticed::RatesSilent { seconds: value },
+            20 => return Ok(self.of_regression(RegressionEvent::SignalMissing { channel: channel()? })),
+            21 => return Ok(self.of_regression(RegressionEvent::NoTrim { channel: channel()? })),
+            found => return Err(BusError::Payload { schema: SCHEMA, field: "code", expected: "0 to 21", found: found.into() }),
         };
         Ok(EventRecord { time_s: self.header.time_s, kind: EventKind::Estimation(estimation) })
     }

@@ -11,7 +11,7 @@ const SCHEMA: &str = "sideslip.Status.1";
 
 /// How far along an answer is. Codes: 0 waiting, 1 exciting, 2 converging, 3 converged, 4 stale, 5 not identifiable;
 /// then reasons: 0 no rates, 1 no accelerometer (channel), 2 rate too low (Hz, Hz needed), 3 unobserved (variable,
-/// channel), 4 collinear (condition index), 5 not excited (axis, variable), 6 another equation (axis).
+/// channel), 4 collinear (condition index), 5 not excited (axis, variable), 6 another equation (axis), 7 no trim (channel).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[type_name("sideslip.Status.1")]
@@ -45,6 +45,7 @@ impl From<Status> for StatusBody {
             Reason::Collinear { condition_index } => (4, [ABSENT; 2], [condition_index, 0.0]),
             Reason::NotExcited { axis, variable } => (5, [place(axis.index()), place(variable.index())], [0.0; 2]),
             Reason::Equation { axis } => (6, [place(axis.index()), ABSENT], [0.0; 2]),
+            Reason::NoTrim { channel } => (7, [place(channel.index()), ABSENT], [0.0; 2]),
         };
         StatusBody { reason: code, places, numbers, ..plain(5) }
     }
@@ -75,8 +76,9 @@ impl StatusBody {
                 4 => Reason::Collinear { condition_index: number },
                 5 => Reason::NotExcited { axis: axis(first)?, variable: variable(second)? },
                 6 => Reason::Equation { axis: axis(first)? },
+                7 => Reason::NoTrim { channel: channel(first)? },
                 found => {
-                    return Err(BusError::Payload { schema: SCHEMA, field: "reason", expected: "0 to 6", found: found.into() });
+                    return Err(BusError::Payload { schema: SCHEMA, field: "reason", expected: "0 to 7", found: found.into() });
                 }
             }),
             (found, _) => {
