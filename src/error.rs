@@ -69,3 +69,13 @@ impl From<crate::telemetry::recording::RecordingError> for Failure {
         }
     }
 }
+
+impl From<crate::bus::error::BusError> for Failure {
+    fn from(error: crate::bus::error::BusError) -> Self {
+        use crate::bus::error::BusError;
+        match error {
+            BusError::Root { .. } | BusError::RoleTaken { .. } | BusError::Schema { .. } => Failure::Input(error.to_string()),
+            BusError::Middleware { .. } | BusError::Payload { .. } => Failure::Running(error.to_string()),
+        }
+    }
+}

@@ -12,6 +12,8 @@ pub mod regression;
 pub mod telemetry;
 
 #[cfg(feature = "std")]
+pub mod bus;
+#[cfg(feature = "std")]
 pub mod error;
 #[cfg(feature = "std")]
 pub mod simulation;

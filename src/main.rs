@@ -14,6 +14,10 @@ struct Call {
 
 #[derive(Subcommand)]
 enum Command {
+    Live(command::live::Args),
+    Ingest(command::ingest::Args),
+    Estimate(command::estimate::Args),
+    Watch(command::watch::Args),
     Replay(command::replay::Args),
     Simulate(command::simulate::Args),
     Linearise(command::linearise::Args),
@@ -22,6 +26,10 @@ enum Command {
 
 fn main() -> ExitCode {
     let ended = match Call::parse().command {
+        Command::Live(args) => command::live::run(&args),
+        Command::Ingest(args) => command::ingest::run(&args),
+        Command::Estimate(args) => command::estimate::run(&args),
+        Command::Watch(args) => command::watch::run(&args),
         Command::Replay(args) => command::replay::run(&args),
         Command::Simulate(args) => command::simulate::run(&args),
         Command::Linearise(args) => command::linearise::run(&args),

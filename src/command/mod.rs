@@ -1,7 +1,10 @@
 //! The commands, one file each: they join readers, pipeline, simulation and outputs; no mathematics here.
 
+pub(crate) mod estimate;
+pub(crate) mod ingest;
 pub(crate) mod inspect;
 pub(crate) mod linearise;
+pub(crate) mod live;
 mod mapping_input;
 mod model_input;
 mod output_file;
@@ -9,11 +12,18 @@ pub(crate) mod replay;
 mod run_controls;
 pub(crate) mod simulate;
 mod simulated_run;
+pub(crate) mod watch;
 
 use std::fmt::Arguments;
 use std::io::Write;
+use std::path::PathBuf;
 
 /// A line for the person at the terminal, on standard error; a closed terminal is no reason to stop.
 pub(crate) fn message(line: Arguments<'_>) {
     let _ = writeln!(std::io::stderr().lock(), "{line}");
+}
+
+/// Where the processes meet: as named, or the user's own place.
+pub(crate) fn root_path(named: Option<&PathBuf>) -> PathBuf {
+    named.cloned().unwrap_or_else(sideslip::bus::root::Root::default_path)
 }

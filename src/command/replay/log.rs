@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 const QUEUE: usize = 2048;
 
 /// The log of each recording, in their order; nothing is made yet.
-pub(super) fn places(out: Option<&Path>, files: &[PathBuf]) -> Result<Vec<Option<PathBuf>>, Failure> {
+pub(crate) fn places(out: Option<&Path>, files: &[PathBuf]) -> Result<Vec<Option<PathBuf>>, Failure> {
     let Some(out) = out else { return Ok(vec![None; files.len()]) };
     let logs: Vec<PathBuf> = if files.len() == 1 && !names_directory(out) {
         vec![out.to_path_buf()]
@@ -44,7 +44,7 @@ fn names_directory(path: &Path) -> bool {
 }
 
 /// Makes the directory of the logs where it is missing.
-pub(super) fn make_directory(out: Option<&Path>, logs: &[Option<PathBuf>]) -> Result<(), Failure> {
+pub(crate) fn make_directory(out: Option<&Path>, logs: &[Option<PathBuf>]) -> Result<(), Failure> {
     match out {
         Some(out) if logs.len() > 1 || names_directory(out) => {
             std::fs::create_dir_all(out).map_err(|error| Failure::io(out, &error))
@@ -54,25 +54,25 @@ pub(super) fn make_directory(out: Option<&Path>, logs: &[Option<PathBuf>]) -> Re
 }
 
 /// A log that is being written, in its place from the first byte on: whatever ends the process, what was logged is there.
-pub(super) struct Log {
+pub(crate) struct Log {
     path: PathBuf,
     thread: LogThread,
 }
 
 /// How a log ended.
 #[derive(Debug)]
-pub(super) struct Logged {
+pub(crate) struct Logged {
     /// Where it stands.
-    pub(super) path: PathBuf,
+    pub(crate) path: PathBuf,
     /// Messages in it.
-    pub(super) written: u64,
+    pub(crate) written: u64,
     /// Messages that it lacks.
-    pub(super) lost: u64,
+    pub(crate) lost: u64,
 }
 
 impl Log {
     /// Opens the log and starts its thread. As fast as it goes nothing may be lost; at a pace nothing may wait.
-    pub(super) fn start(path: &Path, head: LogHead, pace: Pace) -> Result<(Sender, Self), Failure> {
+    pub(crate) fn start(path: &Path, head: LogHead, pace: Pace) -> Result<(Sender, Self), Failure> {
         let unknown_columns = head.unknown_columns();
         let report = Box::new(|line: &str| message(format_args!("sideslip: {line}")));
         let log = McapLog::create(path, head, report).map_err(|error| match error {
@@ -86,7 +86,7 @@ impl Log {
     }
 
     /// Waits until everything is written and closes the log.
-    pub(super) fn finish(self) -> Result<Logged, Failure> {
+    pub(crate) fn finish(self) -> Result<Logged, Failure> {
         let summary = self.thread.join().map_err(|error| Failure::io(&self.path, &error))?;
         Ok(Logged { path: self.path, written: summary.written, lost: summary.lost })
     }

@@ -1,14 +1,15 @@
 //! `sideslip replay`: recordings through the very pipeline that runs live, at their own pace or as fast as it goes.
 
-mod log;
+mod from_bus;
+pub(crate) mod log;
 mod progress;
 mod run;
-mod sink;
+pub(crate) mod sink;
 
 use super::mapping_input::read_mapping;
 use super::message;
 use super::output_file::{print, refuse_to_overwrite, write_json};
-use run::{Played, Run};
+use run::{From, Played, Run};
 use sideslip::error::{Failure, Outcome};
 use sideslip::outputs::derivatives_json::derivatives_json;
 use sideslip::outputs::terminal::Style;
@@ -22,6 +23,7 @@ const EXAMPLE: &str = "\
 Example:
   sideslip replay flight.csv
   sideslip replay flight.csv --set vane_position_m=[13.08,0,0] --out flight.mcap --json flight.json
+  sideslip replay flight.csv --bus
   sideslip replay monday/*.csv --out logs/ --json - | jq .runs[].modes.dutch_roll
 
 Every FILE is a run of its own, with its own trim: the mean over its first second. A log holds the keys of the run as
@@ -52,6 +54,9 @@ pub(crate) struct Args {
     /// Which message gives which channel, for recordings of MAVLink (TOML)
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    /// Through shared memory: the recording is brought in by another process, nothing is lost on the way
+    #[arg(long)]
+    bus: bool,
     /// Length of the window at the run's start whose mean is the trim, s
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     trim_window: Option<f64>,
@@ -77,7 +82,10 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let stop = stopped_by_signals()?;
     let mut played = Vec::with_capacity(runs.len());
     for (run, log) in runs.into_iter().zip(logs) {
-        let answer = run.play(args.speed, log.as_deref(), &stop)?;
+        let answer = {
+            let from = if args.bus { From::Bus { overrides: &args.set, config: args.config.as_deref() } } else { From::File };
+            run.play(&from, args.speed, log.as_deref(), &stop)?
+        };
         let style = if to_standard_output { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
         let gap = if played.is_empty() { "" } else { "\n" };
         let table = format!("{gap}{}", answer.table(style));
@@ -108,7 +116,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 }
 
 /// A flag that the first SIGINT or SIGTERM sets; a second one ends the process at once.
-fn stopped_by_signals() -> Result<Arc<AtomicBool>, Failure> {
+pub(crate) fn stopped_by_signals() -> Result<Arc<AtomicBool>, Failure> {
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register_conditional_shutdown(signal, 1, Arc::clone(&stop))

@@ -1,5 +1,7 @@
 //! One run: a recording through a pipeline of its own, and what it came to.
 
+use super::super::ingest::head_of;
+use super::from_bus::FromBus;
 use super::log::{Log, Logged};
 use super::progress::Progress;
 use super::sink::Sink;
@@ -8,7 +10,7 @@ use sideslip::error::Failure;
 use sideslip::estimation::record::{Aid, EstimationEvent};
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::log_head::LogHead;
-use sideslip::flight::run_file::{RunInfo, Target};
+use sideslip::flight::run_file::RunInfo;
 use sideslip::outputs::derivatives_json::RunEstimates;
 use sideslip::outputs::event_ring::{FoldedEvent, FoldedText};
 use sideslip::outputs::record::EventKind;
@@ -21,11 +23,25 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// The way of a recording to the pipeline.
+pub(super) enum From<'a> {
+    /// Read in this process.
+    File,
+    /// Through shared memory, read by another process with the same keys overridden.
+    Bus {
+        /// As given to `--set`.
+        overrides: &'a [String],
+        /// As given to `--config`.
+        config: Option<&'a Path>,
+    },
+}
+
 /// A recording with its pipeline, before the first sample.
 pub(super) struct Run {
     file: PathBuf,
     recording: Recording,
     info: RunInfo,
+    head: LogHead,
     pipeline: Box<Pipeline>,
 }
 
@@ -54,43 +70,44 @@ impl Run {
     /// Opens a recording, overrides keys of its run and readies the pipeline.
     pub(super) fn open(file: &Path, overrides: &[String], config: &Config, mapping: &Mapping) -> Result<Self, Failure> {
         let recording = Recording::open_with(file, mapping)?;
-        let mut info = recording.info().clone();
-        for assignment in overrides {
-            info.set(assignment).map_err(|what| Failure::Input(format!("--set: {what}")))?;
-        }
-        if info.run().is_none() {
-            // A log has another name than the recording; the run keeps its own.
-            let stem = file.file_stem().unwrap_or_default().to_string_lossy();
-            info.set(&format!("run={stem}")).map_err(|what| Failure::file(file, what))?;
-        }
+        let (info, head) = head_of(file, &recording, overrides)?;
         let pipeline = Pipeline::new(config, *info.geometry()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
-        Ok(Run { file: file.into(), recording, info, pipeline: Box::new(pipeline) })
+        Ok(Run { file: file.into(), recording, info, head, pipeline: Box::new(pipeline) })
     }
 
     /// Plays it to its end, or until `stop`. Where reading fails in the middle, the log is closed with what came before.
-    pub(super) fn play(mut self, pace: Pace, log: Option<&Path>, stop: &AtomicBool) -> Result<Played, Failure> {
+    pub(super) fn play(mut self, from: &From<'_>, pace: Pace, log: Option<&Path>, stop: &AtomicBool) -> Result<Played, Failure> {
         let mut player = ::replay::Player::<MonotonicClock>::new(pace);
+        let mut bus = match from {
+            From::File => None,
+            From::Bus { overrides, config } => Some(FromBus::start(&self.file, &self.head, pace, overrides, *config)?),
+        };
         let mut progress = Progress::new();
         let name = self.info.run().unwrap_or_default().to_owned();
-        let (mut rows, mut interrupted) = (0, false);
+        let mut rows = 0;
         let mut range_s: Option<(f64, f64)> = None;
         let mut writing = None;
         let mut sink = Sink::new(None);
-        let head = self.head();
+        let (on_bus, mut interrupted) = (bus.is_some(), false);
         let read = loop {
-            let row = match self.recording.next_row() {
+            let row = match &mut bus {
+                None => self.recording.next_row().map_err(Failure::from),
+                Some(bus) => bus.next_row(stop),
+            };
+            let row = match row {
                 Ok(Some(row)) => row,
                 ended => break ended.map(|_| ()),
             };
             if rows == 0
                 && let Some(path) = log
             {
-                let (sender, started) = Log::start(path, head.clone(), pace)?;
+                let (sender, started) = Log::start(path, self.head.clone(), pace)?;
                 sink = Sink::new(Some(sender));
                 writing = Some(started);
             }
             let time_s = row.sample.time_s;
-            if !player.wait_for(time_s, || !stop.load(Ordering::Relaxed)) {
+            // On the bus the process that brings the recording in keeps the pace.
+            if !on_bus && !player.wait_for(time_s, || !stop.load(Ordering::Relaxed)) {
                 interrupted = true;
                 break Ok(());
             }
@@ -98,8 +115,13 @@ impl Run {
             if time_s.is_finite() {
                 range_s = Some(range_s.map_or((time_s, time_s), |(from, to)| (from.min(time_s), to.max(time_s))));
             }
+            let sample = row.sample;
             sink.row(row);
-            sink.tick(self.pipeline.step(&row.sample));
+            let tick = self.pipeline.step(&sample);
+            if let Some(bus) = &mut bus {
+                bus.tick(tick)?;
+            }
+            sink.tick(tick);
             progress.show(|| progress_line(&name, time_s, &sink));
         };
         sink.tick(self.pipeline.finish());
@@ -107,16 +129,13 @@ impl Run {
         drop(progress);
         let log = writing.map(Log::finish).transpose()?;
         read?;
-        Ok(self.played(name, rows, range_s, sink, log, interrupted))
-    }
-
-    fn head(&self) -> LogHead {
-        let carried = self.recording.columns().iter().filter(|column| !matches!(column.target, Target::Time { .. }));
-        LogHead {
-            run_toml: self.info.to_toml(),
-            channels: carried.map(|column| (column.name.clone(), column.inner_unit().to_owned())).collect(),
-            controls: self.info.geometry().controls,
+        if let Some(bus) = bus {
+            interrupted = stop.load(Ordering::Relaxed);
+            bus.end()?;
+            // What the recording lacks is the recording's to say.
+            while !interrupted && self.recording.next_row()?.is_some() {}
         }
+        Ok(self.played(name, rows, range_s, sink, log, interrupted))
     }
 
     fn played(

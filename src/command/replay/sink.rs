@@ -10,26 +10,26 @@ use sideslip::regression::record::DerivativesRecord;
 use sideslip::telemetry::recording::Row;
 
 /// Different events that are kept: more than there are kinds and subjects.
-pub(super) const EVENTS: usize = 128;
+pub(crate) const EVENTS: usize = 128;
 
 /// The last records, the events, and the way to the log.
-pub(super) struct Sink {
+pub(crate) struct Sink {
     to_log: Option<Sender>,
     /// Values of the unknown columns, NaN where not sampled, as the queue takes them.
     others: Vec<f64>,
     newest_s: f64,
-    pub(super) state: Option<StateRecord>,
-    pub(super) derivatives: Option<DerivativesRecord>,
-    pub(super) modes: Option<ModesRecord>,
-    pub(super) events: Box<EventRing<EVENTS>>,
+    pub(crate) state: Option<StateRecord>,
+    pub(crate) derivatives: Option<DerivativesRecord>,
+    pub(crate) modes: Option<ModesRecord>,
+    pub(crate) events: Box<EventRing<EVENTS>>,
     /// Samples that the estimation dropped for their time, and values that it did not use.
-    pub(super) dropped_samples: u64,
-    pub(super) unused_values: u64,
+    pub(crate) dropped_samples: u64,
+    pub(crate) unused_values: u64,
 }
 
 impl Sink {
     /// A sink with a way to the log, where there is one.
-    pub(super) fn new(to_log: Option<Sender>) -> Self {
+    pub(crate) fn new(to_log: Option<Sender>) -> Self {
         Sink {
             to_log,
             others: Vec::new(),
@@ -44,7 +44,7 @@ impl Sink {
     }
 
     /// A row as it came, before the pipeline sees it.
-    pub(super) fn row(&mut self, row: &Row) {
+    pub(crate) fn row(&mut self, row: &Row) {
         if row.sample.time_s.is_finite() {
             self.newest_s = row.sample.time_s;
         }
@@ -56,7 +56,7 @@ impl Sink {
     }
 
     /// What a sample brought. An event without a time of its own has that of the newest sample that has one.
-    pub(super) fn tick(&mut self, tick: &Tick) {
+    pub(crate) fn tick(&mut self, tick: &Tick) {
         for event in &tick.estimation_events {
             match event {
                 EstimationEvent::TimeNotFinite | EstimationEvent::DuplicateTime | EstimationEvent::TimeWentBack { .. } => {
@@ -88,7 +88,7 @@ impl Sink {
     }
 
     /// Ends the way to the log.
-    pub(super) fn close(&mut self) {
+    pub(crate) fn close(&mut self) {
         self.to_log = None;
     }
 

@@ -9,7 +9,7 @@
 use super::serial;
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result as IoResult, Write};
-use std::net::{SocketAddr, TcpStream, ToSocketAddrs, UdpSocket};
+use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, TcpStream, ToSocketAddrs, UdpSocket};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -222,8 +222,12 @@ fn listen(address: &str, patience: Duration) -> IoResult<Channel> {
 
 fn call(address: &str, patience: Duration) -> IoResult<Channel> {
     let peer = first(address)?;
-    let any: SocketAddr = if peer.is_ipv4() { ([0, 0, 0, 0], 0).into() } else { ([0_u16; 8], 0).into() };
-    let socket = UdpSocket::bind(any)?;
+    let own = match peer {
+        _ if peer.ip().is_loopback() => peer.ip(),
+        SocketAddr::V4(_) => Ipv4Addr::UNSPECIFIED.into(),
+        SocketAddr::V6(_) => Ipv6Addr::UNSPECIFIED.into(),
+    };
+    let socket = UdpSocket::bind((own, 0))?;
     socket.connect(peer)?;
     socket.set_read_timeout(Some(patience))?;
     Ok(Channel::Udp { socket, peer: Some(peer), listens: false })

@@ -23,6 +23,7 @@ pub const COMPONENT: u8 = 191;
 #[derive(Debug)]
 pub struct Live {
     link: Link,
+    patience: Duration,
     framer: Framer,
     stream: Stream,
     senders: Senders,
@@ -40,6 +41,7 @@ impl Live {
     pub fn open(url: Url, config: Config, patience: Duration) -> Result<Self, LinkError> {
         Ok(Live {
             link: Link::open(url, patience)?,
+            patience,
             framer: Framer::new(Framing::Bare),
             stream: Stream::new(config, None),
             senders: Senders::default(),
@@ -47,6 +49,15 @@ impl Live {
             frames: Frames::new(Sender { system: 1, component: COMPONENT }),
             known_system: None,
         })
+    }
+
+    /// Opens the same link again, where it has ended; vehicle, clock and counts go on.
+    ///
+    /// # Errors
+    /// [`LinkError`] where it cannot be opened.
+    pub fn reopen(&mut self) -> Result<(), LinkError> {
+        self.link = Link::open(self.link.url().clone(), self.patience)?;
+        Ok(())
     }
 
     /// Waits for bytes and takes them in; `host_us` is the host's time then, us, on any clock that only goes forward.

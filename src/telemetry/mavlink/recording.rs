@@ -144,28 +144,7 @@ impl MavlinkRecording {
 
     /// What of the file could not be read or used, in words; complete after the last row.
     pub fn shortfall(&self) -> Option<String> {
-        let Tally { bad_checksum, garbage_bytes, first_damage_at, .. } = self.traffic.tally;
-        let Unused { late, in_doubt, no_clock } = self.stream.unused();
-        let mut parts = Vec::new();
-        if bad_checksum > 0 {
-            parts.push(format!("{bad_checksum} frames with a wrong checksum"));
-        }
-        if garbage_bytes > 0 {
-            parts.push(format!("{garbage_bytes} bytes that belong to no frame"));
-        }
-        if let Some((damage, at)) = parts.first_mut().zip(first_damage_at) {
-            *damage = format!("{damage} (the first damage is at byte {at})");
-        }
-        for (count, what) in [
-            (late, "messages of the vehicle too late for their place"),
-            (in_doubt, "whose time contradicts the others"),
-            (no_clock, "before its clock was known"),
-        ] {
-            if count > 0 {
-                parts.push(format!("{count} {what}"));
-            }
-        }
-        (!parts.is_empty()).then(|| format!("passed over: {}", parts.join(", ")))
+        passed_over(self.traffic.tally, self.stream.unused())
     }
 
     /// The next sample of the vehicle; `None` at the end.
@@ -211,6 +190,32 @@ impl Candidate {
         stream.packet(packet, packet.stamp_us);
         while stream.next_sample().is_some() {}
     }
+}
+
+/// What was damaged or not used, in words; `None` where there was nothing.
+pub fn passed_over(tally: Tally, unused: Unused) -> Option<String> {
+    let Tally { bad_checksum, garbage_bytes, first_damage_at, .. } = tally;
+    let Unused { late, in_doubt, no_clock } = unused;
+    let mut parts = Vec::new();
+    if bad_checksum > 0 {
+        parts.push(format!("{bad_checksum} frames with a wrong checksum"));
+    }
+    if garbage_bytes > 0 {
+        parts.push(format!("{garbage_bytes} bytes that belong to no frame"));
+    }
+    if let Some((damage, at)) = parts.first_mut().zip(first_damage_at) {
+        *damage = format!("{damage} (the first damage is at byte {at})");
+    }
+    for (count, what) in [
+        (late, "messages of the vehicle too late for their place"),
+        (in_doubt, "whose time contradicts the others"),
+        (no_clock, "before its clock was known"),
+    ] {
+        if count > 0 {
+            parts.push(format!("{count} {what}"));
+        }
+    }
+    (!parts.is_empty()).then(|| format!("passed over: {}", parts.join(", ")))
 }
 
 fn columns(channels: u32, controls: ControlNames, boots: u32) -> Result<Vec<Column>, String> {

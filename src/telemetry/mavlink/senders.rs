@@ -11,6 +11,8 @@ use std::collections::BTreeMap;
 /// Senders that are kept apart.
 pub const SENDERS_MAX: usize = 256;
 
+/// Id of HEARTBEAT.
+const HEARTBEAT: u32 = 0;
 /// MAV_TYPE of a fixed wing.
 const FIXED_WING: u8 = 1;
 /// MAV_AUTOPILOT of one that is no autopilot.
@@ -46,12 +48,29 @@ pub struct SenderTally {
     pub motion: u64,
     /// Whether its heartbeat says that it is a fixed wing.
     pub fixed_wing: bool,
+    /// Messages that never came, by the gaps in its running numbers.
+    pub missing: u64,
+    newest: Option<u8>,
 }
 
 impl SenderTally {
     /// How many messages in all.
     pub fn total(&self) -> u64 {
         self.messages.values().sum()
+    }
+
+    /// Whether a heartbeat has said what it is.
+    pub fn has_introduced_itself(&self) -> bool {
+        self.messages.contains_key(&HEARTBEAT)
+    }
+
+    /// A gap of half the numbers or more is one that came late.
+    fn number(&mut self, sequence: u8) {
+        let ahead = self.newest.map_or(1, |newest| sequence.wrapping_sub(newest));
+        if (1..128).contains(&ahead) {
+            self.missing += u64::from(ahead - 1);
+            self.newest = Some(sequence);
+        }
     }
 
     /// Name and number of each message, in the order of their names.
@@ -78,6 +97,7 @@ impl Senders {
             return;
         }
         let tally = self.tallies.entry(sender).or_default();
+        tally.number(packet.sequence);
         *tally.messages.entry(packet.id).or_default() += 1;
         match Kind::of(packet.id) {
             Some(Kind::Heartbeat) => {

@@ -1,0 +1,188 @@
+//! `sideslip estimate`: samples out of shared memory through the pipeline; estimates back into it and into a log.
+
+pub(crate) mod outlet;
+mod run;
+
+use super::live::supervised;
+use super::output_file::{print, write_json};
+use super::replay::stopped_by_signals;
+use super::{message, root_path};
+use outlet::Outlet;
+use run::{Ended, LiveRun};
+use sideslip::bus::payload::{SAMPLE_TO_ACKNOWLEDGE, SamplePayload, THE_END};
+use sideslip::bus::root::Role;
+use sideslip::bus::run_head::read_head;
+use sideslip::bus::service::{Bus, Subscriber};
+use sideslip::error::{Failure, Outcome};
+use sideslip::flight::channel::ControlNames;
+use sideslip::flight::log_head::LogHead;
+use sideslip::outputs::derivatives_json::derivatives_json;
+use sideslip::outputs::terminal::Style;
+use sideslip::pipeline::Config;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+const EXAMPLE: &str = "\
+Example, in three terminals:
+  sideslip estimate --out flight.mcap
+  sideslip ingest --source file://flight.csv
+  sideslip watch
+
+It ends with ctrl-C or SIGTERM, with the log closed and the answer printed. A run ends where telemetry says so, or begins
+again at an earlier time; the next one gets a log of its own, flight-2.mcap. No log is written over.
+
+Exit status: 0 done; 1 failed while running; 2 the call is wrong, or another estimator is in this root; 3 done, with data
+lost (said how much).";
+
+/// Between looks at the bus while samples come: the largest part of the latency, and some percent of a core.
+const LOOK: Duration = Duration::from_micros(100);
+/// The same where nothing has come for [`QUIET`].
+const LOOK_QUIET: Duration = Duration::from_millis(1);
+const QUIET: Duration = Duration::from_millis(250);
+
+/// Ended runs that are kept for `--json`.
+const RUNS_KEPT: usize = 64;
+
+/// Estimate from shared memory: state, derivatives, Dutch roll, innovations and events back into it and into a log
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLE)]
+pub(crate) struct Args {
+    /// Directory in which the processes meet
+    #[arg(long, value_name = "DIR")]
+    root: Option<PathBuf>,
+    /// Write an MCAP log; a further run or a restart takes the next free name
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Write the last estimates as JSON to this file at the end, or to standard output with -
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// End when standard input ends
+    #[arg(long, hide = true)]
+    supervised: bool,
+}
+
+/// Estimates until it is stopped.
+pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    let stop = stopped_by_signals()?;
+    supervised(args.supervised, &stop)?;
+    if let Some(out) = args.out.as_ref().filter(|out| out.extension().is_none_or(|ending| ending != "mcap")) {
+        return Err(Failure::file(out, "--out: expected a name that ends in .mcap"));
+    }
+    let bus = Bus::enter(&root_path(args.root.as_ref()))?;
+    let _role = bus.take(Role::Estimator)?;
+    let outlet = Outlet::new(&bus)?;
+    let samples = bus.subscriber()?;
+    let mut station = Station { args, bus: &bus, samples, outlet, run: None, incarnation: None, ended: Vec::new() };
+    let worked = station.work(&stop);
+    let closed = station.end_run();
+    worked.and(closed)?;
+    station.answer()
+}
+
+/// The estimator at its place.
+struct Station<'a> {
+    args: &'a Args,
+    bus: &'a Bus,
+    samples: Subscriber<SamplePayload>,
+    outlet: Outlet,
+    run: Option<LiveRun>,
+    incarnation: Option<u64>,
+    ended: Vec<Ended>,
+}
+
+impl Station<'_> {
+    fn work(&mut self, stop: &AtomicBool) -> Result<(), Failure> {
+        let mut heard = Instant::now();
+        while !stop.load(Ordering::Relaxed) {
+            match self.samples.receive()? {
+                Some(sample) => {
+                    self.take(&sample)?;
+                    heard = Instant::now();
+                }
+                None => std::thread::sleep(if heard.elapsed() < QUIET { LOOK } else { LOOK_QUIET }),
+            }
+        }
+        // What had come by then belongs to the run.
+        while let Some(sample) = self.samples.receive()? {
+            self.take(&sample)?;
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, sample: &SamplePayload) -> Result<(), Failure> {
+        if sample.kind == THE_END {
+            self.end_run()?;
+        } else {
+            if self.incarnation != Some(sample.header.incarnation) || self.run.is_none() {
+                self.telemetry_began(sample)?;
+            }
+            if let Some(run) = &mut self.run {
+                run.sample(sample, &mut self.outlet)?;
+            }
+        }
+        Ok(self.outlet.taken(sample)?)
+    }
+
+    /// The first sample of a life of the telemetry: the run goes on, or another begins.
+    fn telemetry_began(&mut self, sample: &SamplePayload) -> Result<(), Failure> {
+        let incarnation = sample.header.incarnation;
+        let head = read_head(self.bus.root(), incarnation)?.unwrap_or_else(|| {
+            message(format_args!(
+                "sideslip: telemetry says nothing of its run; instruments are taken to be at the centre of mass"
+            ));
+            LogHead::every_channel(String::new(), ControlNames::Rotorcraft)
+        });
+        let known = self.incarnation.replace(incarnation).is_some();
+        if self.run.as_ref().is_some_and(|run| run.goes_on_with(&head, sample.header.time_s)) {
+            if known {
+                message(format_args!("sideslip: telemetry began again; the run goes on"));
+            }
+            return Ok(());
+        }
+        self.end_run()?;
+        let telemetry_waits = sample.kind == SAMPLE_TO_ACKNOWLEDGE;
+        self.run = Some(LiveRun::begin(head, &Config::default(), self.args.out.as_deref(), telemetry_waits)?);
+        Ok(())
+    }
+
+    /// Ends the run that there is, and prints what it came to.
+    fn end_run(&mut self) -> Result<(), Failure> {
+        let Some(run) = self.run.take() else { return Ok(()) };
+        let ended = run.end(&mut self.outlet)?;
+        if self.to_standard_output() {
+            message(format_args!("{}", ended.table(Style::of_stream(&std::io::stderr())).trim_end_matches('\n')));
+        } else {
+            print(&ended.table(Style::of_stream(&std::io::stdout())))?;
+        }
+        if self.ended.len() == RUNS_KEPT {
+            self.ended.remove(0);
+        }
+        self.ended.push(ended);
+        Ok(())
+    }
+
+    fn to_standard_output(&self) -> bool {
+        self.args.json.as_ref().is_some_and(|json| json.as_os_str() == "-")
+    }
+
+    fn answer(&self) -> Result<Outcome, Failure> {
+        if let Some(json) = &self.args.json {
+            let estimates: Vec<_> = self.ended.iter().map(Ended::estimates).collect();
+            let text = derivatives_json(&estimates).map_err(|error| Failure::Running(error.to_string()))?;
+            write_json(json, &text)?;
+        }
+        let mut losses: Vec<String> = self.ended.iter().flat_map(Ended::losses).collect();
+        let (missed, stale) = (self.samples.missed(), self.samples.stale());
+        if missed > 0 {
+            losses.push(format!("{missed} samples were overwritten in shared memory before the estimator took them"));
+        }
+        if stale > 0 {
+            losses.push(format!("{stale} samples of an earlier telemetry came after those of a later one and were dropped"));
+        }
+        for loss in &losses {
+            message(format_args!("sideslip: {loss}"));
+        }
+        Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })
+    }
+}

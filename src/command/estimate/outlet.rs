@@ -1,0 +1,74 @@
+//! The estimator's way out to shared memory: what each sample brought, on its service.
+
+use sideslip::bus::error::BusError;
+use sideslip::bus::payload::{
+    DerivativesPayload, EventPayload, Header, InnovationsPayload, ModesPayload, SAMPLE_TO_ACKNOWLEDGE, SamplePayload,
+    StatePayload, THE_END, TakenPayload,
+};
+use sideslip::bus::service::{Bus, Publisher};
+use sideslip::outputs::record::{EventKind, EventRecord};
+use sideslip::pipeline::Tick;
+
+/// One publisher a service.
+pub(crate) struct Outlet {
+    state: Publisher<StatePayload>,
+    innovation: Publisher<InnovationsPayload>,
+    derivatives: Publisher<DerivativesPayload>,
+    modes: Publisher<ModesPayload>,
+    event: Publisher<EventPayload>,
+    taken: Publisher<TakenPayload>,
+    newest_s: f64,
+}
+
+impl Outlet {
+    /// Every publisher of the estimator; all memory is taken here.
+    pub(crate) fn new(bus: &Bus) -> Result<Self, BusError> {
+        Ok(Outlet {
+            state: bus.publisher()?,
+            innovation: bus.publisher()?,
+            derivatives: bus.publisher()?,
+            modes: bus.publisher()?,
+            event: bus.publisher()?,
+            taken: bus.publisher()?,
+            newest_s: 0.0,
+        })
+    }
+
+    /// What a sample brought; `sample` is the header that it came with. Derivatives go before modes, so that a reader
+    /// who has modes finds their derivatives.
+    pub(crate) fn tick(&mut self, sample: &Header, tick: &Tick) -> Result<(), BusError> {
+        let sampled_ns = Some(sample.sampled_ns);
+        if sample.time_s.is_finite() {
+            self.newest_s = sample.time_s;
+        }
+        if let Some(state) = &tick.state {
+            self.state.publish(&state.into(), sampled_ns)?;
+        }
+        if let Some(derivatives) = &tick.derivatives {
+            self.derivatives.publish(&derivatives.into(), sampled_ns)?;
+        }
+        if let Some(modes) = &tick.modes {
+            self.modes.publish(&modes.into(), sampled_ns)?;
+        }
+        if let Some(first) = tick.innovations.first() {
+            self.innovation.publish(&InnovationsPayload::new(first.time_s, &tick.innovations), sampled_ns)?;
+        }
+        let estimation = tick.estimation_events.iter().map(|event| EventKind::Estimation(*event));
+        let regression = tick.regression_events.iter().map(|event| EventKind::Regression(*event));
+        for kind in estimation.chain(regression) {
+            self.event.publish(&(&EventRecord { time_s: self.newest_s, kind }).into(), sampled_ns)?;
+        }
+        Ok(())
+    }
+
+    /// Says that a sample was taken, where its publisher waits for that.
+    pub(crate) fn taken(&mut self, sample: &SamplePayload) -> Result<(), BusError> {
+        if sample.kind == SAMPLE_TO_ACKNOWLEDGE || sample.kind == THE_END {
+            let Header { incarnation, sequence, sampled_ns, time_s, .. } = sample.header;
+            let header = Header { time_s, ..Header::default() };
+            let taken = TakenPayload { header, of_incarnation: incarnation, taken: sequence + 1 };
+            self.taken.publish(&taken, Some(sampled_ns))?;
+        }
+        Ok(())
+    }
+}

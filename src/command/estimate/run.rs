@@ -1,0 +1,189 @@
+//! One run as the estimator sees it from the bus: pipeline, log, what it came to.
+
+use super::super::message;
+use super::super::replay::log::{Log, Logged};
+use super::super::replay::sink::Sink;
+use super::outlet::Outlet;
+use ::replay::Pace;
+use sideslip::bus::payload::{Header, SamplePayload};
+use sideslip::error::Failure;
+use sideslip::flight::log_head::LogHead;
+use sideslip::flight::run_file::RunInfo;
+use sideslip::outputs::derivatives_json::RunEstimates;
+use sideslip::outputs::event_ring::{FoldedEvent, FoldedText};
+use sideslip::outputs::terminal::{Style, Table};
+use sideslip::outputs::text::{Severity, event_severity};
+use sideslip::pipeline::{Config, Pipeline};
+use sideslip::telemetry::recording::Row;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+/// A run that is being estimated.
+pub(super) struct LiveRun {
+    head: LogHead,
+    info: RunInfo,
+    pipeline: Box<Pipeline>,
+    sink: Sink,
+    log: Option<Log>,
+    row: Row,
+    rows: u64,
+    first_s: Option<f64>,
+    last: Header,
+}
+
+/// What a run came to.
+pub(super) struct Ended {
+    name: String,
+    head: LogHead,
+    rows: u64,
+    range_s: Option<(f64, f64)>,
+    sink: Sink,
+    events: Vec<FoldedEvent>,
+    consistency: [Option<f64>; 2],
+    warnings: Vec<String>,
+    log: Option<Logged>,
+}
+
+impl LiveRun {
+    /// Begins a run; its log takes the first free name after `out`. Where telemetry waits for the estimator, the estimator
+    /// waits for the log; else nothing waits.
+    pub(super) fn begin(head: LogHead, config: &Config, out: Option<&Path>, telemetry_waits: bool) -> Result<Self, Failure> {
+        let wrong = |what: String| Failure::Running(format!("the head of the run: {what}"));
+        let mut info = RunInfo::from_toml(&head.run_toml).map_err(|place| wrong(place.to_string()))?;
+        info.set_controls(head.controls);
+        let pipeline = Pipeline::new(config, *info.geometry()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
+        let mut sink = Sink::new(None);
+        let mut log = None;
+        if let Some(out) = out {
+            let path = free_name(out);
+            let (sender, started) = Log::start(&path, head.clone(), if telemetry_waits { Pace::Max } else { Pace::RealTime })?;
+            message(format_args!("sideslip: logging to {}", path.display()));
+            sink = Sink::new(Some(sender));
+            log = Some(started);
+        }
+        let others = vec![None; head.unknown_columns()];
+        let row = Row { number: 0, sample: sideslip::telemetry::record::Sample::new(0.0), others };
+        let last = Header { time_s: f64::NEG_INFINITY, ..Header::default() };
+        Ok(LiveRun { head, info, pipeline: Box::new(pipeline), sink, log, row, rows: 0, first_s: None, last })
+    }
+
+    /// Whether telemetry that began again with that head goes on with this run: the same head, and time goes on.
+    pub(super) fn goes_on_with(&self, head: &LogHead, time_s: f64) -> bool {
+        *head == self.head && !(time_s <= self.last.time_s)
+    }
+
+    /// One sample: estimate, publish, log.
+    pub(super) fn sample(&mut self, payload: &SamplePayload, outlet: &mut Outlet) -> Result<(), Failure> {
+        let header = payload.header;
+        self.row.sample = payload.sample();
+        self.row.others.iter_mut().zip(&payload.others).for_each(|(to, from)| *to = Some(*from));
+        self.rows += 1;
+        self.last = Header { time_s: self.last.time_s, ..header };
+        if header.time_s.is_finite() {
+            self.first_s.get_or_insert(header.time_s);
+            self.last.time_s = self.last.time_s.max(header.time_s);
+        }
+        self.sink.row(&self.row);
+        let tick = self.pipeline.step(&self.row.sample);
+        outlet.tick(&header, tick)?;
+        self.sink.tick(tick);
+        Ok(())
+    }
+
+    /// The last word: everything that came of age, the log closed.
+    pub(super) fn end(mut self, outlet: &mut Outlet) -> Result<Ended, Failure> {
+        let tick = self.pipeline.finish();
+        outlet.tick(&self.last, tick)?;
+        self.sink.tick(tick);
+        self.sink.close();
+        let log = self.log.map(Log::finish).transpose()?;
+        let events = self.sink.events.entries().to_vec();
+        let told = events.iter().filter(|event| event_severity(&event.kind) > Severity::Info);
+        let controls = self.head.controls;
+        let warnings = told.map(|event| FoldedText { event, controls }.to_string()).collect();
+        Ok(Ended {
+            name: self.info.run().unwrap_or("live").to_owned(),
+            head: self.head,
+            rows: self.rows,
+            range_s: self.first_s.map(|from_s| (from_s, self.last.time_s)),
+            sink: self.sink,
+            events,
+            consistency: self.pipeline.estimator().consistency(),
+            warnings,
+            log,
+        })
+    }
+}
+
+impl Ended {
+    /// The answer for a person.
+    pub(super) fn table(&self, style: Style) -> String {
+        let mut text = format!("run {}: {} samples", self.name, self.rows);
+        if let Some((from, to)) = self.range_s {
+            let _ = write!(text, ", {from:.2} to {to:.2} s");
+        }
+        let (derivatives, modes) = (self.sink.derivatives.as_ref(), self.sink.modes.as_ref());
+        let table = Table { controls: self.head.controls, derivatives, modes, events: &self.events, notes: &[], style };
+        let _ = write!(text, "\n{table}");
+        if let Some(log) = &self.log {
+            let _ = writeln!(text, "log: {}, {} messages", log.path.display(), log.written);
+        }
+        text
+    }
+
+    /// The numbers for a program.
+    pub(super) fn estimates(&self) -> RunEstimates<'_> {
+        RunEstimates {
+            run: &self.name,
+            controls: self.head.controls,
+            state: self.sink.state.as_ref(),
+            derivatives: self.sink.derivatives.as_ref(),
+            modes: self.sink.modes.as_ref(),
+            warnings: &self.warnings,
+            consistency: self.consistency,
+        }
+    }
+
+    /// What was lost or not used, a sentence each.
+    pub(super) fn losses(&self) -> Vec<String> {
+        let mut losses = Vec::new();
+        if self.sink.dropped_samples > 0 {
+            losses.push(format!("{} of {} samples dropped for their time", self.sink.dropped_samples, self.rows));
+        }
+        if self.sink.unused_values > 0 {
+            losses.push(format!("{} values not used: no number, or none that an aircraft reaches", self.sink.unused_values));
+        }
+        if let Some(log) = self.log.as_ref().filter(|log| log.lost > 0) {
+            losses.push(format!("{} of {} messages are not in the log {}", log.lost, log.lost + log.written, log.path.display()));
+        }
+        losses.into_iter().map(|loss| format!("run {}: {loss}", self.name)).collect()
+    }
+}
+
+/// `flight.mcap`, or the first of `flight-2.mcap`, `flight-3.mcap` that is not there yet: no log is written over.
+fn free_name(out: &Path) -> PathBuf {
+    let stem = out.file_stem().unwrap_or_default().to_string_lossy();
+    let numbered = |number: u32| match number {
+        1 => out.to_path_buf(),
+        _ => out.with_file_name(format!("{stem}-{number}.mcap")),
+    };
+    (1..).map(numbered).find(|path| path.symlink_metadata().is_err()).unwrap_or_else(|| out.to_path_buf())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::free_name;
+
+    #[test]
+    fn no_log_is_written_over() {
+        let folder = std::env::temp_dir().join(format!("sideslip-free-name-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let first = folder.join("flight.mcap");
+        assert_eq!(free_name(&first), first);
+        std::fs::write(&first, "").unwrap();
+        assert_eq!(free_name(&first), folder.join("flight-2.mcap"));
+        std::fs::write(folder.join("flight-2.mcap"), "").unwrap();
+        assert_eq!(free_name(&first), folder.join("flight-3.mcap"));
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+}

@@ -1,0 +1,161 @@
+//! `sideslip live`: telemetry and estimator as processes of their own, watched over and started again when they die.
+//!
+//! The supervisor holds every service of the bus open and does no work itself. Its children end when their standard input
+//! ends, so that they outlive it in no case: closed on purpose in order (telemetry first, so that the run has its end and
+//! the log its last sample), or by the system where the supervisor was killed.
+
+mod child;
+
+use super::ingest::Source;
+use super::replay::stopped_by_signals;
+use super::{message, root_path};
+use ::replay::Pace;
+use child::{Child, Died};
+use sideslip::bus::root::Role;
+use sideslip::bus::run_head::play_anew;
+use sideslip::bus::service::Bus;
+use sideslip::error::{Failure, Outcome};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+const EXAMPLE: &str = "\
+Example:
+  sideslip live --source udpin://127.0.0.1:14550 --out logs/
+  sideslip live --source file://flight.csv --out logs/
+and beside it, in another terminal:
+  sideslip watch
+
+It ends with its source, with ctrl-C or SIGTERM: the log is closed and the answer printed. A process that dies is started
+again; the log then goes on in a file of its own (flight-2.mcap).
+
+Exit status: 0 done; 1 failed while running; 2 the call or the recording is wrong, or the root is in use; 3 done, with
+data lost or skipped (said how much).";
+
+/// Between looks at the children.
+const LOOK: Duration = Duration::from_millis(5);
+/// How long telemetry, and then the estimator, may take to end.
+const ENDING: Duration = Duration::from_secs(10);
+
+/// Estimate live: telemetry and estimator as separate processes over shared memory, restarted when one dies
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLE)]
+pub(crate) struct Args {
+    /// Where telemetry comes from: udpin://HOST:PORT, udpout://HOST:PORT, tcp://HOST:PORT or serial://DEVICE?baud=N
+    /// (MAVLink 1 and 2); file://PATH, a recording of any format that is read
+    #[arg(long, value_name = "URL")]
+    source: String,
+    /// Which message gives which channel, for MAVLink (TOML)
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Directory for the MCAP logs (made where it is missing)
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Write the last estimates as JSON to this file at the end, or to standard output with -
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Directory in which the processes meet
+    #[arg(long, value_name = "DIR")]
+    root: Option<PathBuf>,
+    /// How fast a recording comes: 1 is real time
+    #[arg(long, value_name = "1|N|max", default_value = "1")]
+    speed: Pace,
+    /// Override a key of the run, such as vane_position_m=[13.08,0,0]; repeatable
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+/// In a process that another started: stop where standard input ends.
+pub(crate) fn supervised(is: bool, stop: &Arc<AtomicBool>) -> Result<(), Failure> {
+    if is {
+        let stop = Arc::clone(stop);
+        let listen = move || {
+            let mut bytes = [0; 64];
+            while std::io::stdin().read(&mut bytes).is_ok_and(|read| read > 0) {}
+            stop.store(true, Ordering::Relaxed);
+        };
+        let started = std::thread::Builder::new().name("sideslip-parent".to_owned()).spawn(listen);
+        started.map_err(|error| Failure::Running(format!("no thread to be had: {error}")))?;
+    }
+    Ok(())
+}
+
+/// Supervises until the source ends or it is stopped.
+pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    let stop = stopped_by_signals()?;
+    let source = args.source.parse::<Source>().map_err(|what| Failure::Input(format!("--source: {what}")))?;
+    let bus = Bus::enter(&root_path(args.root.as_ref()))?;
+    let _role = bus.take(Role::Supervisor)?;
+    play_anew(bus.root());
+    if let Some(out) = &args.out {
+        std::fs::create_dir_all(out).map_err(|error| Failure::io(out, &error))?;
+    }
+    let mut estimate = Child::new("estimate", estimate_call(args, bus.root().path(), &source));
+    let mut ingest = Child::new("ingest", ingest_call(args, bus.root().path()));
+    estimate.start()?;
+    ingest.start()?;
+    let ended = watch(&bus, &mut estimate, &mut ingest, &stop);
+    // In this order: the run has its end before the estimator is asked for its answer.
+    let telemetry = ingest.end(ENDING)?;
+    let estimator = estimate.end(ENDING)?;
+    ended?;
+    let restarts = estimate.restarts() + ingest.restarts();
+    if restarts > 0 {
+        message(format_args!(
+            "sideslip: estimate was started again {} times, ingest {} times",
+            estimate.restarts(),
+            ingest.restarts()
+        ));
+    }
+    match [telemetry, estimator].into_iter().flatten().max() {
+        Some(0) if restarts == 0 => Ok(Outcome::Done),
+        Some(0 | 3) => Ok(Outcome::DataLost),
+        None => Err(Failure::Running("a process was killed while it was ending".into())),
+        Some(other) => Err(Failure::Running(format!("a process ended with exit status {other}"))),
+    }
+}
+
+fn ingest_call(args: &Args, root: &Path) -> Vec<String> {
+    let mut call = vec!["--source".to_owned(), args.source.clone(), "--speed".to_owned(), args.speed.to_string()];
+    call.push("--resume".to_owned());
+    call.extend(args.set.iter().flat_map(|set| ["--set".to_owned(), set.clone()]));
+    if let Some(config) = &args.config {
+        call.extend(["--config".to_owned(), config.display().to_string()]);
+    }
+    call.extend(["--root".to_owned(), root.display().to_string()]);
+    call
+}
+
+fn estimate_call(args: &Args, root: &Path, source: &Source) -> Vec<String> {
+    let mut call = vec!["--root".to_owned(), root.display().to_string()];
+    if let Some(out) = &args.out {
+        let name = match source {
+            Source::File(recording) => recording.with_extension("mcap").file_name().map(PathBuf::from),
+            Source::Link(_) => None,
+        };
+        call.extend(["--out".to_owned(), out.join(name.unwrap_or_else(|| "live.mcap".into())).display().to_string()]);
+    }
+    if let Some(json) = &args.json {
+        call.extend(["--json".to_owned(), json.display().to_string()]);
+    }
+    call
+}
+
+/// Starts again what dies, until telemetry has ended by itself or it is stopped.
+fn watch(bus: &Bus, estimate: &mut Child, ingest: &mut Child, stop: &AtomicBool) -> Result<(), Failure> {
+    while !stop.load(Ordering::Relaxed) {
+        for child in [&mut *estimate, &mut *ingest] {
+            match child.look()? {
+                None => {}
+                Some(Died::Finished) if child.name() == "ingest" => return Ok(()),
+                Some(Died::WrongCall) => return Err(Failure::Input(format!("{} cannot start", child.name()))),
+                Some(Died::Finished | Died::Killed) => bus.clear_the_dead(),
+            }
+            child.start_when_due()?;
+        }
+        std::thread::sleep(LOOK);
+    }
+    Ok(())
+}

@@ -1,0 +1,128 @@
+//! `sideslip watch`: the newest estimates out of shared memory, once a second, for a person or a program.
+
+use super::output_file::print;
+use super::replay::stopped_by_signals;
+use super::root_path;
+use serde_json::{Value, json};
+use sideslip::bus::reader::{Estimate, Reader};
+use sideslip::bus::run_head::newest_head;
+use sideslip::bus::service::Bus;
+use sideslip::error::{Failure, Outcome};
+use sideslip::flight::channel::ControlNames;
+use sideslip::flight::run_file::RunInfo;
+use sideslip::outputs::derivatives_json::{RunEstimates, derivatives_json};
+use sideslip::outputs::terminal::{Style, Table};
+use sideslip::outputs::text::StatusText;
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+const EXAMPLE: &str = "\
+Example:
+  sideslip watch
+  sideslip watch --json | jq --unbuffered '.estimate.modes.dutch_roll'
+
+With --json each line holds age (s), sequence, incarnation, missed, status, valid, and the estimate in the form of
+derivatives.json; the estimate is null before the first one. It ends with ctrl-C.";
+
+/// Between two looks at whether it was stopped.
+const SLICE: Duration = Duration::from_millis(20);
+
+/// Show the latest estimates of a running estimator, once a second
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLE)]
+pub(crate) struct Args {
+    /// Directory in which the processes meet
+    #[arg(long, value_name = "DIR")]
+    root: Option<PathBuf>,
+    /// Print a JSON object a line
+    #[arg(long)]
+    json: bool,
+    /// Between two looks, s
+    #[arg(long, value_name = "S", default_value = "1", value_parser = interval)]
+    every: Duration,
+    /// End after so many looks
+    #[arg(long, value_name = "N")]
+    count: Option<u64>,
+}
+
+fn interval(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse::<f64>().ok().filter(|seconds| (0.02..=3600.0).contains(seconds));
+    seconds.map(Duration::from_secs_f64).ok_or_else(|| format!("expected seconds from 0.02 to 3600, found `{text}`"))
+}
+
+/// Prints until it is stopped.
+pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    let stop = stopped_by_signals()?;
+    let bus = Bus::enter(&root_path(args.root.as_ref()))?;
+    let mut reader = Reader::on(&bus)?;
+    // An estimate that was published before comes with the next one.
+    let patience = Instant::now() + Duration::from_millis(500);
+    while reader.latest()?.is_none() && Instant::now() < patience && !stop.load(Ordering::Relaxed) {
+        std::thread::sleep(SLICE);
+    }
+    let mut due = Instant::now();
+    let mut looks = 0;
+    while !stop.load(Ordering::Relaxed) && args.count.is_none_or(|count| looks < count) {
+        let now = Instant::now();
+        if now < due {
+            std::thread::sleep(SLICE.min(due - now));
+            continue;
+        }
+        due = (due + args.every).max(now);
+        looks += 1;
+        let estimate = reader.latest()?;
+        let (name, controls) = run_of(&bus);
+        if args.json {
+            print(&format!("{}\n", line(&name, controls, estimate.as_ref())?))?;
+        } else {
+            print(&screen(&name, controls, estimate.as_ref()))?;
+        }
+    }
+    Ok(Outcome::Done)
+}
+
+/// Name and controls of the run that telemetry announced last.
+fn run_of(bus: &Bus) -> (String, ControlNames) {
+    let head = newest_head(bus.root()).ok().flatten();
+    let controls = head.as_ref().map_or(ControlNames::Rotorcraft, |head| head.controls);
+    let info = head.and_then(|head| RunInfo::from_toml(&head.run_toml).ok());
+    (info.and_then(|info| info.run().map(str::to_owned)).unwrap_or_else(|| "live".to_owned()), controls)
+}
+
+fn screen(name: &str, controls: ControlNames, estimate: Option<&Estimate>) -> String {
+    // A terminal shows the newest only; elsewhere one stands below the other.
+    let clear = if std::io::stdout().is_terminal() { "\x1b[H\x1b[2J" } else { "" };
+    let Some(estimate) = estimate else { return format!("{clear}no estimate yet\n") };
+    let status = StatusText { status: estimate.status, controls };
+    let Estimate { derivatives, modes, age, sequence, missed, .. } = estimate;
+    let style = Style::of_stream(&std::io::stdout());
+    let table = Table { controls, derivatives: Some(derivatives), modes: Some(modes), events: &[], notes: &[], style };
+    let age_s = age.as_secs_f64();
+    format!("{clear}run {name}, estimate {sequence}, {age_s:.2} s old, {missed} missed: {status}\n{table}\n")
+}
+
+fn line(name: &str, controls: ControlNames, estimate: Option<&Estimate>) -> Result<Value, Failure> {
+    let Some(estimate) = estimate else { return Ok(json!({ "estimate": null, "valid": false, "status": "waiting" })) };
+    let run = RunEstimates {
+        run: name,
+        controls,
+        state: None,
+        derivatives: Some(&estimate.derivatives),
+        modes: Some(&estimate.modes),
+        warnings: &[],
+        consistency: [None, None],
+    };
+    let wrong = |error: serde_json::Error| Failure::Running(error.to_string());
+    let document: Value = serde_json::from_str(&derivatives_json(&[run]).map_err(wrong)?).map_err(wrong)?;
+    Ok(json!({
+        "age": estimate.age.as_secs_f64(),
+        "sequence": estimate.sequence,
+        "incarnation": estimate.incarnation,
+        "missed": estimate.missed,
+        "status": StatusText { status: estimate.status, controls }.to_string(),
+        "valid": estimate.is_valid(),
+        "estimate": document.pointer("/runs/0"),
+    }))
+}

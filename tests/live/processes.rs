@@ -1,0 +1,166 @@
+//! The processes as a user runs them: the same numbers through shared memory, a second one refused, an end in order.
+
+use crate::program::{ended, folder, own, path, puma, real, sideslip};
+use crate::stage::{Running, left_behind, signal, soon, stage, times};
+use serde_json::Value;
+use sideslip::bus::reader::{Reader, VALID_FOR};
+use sideslip::regression::record::Status;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+const SOON: Duration = Duration::from_secs(10);
+
+fn source(file: &Path) -> String {
+    format!("file://{}", file.display())
+}
+
+/// What `replay` of these prints and writes: in this process, or through shared memory.
+fn replayed(file: &Path, more: &[&str]) -> (i32, String, String, String) {
+    let json = folder("live-replayed").join("answer.json");
+    let (status, out, said) = ended(&sideslip(&[&["replay", path(file), "--json", path(&json)], more].concat()));
+    (status, out, said, std::fs::read_to_string(&json).unwrap())
+}
+
+#[test]
+fn through_shared_memory_the_numbers_are_the_same_bit_for_bit() {
+    let mut files: Vec<(PathBuf, Vec<&str>)> = vec![(puma(), vec![]), (puma(), vec!["--set", "vane_position_m=[5,0,0]"])];
+    let recordings = ["attas-rud1.csv", "twin-otter-020213f1_018.csv", "attas-elv1.csv"];
+    files.extend(recordings.iter().filter_map(|name| Some((real(name)?, vec!["--set", "vane_position_m=[13.08,0,0]"]))));
+    for (file, more) in files {
+        let here = replayed(&file, &more);
+        let there = replayed(&file, &[more.as_slice(), &["--bus"]].concat());
+        assert_eq!(here, there, "{}", file.display());
+    }
+}
+
+#[test]
+fn the_logs_of_both_ways_hold_the_same_samples_and_nothing_is_left() {
+    let stage = stage("replay-logs");
+    let Some(flight) = real("twin-otter-020213f1_018.csv") else { return };
+    let (here, there) = (stage.join("here.mcap"), stage.join("there.mcap"));
+    let run = |log: &Path, more: &[&str]| {
+        let (status, _, said) = ended(&sideslip(&[&["replay", path(&flight), "--out", path(log)], more].concat()));
+        assert_eq!(status, 0, "{said}");
+        let (status, out, said) = ended(&sideslip(&["replay", path(log), "--json", "-"]));
+        assert_eq!(status, 0, "{said}");
+        let inspected = ended(&sideslip(&["inspect", path(log), "--json", "-"])).1;
+        let mut inspected: Value = serde_json::from_str(&inspected).unwrap();
+        inspected.as_object_mut().unwrap().retain(|key, _| key != "file" && key != "path");
+        (out, inspected)
+    };
+    assert_eq!(run(&here, &[]), run(&there, &["--bus"]), "samples and the columns that nobody knows");
+    let roots = std::fs::read_dir(std::env::temp_dir()).unwrap().flatten();
+    let own: Vec<_> = roots.filter(|entry| entry.file_name().to_string_lossy().starts_with("sideslip-replay-")).collect();
+    assert!(own.len() < 4, "private roots go with their replay: {own:?}");
+}
+
+#[test]
+fn what_is_wrong_with_a_recording_is_said_the_same_way() {
+    let folder = folder("live-damaged");
+    let damaged = folder.join("damaged.csv");
+    let text = std::fs::read_to_string(puma()).unwrap();
+    std::fs::write(&damaged, text.replacen("\n0.5,", "\nx,", 1).replacen("\n0.6", "\n0.6,0", 1)).unwrap();
+    let (here, there) = (replayed(&damaged, &[]), replayed(&damaged, &["--bus"]));
+    assert_eq!(here, there);
+    assert_eq!(here.0, 3, "{}", here.2);
+}
+
+#[test]
+fn telemetry_and_estimator_meet_whoever_comes_first_and_readers_see_them_go() {
+    let stage = stage("meeting");
+    let (root, log, json) = (stage.join("root"), stage.join("flight.mcap"), stage.join("flight.json"));
+    let mut ingest = Running::start(&["ingest", "--source", &source(&puma()), "--speed", "10", "--root", path(&root)]);
+    soon("telemetry announces its run", SOON, || root.join("runs").read_dir().is_ok_and(|mut heads| heads.next().is_some()));
+    let call = ["estimate", "--root", path(&root), "--out", path(&log), "--json", path(&json)];
+    let mut estimate = Running::start(&call);
+    let mut reader = Reader::open(&root).unwrap();
+    soon("an estimate that holds", SOON, || reader.latest().unwrap().is_some_and(|estimate| estimate.is_valid()));
+    // A second of each is refused in words.
+    let (status, _, said) = ended(&sideslip(&call));
+    assert!(status == 2 && said.contains("has the role `estimator` already"), "{said}");
+    let (status, _, said) = ended(&sideslip(&["ingest", "--source", &source(&puma()), "--root", path(&root)]));
+    assert!(status == 2 && said.contains(&format!("process {} has the role `telemetry`", ingest.number())), "{said}");
+    // Watch shows it to a person and to a program.
+    let (status, out, said) = ended(&sideslip(&["watch", "--root", path(&root), "--count", "2", "--every", "0.1", "--json"]));
+    assert_eq!(status, 0, "{said}");
+    let lines: Vec<Value> = out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(lines[1]["estimate"]["run"], "puma-100kn-pedal-3211", "{out}");
+    assert!(lines[1]["sequence"].as_u64() > lines[0]["sequence"].as_u64() && lines[1]["age"].as_f64().unwrap() < 1.0);
+    let (_, out, _) = ended(&sideslip(&["watch", "--root", path(&root), "--count", "1"]));
+    assert!(out.contains("Lateral modes") && out.contains(" missed: "), "{out}");
+    // The recording ends, the run with it; the estimator stays for the next.
+    assert_eq!(ingest.ended(SOON), 0);
+    std::thread::sleep(VALID_FOR);
+    assert_eq!(reader.latest().unwrap().unwrap().status, Status::Stale, "nobody estimates any more");
+    let again = ["ingest", "--source", &source(&puma()), "--speed", "max", "--root", path(&root)];
+    let (status, _, said) = ended(&sideslip(&again));
+    assert_eq!(status, 0, "{said}");
+    assert!(signal("TERM", estimate.number()));
+    assert_eq!(estimate.ended(SOON), 0, "{:?}", estimate.said());
+    let all = times(&puma());
+    assert_eq!((times(&log), times(&stage.join("flight-2.mcap"))), (all.clone(), all));
+    let answer: Value = serde_json::from_str(&std::fs::read_to_string(&json).unwrap()).unwrap();
+    let expected: Value = serde_json::from_str(&replayed(&puma(), &[]).3).unwrap();
+    for run in answer["runs"].as_array().unwrap() {
+        assert_eq!(run["equations"], expected["runs"][0]["equations"]);
+        assert_eq!(run["modes"], expected["runs"][0]["modes"]);
+    }
+    assert_eq!(answer["runs"].as_array().unwrap().len(), 2);
+    drop(reader);
+    assert_eq!(left_behind(&root), [""; 0]);
+}
+
+#[test]
+fn live_ends_with_its_source_and_the_answer_is_that_of_a_replay() {
+    let stage = stage("whole");
+    let (root, logs, json) = (stage.join("root"), stage.join("logs"), stage.join("live.json"));
+    let args = ["live", "--source", &source(&puma()), "--speed", "20", "--root", path(&root), "--out", path(&logs)];
+    let (status, out, said) = ended(&sideslip(&[args.as_slice(), &["--json", path(&json)]].concat()));
+    assert_eq!(status, 0, "{said}");
+    assert!(out.contains("Dutch roll") && out.contains("1251 samples"), "{out}");
+    let answer = |text: &str| serde_json::from_str::<Value>(text).unwrap()["runs"][0].clone();
+    let (live, replay) = (answer(&std::fs::read_to_string(&json).unwrap()), answer(&replayed(&puma(), &[]).3));
+    assert_eq!(live, replay, "live and replay are one pipeline");
+    assert_eq!(times(&logs.join("puma-100kn-pedal-3211.mcap")), times(&puma()));
+    assert_eq!(left_behind(&root), [""; 0]);
+}
+
+#[test]
+fn ctrl_c_and_sigterm_close_the_log_and_a_supervisor_that_dies_takes_its_processes_along() {
+    for name in ["INT", "TERM", "KILL"] {
+        let stage = stage(&format!("signal-{name}"));
+        let (root, logs) = (stage.join("root"), stage.join("logs"));
+        let mut live = Running::start(&["live", "--source", &source(&puma()), "--root", path(&root), "--out", path(&logs)]);
+        let log = logs.join("puma-100kn-pedal-3211.mcap");
+        soon("half a second in the log", SOON, || times(&log).len() > 25);
+        let numbers: Vec<u32> = live
+            .said()
+            .iter()
+            .filter_map(|(_, line)| line.rsplit_once(" is process ").and_then(|(_, number)| number.parse().ok()))
+            .collect();
+        assert_eq!(numbers.len(), 2);
+        assert!(signal(name, live.number()));
+        let status = live.ended(SOON);
+        assert_eq!(status, if name == "KILL" { -1 } else { 0 }, "{:?}", live.said());
+        soon("nobody is left", SOON, || numbers.iter().all(|number| !signal("0", *number)));
+        let (status, out, said) = ended(&sideslip(&["inspect", path(&log), "--json", "-"]));
+        assert_eq!(status, 0, "the log is whole: {out}{said}");
+        soon("the last one out has swept", SOON, || left_behind(&root).is_empty() || name == "KILL");
+    }
+}
+
+#[test]
+fn a_call_that_cannot_work_is_not_tried_again() {
+    let stage = stage("wrong");
+    let root = stage.join("root");
+    let missing = source(&stage.join("missing.csv"));
+    let (status, _, said) = ended(&sideslip(&["live", "--source", &missing, "--root", path(&root)]));
+    assert_eq!(status, 2, "{said}");
+    assert!(said.contains("missing.csv") && said.matches("is process").count() == 2, "{said}");
+    for wrong in ["ftp://x", "file://"] {
+        assert_eq!(ended(&sideslip(&["ingest", "--source", wrong, "--root", path(&root)])).0, 2);
+    }
+    let manifest = own("Cargo.toml");
+    let out = ["estimate", "--root", path(&root), "--out", path(&manifest)];
+    assert_eq!(ended(&sideslip(&out)).0, 2);
+}
