@@ -10,8 +10,10 @@ mod program;
 
 mod kills;
 mod latency;
+mod links;
 mod payload;
 mod processes;
 mod real_time;
+mod sender;
 mod services;
 mod stage;

@@ -92,8 +92,13 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if let Some(out) = &args.out {
         std::fs::create_dir_all(out).map_err(|error| Failure::io(out, &error))?;
     }
-    let mut estimate = Child::new("estimate", estimate_call(args, bus.root().path(), &source));
-    let mut ingest = Child::new("ingest", ingest_call(args, bus.root().path()));
+    // The socket is the supervisor's: what arrives while telemetry is away waits in it.
+    let held = match &source {
+        Source::Link(url) => url.hold().map_err(|wrong| Failure::Running(wrong.to_string()))?,
+        Source::File(_) => None,
+    };
+    let mut estimate = Child::new("estimate", estimate_call(args, bus.root().path(), &source), None);
+    let mut ingest = Child::new("ingest", ingest_call(args, bus.root().path()), held);
     estimate.start()?;
     ingest.start()?;
     let ended = watch(&bus, &mut estimate, &mut ingest, &stop);
