@@ -14,6 +14,7 @@ struct Call {
 
 #[derive(Subcommand)]
 enum Command {
+    Demo(command::demo::Args),
     Live(command::live::Args),
     Ingest(command::ingest::Args),
     Estimate(command::estimate::Args),
@@ -26,6 +27,7 @@ enum Command {
 
 fn main() -> ExitCode {
     let ended = match Call::parse().command {
+        Command::Demo(args) => command::demo::run(&args),
         Command::Live(args) => command::live::run(&args),
         Command::Ingest(args) => command::ingest::run(&args),
         Command::Estimate(args) => command::estimate::run(&args),

@@ -8,6 +8,7 @@ mod allocations;
 #[path = "../support/program.rs"]
 mod program;
 
+mod demo;
 mod kills;
 mod latency;
 mod links;
