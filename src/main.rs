@@ -22,6 +22,7 @@ enum Command {
     Replay(command::replay::Args),
     Simulate(command::simulate::Args),
     Linearise(command::linearise::Args),
+    Design(command::design::Args),
     Inspect(command::inspect::Args),
 }
 
@@ -35,6 +36,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => command::replay::run(&args),
         Command::Simulate(args) => command::simulate::run(&args),
         Command::Linearise(args) => command::linearise::run(&args),
+        Command::Design(args) => command::design::run(&args),
         Command::Inspect(args) => command::inspect::run(&args),
     };
     match ended {

@@ -42,8 +42,7 @@ fn a_demo_that_is_stopped_leaves_a_whole_log_and_no_process() {
     let processes = std::fs::read_to_string(out.join("processes.log")).unwrap();
     assert!(crate::stage::signal("INT", demo.id()));
     assert_eq!(demo.wait().unwrap().code(), Some(1));
-    let numbers: Vec<u32> =
-        processes.lines().filter_map(|line| line.rsplit_once(" is process ")?.1.parse().ok()).collect();
+    let numbers: Vec<u32> = processes.lines().filter_map(|line| line.rsplit_once(" is process ")?.1.parse().ok()).collect();
     assert_eq!(numbers.len(), 2);
     assert!(numbers.iter().all(|number| !crate::stage::signal("0", *number)), "nobody is left");
     assert_eq!(ended(&sideslip(&["inspect", path(&log), "--json", "-"])).0, 0);
