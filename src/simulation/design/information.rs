@@ -1,7 +1,7 @@
 //! Fisher information of a test input: what standard errors output error could reach at best.
 //!
-//! Consumes a linear model, the derivatives theta to be known, instruments and controls over time; produces their
-//! information matrix F ([`super::dispersion`] turns it into standard errors). States x = u w q theta v p phi r as deviations from trim,
+//! Consumes a linear model, the derivatives theta to be known, instruments and controls over time; produces their information
+//! matrix F ([`super::dispersion`] turns it into standard errors). States x = u w q theta v p phi r, deviations from trim,
 //!     dx/dt = A(theta) x + B(theta) c                                                       (1)
 //!     dx_j/dt = A x_j + (dA/dtheta_j) x + (dB/dtheta_j) c,   x_j(0) = 0                     (2)
 //!     y = C(theta) x + E(theta) c + b,   s_j = dy/dtheta_j                                  (3)
