@@ -10,6 +10,7 @@
 #[path = "../support/program.rs"]
 mod program;
 
+mod design;
 mod inspect;
 mod mavlink;
 mod model_files;
