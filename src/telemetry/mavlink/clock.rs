@@ -149,8 +149,7 @@ impl Clock {
     /// Places one message that arrived at that host time.
     pub fn place(&mut self, stamp: Stamp, host_us: Option<u64>) -> Placed {
         if let Some(witness) = self.witness.as_deref_mut() {
-            let has_boot_time = matches!(stamp, Stamp::BootMs(_) | Stamp::WrappingUs(_) | Stamp::Us(..UNIX_US));
-            if has_boot_time {
+            if has_boot_time(stamp) {
                 witness.note_boot_time();
             } else if witness.is_in_doubt() {
                 return Placed::InDoubt;
@@ -288,6 +287,11 @@ impl Clock {
         self.waited += 1;
         self.waited > PATIENCE
     }
+}
+
+/// Whether a stamp counts from the boot.
+pub(super) fn has_boot_time(stamp: Stamp) -> bool {
+    matches!(stamp, Stamp::BootMs(_) | Stamp::WrappingUs(_) | Stamp::Us(..UNIX_US))
 }
 
 /// The number nearest to `near` whose low 32 bits are these.

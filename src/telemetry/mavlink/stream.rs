@@ -8,9 +8,9 @@
 //! does [`choice`](super::choice) live). Of other senders only MANUAL_CONTROL for the vehicle is used. Live, what comes
 //! while its clock is in doubt waits, and nothing of a new boot is lost.
 
-use super::clock::{Clock, Placed};
+use super::clock::{Clock, Placed, has_boot_time};
 use super::mapping::{Config, Mapping};
-use super::message::{Body, Kind, Reading, Stamp};
+use super::message::{Body, Kind, Reading};
 use super::packet::Packet;
 use super::senders::Sender;
 use super::witness::Witness;
@@ -151,9 +151,9 @@ impl Stream {
             Placed::InDoubt => match self.clock.witness().map(Witness::waiting) {
                 None => {}
                 Some(waiting) => {
-                    if waiting == 1 && reading.stamp != Stamp::None {
+                    if waiting == 1 && has_boot_time(reading.stamp) {
                         // Another clock than the one that was in doubt before.
-                        self.doubtful.retain(|(before, _)| before.stamp == Stamp::None);
+                        self.doubtful.retain(|(before, _)| !has_boot_time(before.stamp));
                     }
                     if self.doubtful.len() >= READY_MAX {
                         self.doubtful.pop_front();
@@ -173,11 +173,11 @@ impl Stream {
         }
     }
 
-    /// What waited was of strays or of another sender, save what has no time of its own: that was the vehicle's.
+    /// What waited was of strays or of another sender, save what has no boot time: that was the vehicle's.
     fn no_doubt(&mut self) {
         for (reading, host_us) in std::mem::take(&mut self.doubtful) {
-            if let Some(time_us) = self.clock.newest_us().filter(|_| reading.stamp == Stamp::None) {
-                self.put(&reading, time_us, host_us);
+            if !has_boot_time(reading.stamp) {
+                self.place(&reading, host_us);
             }
         }
     }
@@ -260,6 +260,7 @@ pub fn admits(config: &Config, sender: Sender) -> bool {
 mod tests {
     use super::*;
     use crate::telemetry::mavlink::encode::{Frames, ME};
+    use crate::telemetry::mavlink::message::Stamp;
     use crate::telemetry::mavlink::packet::{Framer, Framing};
     use mavlink::dialects::ardupilotmega::{
         AOA_SSA_DATA, ATTITUDE_DATA, HIGHRES_IMU_DATA, HighresImuUpdatedFlags, MavMessage, VFR_HUD_DATA,
