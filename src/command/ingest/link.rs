@@ -74,6 +74,7 @@ pub(super) fn listen(args: &Args, url: &Url, stop: &AtomicBool) -> Result<Outcom
         silent: true,
         wordless: false,
         vehicle_since: None,
+        stood_at_s: None,
         samples: 0,
     };
     message(format_args!("sideslip: listening at {url}"));
@@ -155,6 +156,8 @@ struct Station<'a> {
     /// Whether it was said that messages come but no motion.
     wordless: bool,
     vehicle_since: Option<Instant>,
+    /// Where the vehicle's clock stood still, s.
+    stood_at_s: Option<f64>,
     samples: u64,
 }
 
@@ -199,10 +202,12 @@ impl Station<'_> {
                     "sideslip: two senders use {vehicle} with different clocks: what does not fit the first's is not used"
                 )),
                 Notice::TwoNumbers(vehicle) => message(format_args!(
-                    "sideslip: two running numbers interleave in the messages of {vehicle}: two senders of one id, which                      cannot be told apart, or one that comes by two ways"
+                    "sideslip: two running numbers interleave in the messages of {vehicle}: two senders of one id, which \
+                     cannot be told apart, or one that comes by two ways"
                 )),
                 Notice::StandsStill(at_s) => {
-                    message(format_args!("sideslip: the vehicle's clock stands still at {at_s} s: no sample can be made"));
+                    self.stood_at_s = Some(at_s);
+                    message(format_args!("sideslip: the vehicle's clock stands still at {at_s} s: samples need its time"));
                 }
                 Notice::ByArrival => message(format_args!(
                     "sideslip: the vehicle's clock runs slower than this machine's: the age of a sample counts from its arrival"
@@ -346,6 +351,9 @@ impl Station<'_> {
             ));
         }
         let mut losses: Vec<String> = passed_over(self.live.tally(), Unused { no_clock: 0, ..unused }).into_iter().collect();
+        if let Some(at_s) = self.stood_at_s {
+            losses.push(format!("the vehicle's clock stood still at {at_s} s: what came then is not used"));
+        }
         if self.samples == 0 && messages > 0 {
             losses.push(match self.live.stream().clock().newest_us() {
                 _ if self.live.stream().vehicle().is_none() => no_motion(&self.live),

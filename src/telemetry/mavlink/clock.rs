@@ -168,6 +168,12 @@ impl Clock {
         }
         let host_us = host_us.and_then(|host| i64::try_from(host).ok()).filter(|host| *host < LONGEST_US);
         if let Some(host_us) = host_us.filter(|_| self.witness.is_some()) {
+            let alone = has_boot_time(stamp) || self.witness().is_some_and(|witness| !witness.has_boot_time());
+            let step_us = self.newest_us.map_or(0, |newest| boot_us - newest);
+            if !alone && !self.witness().is_some_and(|witness| witness.agrees(step_us, host_us)) {
+                self.in_doubt += 1;
+                return Placed::InDoubt;
+            }
             return self.place_live(boot_us, host_us);
         }
         let Some(newest) = self.newest_us else {
@@ -289,9 +295,9 @@ impl Clock {
     }
 }
 
-/// Whether a stamp counts from the boot.
+/// Whether a stamp counts from the boot, and says alone where in it; microseconds that wrap after an hour do not.
 pub(super) fn has_boot_time(stamp: Stamp) -> bool {
-    matches!(stamp, Stamp::BootMs(_) | Stamp::WrappingUs(_) | Stamp::Us(..UNIX_US))
+    matches!(stamp, Stamp::BootMs(_) | Stamp::Us(..UNIX_US))
 }
 
 /// The number nearest to `near` whose low 32 bits are these.

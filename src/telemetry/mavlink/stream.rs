@@ -149,7 +149,7 @@ impl Stream {
                 self.put(reading, time_us, host_us);
             }
             Placed::InDoubt => match self.clock.witness().map(Witness::waiting) {
-                None => {}
+                None | Some(0) => {}
                 Some(waiting) => {
                     if waiting == 1 && has_boot_time(reading.stamp) {
                         // Another clock than the one that was in doubt before.
@@ -176,8 +176,10 @@ impl Stream {
     /// What waited was of strays or of another sender, save what has no boot time: that was the vehicle's.
     fn no_doubt(&mut self) {
         for (reading, host_us) in std::mem::take(&mut self.doubtful) {
-            if !has_boot_time(reading.stamp) {
-                self.place(&reading, host_us);
+            if !has_boot_time(reading.stamp)
+                && let Placed::At { time_us, .. } = self.clock.place(reading.stamp, host_us)
+            {
+                self.put(&reading, time_us, host_us);
             }
         }
     }
@@ -263,7 +265,7 @@ mod tests {
     use crate::telemetry::mavlink::message::Stamp;
     use crate::telemetry::mavlink::packet::{Framer, Framing};
     use mavlink::dialects::ardupilotmega::{
-        AOA_SSA_DATA, ATTITUDE_DATA, HIGHRES_IMU_DATA, HighresImuUpdatedFlags, MavMessage, VFR_HUD_DATA,
+        AOA_SSA_DATA, ATTITUDE_DATA, HIGHRES_IMU_DATA, HighresImuUpdatedFlags, MavMessage, SERVO_OUTPUT_RAW_DATA, VFR_HUD_DATA,
     };
 
     fn samples(messages: &[MavMessage], config: Config) -> (Vec<Timed>, Unused) {
@@ -347,14 +349,19 @@ mod tests {
     fn live_a_boot_loses_nothing_whatever_clocks_its_messages_have() {
         let unix = 1_700_000_000_000_000;
         let air = |speed| MavMessage::VFR_HUD(VFR_HUD_DATA { airspeed: speed, alt: 100.0, ..Default::default() });
+        let servos = |time_usec, k| {
+            let servo4_raw = 1500 + k as u16;
+            MavMessage::SERVO_OUTPUT_RAW(SERVO_OUTPUT_RAW_DATA { time_usec, servo4_raw, ..Default::default() })
+        };
         let mut messages = Vec::new();
         for k in 0..100_u32 {
-            // Started again after the fiftieth; the clock since 1970 goes on.
-            let boot_ms = if k < 50 { 100_000 + 20 * k } else { 20 * (k - 50) + 300 };
+            // Started again after the fiftieth; the clock since 1970 goes on, and the last two minutes before 2^32 us.
+            let boot_ms = if k < 50 { 4_200_000 + 20 * k } else { 20 * (k - 50) + 300 };
             let host_us = u64::from(k) * 20_000;
             messages.push((host_us, attitude(boot_ms, 0.1)));
             messages.push((host_us + 500, imu(unix + host_us)));
             messages.push((host_us + 600, air(40.0 + k as f32)));
+            messages.push((host_us + 700, servos(boot_ms.wrapping_mul(1000), k)));
         }
         let (samples, unused, _) = live(&messages);
         assert_eq!((samples.len(), unused), (100, Unused::default()));
@@ -363,6 +370,8 @@ mod tests {
             let values =
                 [Channel::P, Channel::Phi, Channel::Tas].map(|channel| timed.sample.get(channel).map(|value| value as f32));
             assert_eq!(values, [Some(0.5), Some(0.1), Some(40.0 + k as f32)], "{k}");
+            let pedal = timed.sample.get(Channel::Pedal).map(|angle| (angle.to_degrees() * 50.0).round());
+            assert_eq!(pedal, Some(k as f64), "{k}");
         }
         assert!(samples.windows(2).all(|pair| pair[1].sample.time_s > pair[0].sample.time_s));
     }

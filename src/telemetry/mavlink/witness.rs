@@ -81,6 +81,16 @@ impl Witness {
         self.boot_stamped && self.judge.series().is_some()
     }
 
+    /// Whether a stamp that is so much newer than the newest agrees with the clock.
+    pub fn agrees(&self, step_us: i64, host_us: i64) -> bool {
+        self.judge.agrees(step_us, host_us)
+    }
+
+    /// Whether a message with boot time was heard.
+    pub fn has_boot_time(&self) -> bool {
+        self.boot_stamped
+    }
+
     /// Notes that a message has boot time.
     pub fn note_boot_time(&mut self) {
         self.boot_stamped = true;
