@@ -19,7 +19,7 @@ const PLAYING: &str = "playing";
 const KEPT: usize = 8;
 
 fn place(root: &Root, incarnation: u64) -> PathBuf {
-    root.path().join(HEADS).join(format!("{incarnation:020}.json"))
+    root.ours().join(HEADS).join(format!("{incarnation:020}.json"))
 }
 
 /// Writes the head of an incarnation's run. Call it before the first sample.
@@ -30,7 +30,7 @@ pub fn write_head(root: &Root, incarnation: u64, head: &LogHead) -> Result<(), B
     let place = place(root, incarnation);
     let wrong = |what: String| BusError::Root { path: place.clone(), what };
     let text = serde_json::to_vec(&head.to_metadata("sideslip")).map_err(|error| wrong(error.to_string()))?;
-    let directory = root.path().join(HEADS);
+    let directory = root.ours().join(HEADS);
     let partial = directory.join(format!("{}.partial", std::process::id()));
     let written = std::fs::create_dir_all(&directory)
         .and_then(|()| std::fs::write(&partial, text))
@@ -67,7 +67,7 @@ pub fn read_head(root: &Root, incarnation: u64) -> Result<Option<LogHead>, BusEr
 /// # Errors
 /// [`BusError::Root`] where it cannot be understood.
 pub fn newest_head(root: &Root) -> Result<Option<LogHead>, BusError> {
-    let Ok(entries) = std::fs::read_dir(root.path().join(HEADS)) else { return Ok(None) };
+    let Ok(entries) = std::fs::read_dir(root.ours().join(HEADS)) else { return Ok(None) };
     let number = |path: PathBuf| {
         if path.extension()? != "json" {
             return None;
@@ -84,7 +84,7 @@ pub fn newest_head(root: &Root) -> Result<Option<LogHead>, BusError> {
 /// # Errors
 /// [`BusError::Root`] where the file cannot be read or written.
 pub fn playing_since(root: &Root, now_ns: u64) -> Result<u64, BusError> {
-    let place = root.path().join(HEADS).join(PLAYING);
+    let place = root.ours().join(HEADS).join(PLAYING);
     let wrong = |error: std::io::Error| BusError::Root { path: place.clone(), what: error.to_string() };
     match std::fs::read_to_string(&place) {
         Ok(text) => {
@@ -92,8 +92,8 @@ pub fn playing_since(root: &Root, now_ns: u64) -> Result<u64, BusError> {
             text.trim().parse().map_err(|_| refused())
         }
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            let partial = root.path().join(HEADS).join(format!("{}.partial", std::process::id()));
-            std::fs::create_dir_all(root.path().join(HEADS)).map_err(wrong)?;
+            let partial = root.ours().join(HEADS).join(format!("{}.partial", std::process::id()));
+            std::fs::create_dir_all(root.ours().join(HEADS)).map_err(wrong)?;
             std::fs::write(&partial, now_ns.to_string()).and_then(|()| std::fs::rename(&partial, &place)).map_err(wrong)?;
             Ok(now_ns)
         }
@@ -103,5 +103,5 @@ pub fn playing_since(root: &Root, now_ns: u64) -> Result<u64, BusError> {
 
 /// Forgets what was played before.
 pub fn play_anew(root: &Root) {
-    let _ = std::fs::remove_file(root.path().join(HEADS).join(PLAYING));
+    let _ = std::fs::remove_file(root.ours().join(HEADS).join(PLAYING));
 }

@@ -44,7 +44,8 @@ fn least(derivatives: &DerivativesRecord) -> Status {
         let equation = &derivatives.equations[axis.index()];
         if equation.status.rank() < least.rank() {
             least = match equation.status {
-                Status::NotIdentifiable(_) => Status::NotIdentifiable(Reason::Equation { axis }),
+                // Which of the three it is says more than its condition index; of other reasons the reason itself does.
+                Status::NotIdentifiable(Reason::Collinear { .. }) => Status::NotIdentifiable(Reason::Equation { axis }),
                 status => status,
             };
         }

@@ -170,7 +170,7 @@ fn a_connection_that_breaks_is_opened_again_and_noise_is_counted() {
     let server = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let source = format!("tcp://{}", server.local_addr().unwrap());
     let mut estimate = Running::start(&["estimate", "--root", path(&root), "--out", path(&log)]);
-    soon("an estimator", SOON, || root.join("estimator").exists());
+    soon("an estimator", SOON, || root.join(".sideslip/estimator").exists());
     let mut ingest = Running::start(&["ingest", "--source", &source, "--root", path(&root)]);
     let flight = samples(&puma());
     let mut encoder = Encoder::new(ME, Config::default(), ControlNames::Rotorcraft);

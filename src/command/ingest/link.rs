@@ -4,7 +4,7 @@
 //! the vehicle is a run of its own.
 
 use super::super::mapping_input::read_mapping;
-use super::super::{message, root_path};
+use super::super::{message, patience, root_path};
 use super::feed::Feed;
 use super::{Args, override_keys};
 use sideslip::bus::clock::monotonic_ns;
@@ -39,8 +39,8 @@ const REOPEN: Duration = Duration::from_secs(1);
 pub(super) fn listen(args: &Args, url: &Url, stop: &AtomicBool) -> Result<Outcome, Failure> {
     let config = read_mapping(args.config.as_deref())?;
     override_keys(&mut RunInfo::default(), &args.set)?;
-    let bus = Bus::enter(&root_path(args.root.as_ref()))?;
-    let _role = bus.take(Role::Telemetry)?;
+    let mut bus = Bus::enter(&root_path(args.root.as_ref()))?;
+    let _role = bus.take_within(Role::Telemetry, patience(args.supervised))?;
     let link = open(args, url)?;
     let now = Instant::now();
     let mut station = Station {
