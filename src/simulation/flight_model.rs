@@ -1,10 +1,12 @@
 //! A model file of either kind, ready to fly and to linearise; the built-in Puma.
 //!
-//! Consumes the text of a model file, the trim that is asked for and options set by hand; produces the file, its linear model, and for
-//! kind `level1` the aircraft in its trim. A linear model has one trim and no options: asking for another is refused.
+//! Consumes the text of a model file, the trim that is asked for and options set by hand; produces the file, its linear
+//! model, and for kind `level1` the aircraft in its trim. A linear model has one trim and no options: asking for another is
+//! refused.
 //!
-//! `--set` writes `key=value` into the `[level1]` table, the key dotted (`main_rotor.shaft_tilt=0.05`), with or without `level1.` before it;
-//! that of an option may stand alone (`hub=exact`). A value that is no TOML is taken as a text. The key must be there already.
+//! `--set` writes `key=value` into the `[level1]` table, the key dotted (`main_rotor.shaft_tilt=0.05`), with or without
+//! `level1.` before it; that of an option may stand alone (`hub=exact`). A value that is no TOML is taken as a text. The key
+//! must be there already.
 
 use super::fly::Flight;
 use super::level1::file::{Declared, OPTIONS, read};

@@ -1,8 +1,9 @@
 //! The motion over time: Runge and Kutta's fourth order over a mesh that holds every bend of what drives it.
 //!
-//! Consumes the model (a linear one, or a Level-1 aircraft to whose accelerations the linear one's deviations add), the blade's deviations at mesh points and half way between, gusts and rotor speed; produces the
-//! true state at every mesh point. Between neighbouring mesh points everything that drives the motion is a straight
-//! line, so the order of the method is not spoilt by corners.
+//! Consumes the model (a linear one, or a Level-1 aircraft to whose accelerations the linear one's deviations add), the
+//! blade's deviations at mesh points and half way between, gusts and rotor speed; produces the true state at every mesh
+//! point. Between neighbouring mesh points everything that drives the motion is a straight line, so the order of the method
+//! is not spoilt by corners.
 //! Numerics: steps of at most [`MAX_STEP_S`], shorter where the model's fastest mode asks for it ([`STEP_ANGLE`]);
 //! `tests/jacobians` compares half the step and the matrix exponential.
 //! Where the motion leaves what the kinematics can carry ([`MAX_PITCH`], [`MAX_MAGNITUDE`]) it ends, and it is said when.

@@ -1,8 +1,8 @@
 //! Rates of the inner states: flap, inflow, rotor speed and engine, actuators, as the options have them.
 //!
 //! Consumes a trimmed aircraft, the situation with the pitch that the control path asks for, and the inner states; produces the
-//! response and the inner rates. The order in which one acts on the next: actuators give the pitch, the pitch with flap and inflow
-//! the loads, the loads with what effects add the accelerations, and those drive flap and rotor speed.
+//! response and the inner rates. The order in which one acts on the next: actuators give the pitch, the pitch with flap and
+//! inflow the loads, the loads with what effects add the accelerations, and those drive flap and rotor speed.
 
 use super::aircraft::{Response, Situation};
 use super::inner::{Flapping, Inner};
@@ -24,8 +24,8 @@ pub(crate) struct Instant {
 }
 
 impl Trimmed {
-    /// Response and inner rates. Each control acts `effectiveness` times its deviation from trim; `added` gives from pitch and rotor
-    /// speed what effects add to the accelerations.
+    /// Response and inner rates. Each control acts `effectiveness` times its deviation from trim; `added` gives from pitch
+    /// and rotor speed what effects add to the accelerations.
     pub(crate) fn instant(
         &self,
         situation: &Situation,

@@ -1,8 +1,8 @@
 //! Linearisation about a trim: derivatives by differences, and the whole system with its inner states.
 //!
 //! Consumes a trim; produces the derivatives of specific force and angular acceleration (the matrices of `linear` then add the
-//! kinematics), with everything that is no motion at once (the plain model, rotor speed held), and their derivatives with respect to
-//! rotor speed. Differences of five points,
+//! kinematics), with everything that is no motion at once (the plain model, rotor speed held), and their derivatives with
+//! respect to rotor speed. Differences of five points,
 //!     f'(x) = [8 (f(x + h) - f(x - h)) - (f(x + 2h) - f(x - 2h))]/(12 h)                               (1)
 //! whose error is of the order of h^4, or, as an option, of two points with the finite half widths that the model gives,
 //!     f'(x) = [f(x + h) - f(x - h)]/(2 h)                                                              (2)

@@ -8,8 +8,8 @@
 //!     C_T = a0 s/2 [theta (1/3 + mu^2/2) + (mu_z - lambda)/2], lambda from momentum (`inflow`)         (3)
 //!     Y = rho (Omega_T R_T)^2 pi R_T^2 C_T F     L = h Y     N = -x Y                                  (4)
 //!     C_Q = -(mu_z - lambda) C_T + (delta_0 + delta_2 C_T^2) s (1 + 3 mu^2)/8                          (5)
-//! k3 is the tangent of the pitch-flap hinge's angle, G = (gamma/8 lambda_beta^2) of the blade, F the part of the thrust that the fin
-//! leaves. (2) is linear in lambda, so (3) is the straight line that `inflow` takes.
+//! k3 is the tangent of the pitch-flap hinge's angle, G = (gamma/8 lambda_beta^2) of the blade, F the part of the thrust
+//! that the fin leaves. (2) is linear in lambda, so (3) is the straight line that `inflow` takes.
 //! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, ch. 3.
 
 use super::inflow::uniform;

@@ -4,10 +4,11 @@
 //! accelerations vanish. With sin(gamma) = climb/V, the velocity through still air is v = V sin(beta) and u, w of
 //!     V sin(gamma) = u sin(theta) - v cos(theta) sin(phi) - w cos(theta) cos(phi)                      (1)
 //! On a path steeper than [`STEEP`] a given sideslip may need another velocity than (1) leaves room for; there beta is the angle
-//! of the track over ground to the right of the heading. A climb rate beyond the airspeed asked for is a vertical path at that rate.
+//! of the track over ground to the right of the heading. A climb rate beyond the airspeed asked for is a vertical path at
+//! that rate.
 //! Numerics: Newton's method with differences, each step halved until the accelerations fall; from a fixed guess, and where
-//! that fails along a path of conditions from hover. To rounding; more than [`TOLERANCE`] is no trim. Refused as well: attitudes and
-//! blade pitch beyond what the equations hold for ([`MOST_ATTITUDE`], [`MOST_PITCH`]).
+//! that fails along a path of conditions from hover. To rounding; more than [`TOLERANCE`] is no trim. Refused as well:
+//! attitudes and blade pitch beyond what the equations hold for ([`MOST_ATTITUDE`], [`MOST_PITCH`]).
 
 use super::aircraft::{Level1, Situation};
 use super::inner::Inner;
