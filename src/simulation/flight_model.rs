@@ -12,8 +12,10 @@ use super::fly::Flight;
 use super::level1::file::{Declared, OPTIONS, read};
 use super::level1::trim::{NoTrim, Trimmed};
 use crate::flight::document::Misread;
+use crate::flight::effect_file::DeclaredEffect;
 use crate::flight::model::LinearModel;
 use crate::flight::model_file::ModelFile;
+use std::fmt::Write;
 
 /// The text of the built-in model `puma`.
 pub const PUMA: &str = include_str!("../../replay/models/puma.toml");
@@ -40,6 +42,8 @@ pub struct FlightModel {
     pub file: ModelFile,
     /// The aircraft in its trim, for kind `level1`.
     pub level1: Option<Box<Trimmed>>,
+    /// The text, assignments made.
+    text: String,
 }
 
 /// Why a text is no model to fly.
@@ -65,7 +69,12 @@ impl FlightModel {
     /// # Errors
     /// [`ModelError`] with the first wrong place, or why there is no such trim.
     pub fn parse(text: &str, asked: &Asked) -> Result<Self, ModelError> {
-        let (file, declared) = ModelFile::parse_either(text, read)?;
+        let (file, mut declared) = ModelFile::parse_either(text, read)?;
+        let mut text = text.to_owned();
+        if declared.is_some() && !asked.set.is_empty() {
+            text = toml::to_string(&assign(&text, &asked.set)?).map_err(|error| ModelError::Set(error.to_string()))?;
+            declared = ModelFile::parse_either(&text, read).map_err(|misread| ModelError::Set(misread.what))?.1;
+        }
         let Some(declared) = declared else {
             let options = [
                 ("--speed", asked.speed.is_some()),
@@ -76,10 +85,10 @@ impl FlightModel {
             ];
             return match options.into_iter().find(|(_, given)| *given) {
                 Some((option, _)) => Err(ModelError::Linear(option)),
-                None => Ok(FlightModel { file, level1: None }),
+                None => Ok(FlightModel { file, level1: None, text }),
             };
         };
-        let Declared { aircraft, mut condition } = if asked.set.is_empty() { declared } else { assigned(text, &asked.set)? };
+        let Declared { aircraft, mut condition } = declared;
         for (place, asked) in [
             (&mut condition.speed, asked.speed),
             (&mut condition.climb, asked.climb),
@@ -89,7 +98,7 @@ impl FlightModel {
             *place = asked.unwrap_or(*place);
         }
         let trimmed = aircraft.trim(condition)?;
-        Ok(FlightModel { file: ModelFile { linear: trimmed.linear(), ..file }, level1: Some(Box::new(trimmed)) })
+        Ok(FlightModel { file: ModelFile { linear: trimmed.linear(), ..file }, level1: Some(Box::new(trimmed)), text })
     }
 
     /// The built-in Puma.
@@ -108,14 +117,38 @@ impl FlightModel {
         }
     }
 
+    /// A model file that flies the same, in the trim that was asked for and with these effects instead of its own.
+    ///
+    /// # Errors
+    /// [`ModelError::Set`] where the text cannot be written anew.
+    pub fn with_effects(&self, effects: &[DeclaredEffect]) -> Result<String, ModelError> {
+        let Some(trimmed) = &self.level1 else {
+            return Ok(ModelFile { effects: effects.to_vec(), ..self.file.clone() }.to_toml());
+        };
+        let condition = trimmed.condition;
+        let flight = [
+            format!("flight.speed={:?}", condition.speed),
+            format!("flight.climb={:?}", condition.climb),
+            format!("flight.sideslip={:?}", condition.sideslip),
+            format!("flight.density={:?}", condition.density),
+        ];
+        let mut document = assign(&self.text, &flight)?;
+        document.remove("effect");
+        let mut text = toml::to_string(&document).map_err(|error| ModelError::Set(error.to_string()))?;
+        for effect in effects {
+            let _ = write!(text, "\n{}\n", effect.to_toml(self.file.controls).trim_end());
+        }
+        Ok(text)
+    }
+
     /// The linear model, effects left out.
     pub fn linear(&self) -> &LinearModel {
         &self.file.linear
     }
 }
 
-/// The declaration with these assignments made.
-fn assigned(text: &str, assignments: &[String]) -> Result<Declared, ModelError> {
+/// The document with these assignments made.
+fn assign(text: &str, assignments: &[String]) -> Result<toml::Table, ModelError> {
     let refuse = |what: String| ModelError::Set(what);
     let mut document: toml::Table = text.parse().map_err(|error| refuse(format!("{error}")))?;
     for assignment in assignments {
@@ -135,9 +168,7 @@ fn assigned(text: &str, assignments: &[String]) -> Result<Declared, ModelError> 
         })?;
         *place = written(value.trim());
     }
-    let text = toml::to_string(&document).map_err(|error| refuse(error.to_string()))?;
-    let (_, declared) = ModelFile::parse_either(&text, read).map_err(|misread| refuse(misread.what))?;
-    declared.ok_or_else(|| refuse("expected a model of kind `level1`".to_owned()))
+    Ok(document)
 }
 
 /// A value as TOML reads it, else as a text.
@@ -149,6 +180,8 @@ fn written(value: &str) -> toml::Value {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::flight::derivative::{Axis, Variable};
+    use crate::flight::effect::Effect;
     use crate::simulation::level1::hub::Hub;
 
     fn with(set: &[&str]) -> Result<FlightModel, ModelError> {
@@ -161,6 +194,18 @@ mod tests {
         let trimmed = model.level1.unwrap();
         assert_eq!(trimmed.aircraft.hub, Hub::Exact);
         assert!(trimmed.aircraft.options.dynamic_inflow && (trimmed.trim.airspeed() - 30.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn written_with_effects_and_read_again_it_flies_the_same() {
+        let effect = Effect::Derivative { axis: Axis::N, variable: Variable::P, delta: -0.17 };
+        let effects = [DeclaredEffect { effect, std: Some(0.01) }];
+        let asked = Asked { climb: Some(5.0), set: vec!["hub=exact".to_owned()], ..Asked::default() };
+        let model = FlightModel::puma(&asked).unwrap();
+        let text = model.with_effects(&effects).unwrap();
+        let again = FlightModel::parse(&text, &Asked::default()).unwrap();
+        assert_eq!((again.level1, again.file.linear), (model.level1, model.file.linear), "{text}");
+        assert_eq!(again.file.effects, effects);
     }
 
     #[test]

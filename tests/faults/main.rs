@@ -11,6 +11,7 @@
 mod program;
 
 mod inspect;
+mod level1_files;
 mod mavlink;
 mod model_files;
 mod multirate;

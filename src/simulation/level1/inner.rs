@@ -95,6 +95,7 @@ impl Options {
 }
 
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "values are carried, not computed")]
 mod tests {
     use super::*;
 
