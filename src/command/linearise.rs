@@ -54,6 +54,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let asked =
         Asked { speed: args.speed, climb: args.climb, sideslip: args.sideslip, density: args.density, set: args.set.clone() };
     let FlightModel { file, level1, .. } = read_model(&args.model, &asked)?;
+    if let Some(condition) = level1.as_ref().map(|trimmed| trimmed.condition)
+        && condition.climb.abs() > condition.speed
+    {
+        message(format_args!("note: climb exceeds the airspeed; the path is vertical, at {} m/s", condition.climb));
+    }
     let effects: Vec<Effect> = file.effects.iter().map(|declared| declared.effect).collect();
     let model = with_effects(&file.linear, &effects)
         .map_err(|_| Failure::file(&args.model, "its effects add more nonlinear terms than a model may have"))?;

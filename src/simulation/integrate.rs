@@ -55,6 +55,13 @@ pub struct TrueState {
     pub rotor_speed: Option<f64>,
 }
 
+impl TrueState {
+    /// Rate of change of the motion, as its vector.
+    fn rate_of_change(&self) -> [f64; MOTION_STATES] {
+        self.motion.rate_of_change(self.specific_force, self.angular_acceleration).to_vector()
+    }
+}
+
 /// A Level-1 aircraft, and what effects make of it.
 #[derive(Clone, Copy)]
 pub(crate) struct Nonlinear<'d> {
@@ -117,26 +124,25 @@ impl Drive<'_> {
         let inner = self.level1.map_or([0.0; INNER], |level1| level1.trimmed.inner.to_vector());
         let mut now: State = (start.to_vector(), inner);
         let mut node = 0;
-        while let Some((state, _)) = self.state_at(node, &now) {
+        while let Some((state, inner_rates)) = self.state_at(node, &now) {
             if !carries(&state.motion) {
                 return (states, Some(state.time_s));
             }
             states.push(state);
-            let Some(next) = self.step(node, &now) else { break };
+            let Some(next) = self.step(node, &now, (state.rate_of_change(), inner_rates)) else { break };
             now = next;
             node += 2;
         }
         (states, None)
     }
 
-    /// One Runge-Kutta step from a mesh point to the next; `None` past the last.
-    fn step(&self, node: usize, x: &State) -> Option<State> {
+    /// One Runge-Kutta step from a mesh point, where the slope is known, to the next; `None` past the last.
+    fn step(&self, node: usize, x: &State, k1: State) -> Option<State> {
         let h = self.nodes_s.get(node + 2)? - self.nodes_s.get(node)?;
         let slope = |node: usize, x: &State| -> Option<State> {
             let (state, inner) = self.state_at(node, x)?;
-            Some((state.motion.rate_of_change(state.specific_force, state.angular_acceleration).to_vector(), inner))
+            Some((state.rate_of_change(), inner))
         };
-        let k1 = slope(node, x)?;
         let k2 = slope(node + 1, &along(x, 0.5 * h, &k1))?;
         let k3 = slope(node + 1, &along(x, 0.5 * h, &k2))?;
         let k4 = slope(node + 2, &along(x, h, &k3))?;

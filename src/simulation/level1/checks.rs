@@ -1,5 +1,6 @@
 //! The whole Level-1 aircraft: symmetry, momentum, trim, its states, and its flights.
 
+use super::aircraft::Perturbation;
 use super::inner::{Flapping, Options};
 use super::trim::{Condition, NoTrim, TOLERANCE, Trimmed};
 use crate::flight::channel::Channel;
@@ -106,6 +107,7 @@ fn sideslip_is_what_was_asked_and_where_there_is_no_trim_it_is_said() {
         (Condition { speed: 200.0, ..level }, "no trim"),
         (Condition { density: 0.2, ..level }, "no trim"),
         (Condition { climb: 45.0, ..level }, "no trim"),
+        (Condition { climb: 39.5, sideslip: 0.5, ..level }, "too steep"),
         (Condition { speed: f64::NAN, ..level }, "airspeed"),
         (Condition { density: 0.0, ..level }, "density"),
         (Condition { sideslip: 2.0, ..level }, "sideslip"),
@@ -148,6 +150,26 @@ fn flap_states_have_the_eigenvalues_of_an_independent_program() {
             // The last printed digit.
             let digits = if f64::hypot(real, imag) > 10.0 { 0.08 } else { 1.5e-3 };
             assert!(near < digits, "{option}: {real} +- {imag}i is {near} away from {found:?}");
+        }
+    }
+}
+
+/// Five points against two that are closer still: neither truncation nor rounding shows.
+#[test]
+fn derivatives_do_not_depend_on_the_small_step() {
+    for speed in ["flight.speed=0", "flight.speed=10", "flight.speed=51", "flight.speed=72"] {
+        let set = vec![speed.to_owned(), "perturbation=small".to_owned()];
+        let small = *FlightModel::puma(&Asked { set, ..Asked::default() }).unwrap().level1.unwrap();
+        let mut tiny = small.clone();
+        tiny.aircraft.options.finite_perturbation = true;
+        tiny.aircraft.perturbation = Perturbation { velocity: 1e-3, rate: 1e-4, control: 2e-5 };
+        let (small, tiny) = (small.linear(), tiny.linear());
+        for (axis, variable) in Axis::ALL.into_iter().flat_map(|axis| Variable::ALL.map(|variable| (axis, variable))) {
+            let (a, b) = (small.derivative(axis, variable), tiny.derivative(axis, variable));
+            let name = format!("{speed}, {}_{variable:?}", axis.name());
+            // At rest forces go with V|V|, and the differences with the step.
+            let allowed = if speed.ends_with("=0") { 3e-5 } else { 1e-7 };
+            assert!((a - b).abs() < allowed * a.abs().max(1.0), "{name}: {a} {b}");
         }
     }
 }

@@ -4,7 +4,8 @@
 //! kinematics), with everything that is no motion at once (the plain model, rotor speed held), and their derivatives with
 //! respect to rotor speed. Differences of five points,
 //!     f'(x) = [8 (f(x + h) - f(x - h)) - (f(x + 2h) - f(x - 2h))]/(12 h)                               (1)
-//! whose error is of the order of h^4, or, as an option, of two points with the finite half widths that the model gives,
+//! whose error is of the order of h^4 (of h at rest, where forces go with V|V|), or, as an option, of two points with the
+//! finite half widths that the model gives,
 //!     f'(x) = [f(x + h) - f(x - h)]/(2 h)                                                              (2)
 //! which takes in what is not linear: the fin, dead at small sideslip, makes N_v grow with h.
 //! The whole system's states are u w q theta v p phi r and the active inner ones; its eigenvalues show rotor and engine modes.
@@ -19,7 +20,7 @@ use crate::simulation::motion::Motion;
 use nalgebra::{Complex, SMatrix, Schur};
 
 /// Half widths for (1): velocity m/s, rate rad/s, control rad, part of the rotor speed.
-const SMALL: [f64; 4] = [0.05, 0.005, 0.002, 0.002];
+const SMALL: [f64; 4] = [5e-3, 5e-4, 5e-4, 5e-4];
 
 /// States of the whole system.
 const WHOLE: usize = 8 + INNER;

@@ -81,6 +81,9 @@ pub enum NoTrim {
         /// Largest acceleration left.
         left: f64,
     },
+    /// No attitude gives that sideslip on that path.
+    #[error("no trim: a path of {:.2} m/s with climb {:.2} m/s is too steep for a sideslip of {:.3} rad", .0.speed, .0.climb, .0.sideslip)]
+    TooSteep(Condition),
     /// The accelerations vanish only where the equations do not hold.
     #[error(
         "no trim at {:.2} m/s, climb {:.2} m/s, sideslip {:.3} rad, {:.3} kg/m^3: it would need {} {:.2} rad, beyond {:.1} rad",
@@ -173,6 +176,9 @@ impl Level1 {
         if !(left < TOLERANCE) {
             (found, left) = self.along_a_path(&condition, cold).unwrap_or((found, left));
         }
+        if left == f64::INFINITY {
+            return Err(NoTrim::TooSteep(condition));
+        }
         if !(left < TOLERANCE) {
             return Err(NoTrim::NotFound { condition, left });
         }
@@ -183,7 +189,7 @@ impl Level1 {
             }
         }
         let [phi, theta, controls @ ..] = <[f64; 6]>::from(found);
-        let velocity = condition.velocity(phi, theta).ok_or(NoTrim::NotFound { condition, left: f64::INFINITY })?;
+        let velocity = condition.velocity(phi, theta).ok_or(NoTrim::TooSteep(condition))?;
         let [u, v, w] = velocity;
         let rotor_speed = self.main_rotor.speed;
         let trim = Trim { u, v, w, phi, theta, rotor_speed: Some(rotor_speed), controls };
