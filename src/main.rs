@@ -14,6 +14,7 @@ struct Call {
 
 #[derive(Subcommand)]
 enum Command {
+    Demo(command::demo::Args),
     Live(command::live::Args),
     Ingest(command::ingest::Args),
     Estimate(command::estimate::Args),
@@ -21,11 +22,13 @@ enum Command {
     Replay(command::replay::Args),
     Simulate(command::simulate::Args),
     Linearise(command::linearise::Args),
+    Design(command::design::Args),
     Inspect(command::inspect::Args),
 }
 
 fn main() -> ExitCode {
     let ended = match Call::parse().command {
+        Command::Demo(args) => command::demo::run(&args),
         Command::Live(args) => command::live::run(&args),
         Command::Ingest(args) => command::ingest::run(&args),
         Command::Estimate(args) => command::estimate::run(&args),
@@ -33,6 +36,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => command::replay::run(&args),
         Command::Simulate(args) => command::simulate::run(&args),
         Command::Linearise(args) => command::linearise::run(&args),
+        Command::Design(args) => command::design::run(&args),
         Command::Inspect(args) => command::inspect::run(&args),
     };
     match ended {

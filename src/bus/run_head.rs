@@ -12,7 +12,7 @@ use std::path::PathBuf;
 /// Directory of the heads below the root.
 pub(super) const HEADS: &str = "runs";
 
-/// When a recording began to play.
+/// When telemetry began.
 const PLAYING: &str = "playing";
 
 /// How many heads are kept.
@@ -78,8 +78,8 @@ pub fn newest_head(root: &Root) -> Result<Option<LogHead>, BusError> {
     newest.map_or(Ok(None), |incarnation| read_head(root, incarnation))
 }
 
-/// When the recording that is being played began to play, monotonic clock, ns: set once by the first telemetry, so that a
-/// telemetry that is started again goes on where the recording would be now.
+/// When the first telemetry under this supervisor began, monotonic clock, ns: set once, so that one that is started again
+/// knows that it is, and goes on with a recording where that would be now.
 ///
 /// # Errors
 /// [`BusError::Root`] where the file cannot be read or written.
@@ -93,6 +93,7 @@ pub fn playing_since(root: &Root, now_ns: u64) -> Result<u64, BusError> {
         }
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
             let partial = root.path().join(HEADS).join(format!("{}.partial", std::process::id()));
+            std::fs::create_dir_all(root.path().join(HEADS)).map_err(wrong)?;
             std::fs::write(&partial, now_ns.to_string()).and_then(|()| std::fs::rename(&partial, &place)).map_err(wrong)?;
             Ok(now_ns)
         }

@@ -11,6 +11,9 @@ use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::effect::{Effect, Family};
 use sideslip::flight::model::LinearModel;
 use sideslip::flight::model_file::ModelFile;
+use sideslip::modes::lateral;
+use sideslip::modes::record::{ModesRecord, Oscillation, RealRoot};
+use sideslip::regression::record::{LateralDerivatives, Status};
 use sideslip::simulation::eigenmodes::{Eigenmodes, eigenmodes};
 use sideslip::simulation::flight_model::{Asked, FlightModel};
 use sideslip::simulation::linear::{INPUTS, STATES, input_matrix, state_matrix, with_effects};
@@ -118,6 +121,7 @@ fn to_json(file: &ModelFile, model: &LinearModel, effects: &[Effect], modes: &Ei
         "B": b.row_iter().map(|row| row.iter().copied().collect()).collect::<Vec<Vec<f64>>>(),
         "derivatives": derivatives,
         "modes": modes_json(modes),
+        "lateral_subsystem": subsystem(model).map(|lateral| subsystem_json(&lateral)),
     })
 }
 
@@ -168,6 +172,24 @@ fn modes_json(modes: &Eigenmodes) -> Value {
     })
 }
 
+/// Modes of v p phi r alone, as the estimator gives them.
+fn subsystem(model: &LinearModel) -> Option<ModesRecord> {
+    lateral::modes(0.0, Status::Converged, &LateralDerivatives::of(model))
+}
+
+fn subsystem_json(modes: &ModesRecord) -> Value {
+    let pair = |mode: Option<Oscillation>| {
+        mode.map(|mode| json!({"real": mode.real, "imag": mode.imag, "omega": mode.omega, "zeta": mode.zeta}))
+    };
+    let real = |mode: Option<RealRoot>| mode.map(|root| json!({"real": root.value, "imag": 0.0}));
+    json!({
+        "dutch_roll": pair(modes.dutch_roll),
+        "lateral_phugoid": pair(modes.lateral_phugoid),
+        "roll": real(modes.roll),
+        "spiral": real(modes.spiral),
+    })
+}
+
 fn to_table(file: &ModelFile, model: &LinearModel, effects: &[Effect], modes: &Eigenmodes) -> String {
     let trim = &model.trim;
     let mut text = String::new();
@@ -193,7 +215,7 @@ fn to_table(file: &ModelFile, model: &LinearModel, effects: &[Effect], modes: &E
     write_matrix(&mut text, &STATES, a.row_iter().map(|row| row.iter().copied().collect()));
     let _ = writeln!(text, "\nB");
     write_matrix(&mut text, &inputs, b.row_iter().map(|row| row.iter().copied().collect()));
-    let _ = writeln!(text, "\nmodes (1/s)");
+    let _ = writeln!(text, "\nmodes of the whole aircraft (1/s)");
     match modes.dutch_roll {
         Some(mode) => {
             let omega = libm::hypot(mode.re, mode.im);
@@ -210,6 +232,22 @@ fn to_table(file: &ModelFile, model: &LinearModel, effects: &[Effect], modes: &E
     }
     for mode in &modes.others {
         write_mode(&mut text, "other", mode);
+    }
+    text.push_str("\nmodes of the lateral subsystem v p phi r alone (1/s), which estimates from flight are compared with\n");
+    match subsystem(model) {
+        None => text.push_str("none\n"),
+        Some(modes) => {
+            for (name, mode) in [("Dutch roll", modes.dutch_roll), ("phugoid", modes.lateral_phugoid)] {
+                if let Some(Oscillation { real, imag, omega, zeta, .. }) = mode {
+                    let _ = writeln!(text, "{name:<10}  {real:9.4} +- {imag:.4}i   omega {omega:.4} rad/s, zeta {zeta:.4}");
+                }
+            }
+            for (name, mode) in [("roll", modes.roll), ("spiral", modes.spiral)] {
+                if let Some(root) = mode {
+                    let _ = writeln!(text, "{name:<10}  {:9.4}", root.value);
+                }
+            }
+        }
     }
     text
 }

@@ -8,6 +8,8 @@ pub mod record;
 pub mod text;
 
 #[cfg(feature = "std")]
+pub mod chart;
+#[cfg(feature = "std")]
 pub mod derivatives_json;
 #[cfg(feature = "std")]
 pub mod json_schema;

@@ -33,6 +33,11 @@ impl Style {
         if stream.is_terminal() && !refused { Style::Colour } else { Style::Plain }
     }
 
+    /// A heading.
+    pub fn bold(self, text: impl fmt::Display) -> String {
+        self.paint("1", text)
+    }
+
     fn paint(self, code: &'static str, text: impl fmt::Display) -> String {
         match self {
             Style::Plain => text.to_string(),
@@ -86,7 +91,7 @@ impl Table<'_> {
     fn heading(&self, f: &mut fmt::Formatter<'_>, indent: usize, text: &str) -> fmt::Result {
         for (place, line) in wrapped(text, WIDTH - 6).into_iter().enumerate() {
             let indent = if place == 0 { indent } else { indent + 3 };
-            writeln!(f, "{:indent$}{}", "", self.style.paint("1", line))?;
+            writeln!(f, "{:indent$}{}", "", self.style.bold(line))?;
         }
         Ok(())
     }
@@ -147,6 +152,9 @@ impl Table<'_> {
         let status = status_in_words(modes.status, self.controls);
         self.heading(f, 0, &format!("Lateral modes at {:.2} s: {status}", modes.time_s))?;
         let numbers = matches!(modes.status, Status::Converging | Status::Converged | Status::Stale);
+        if modes.dutch_roll.is_some() || modes.roll.is_some() {
+            writeln!(f, "  (of the lateral subsystem v p phi r: coupling to u w q is left out)")?;
+        }
         match &modes.dutch_roll {
             Some(pair) => oscillation(f, "Dutch roll", pair)?,
             None if numbers => writeln!(f, "  Dutch roll       none: no oscillation among the roots of these derivatives")?,
@@ -202,7 +210,7 @@ fn status_in_words(status: Status, controls: ControlNames) -> String {
 }
 
 /// A number and its standard error: two significant digits of the error, the number to the same decimal place.
-fn measured(value: f64, std: f64) -> (String, String) {
+pub fn measured(value: f64, std: f64) -> (String, String) {
     let plain = |size: f64| size == 0.0 || (1e-7..1e6).contains(&size);
     if !(std > 0.0 && std.is_finite() && plain(std) && plain(libm::fabs(value))) {
         return (Digits(value, 4).to_string(), Digits(std, 2).to_string());

@@ -2,6 +2,7 @@
 
 use crate::flight::channel::Channel;
 use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
+use crate::flight::model::{LinearModel, Trim};
 use heapless::Vec;
 
 /// Terms that one equation can hold: the bias and every variable.
@@ -202,6 +203,20 @@ impl LateralDerivatives {
         (Axis::N, Variable::P),
         (Axis::N, Variable::R),
     ];
+
+    /// Those of a model, exactly.
+    pub fn of(model: &LinearModel) -> Self {
+        let Trim { u, w, phi, theta, .. } = model.trim;
+        LateralDerivatives {
+            values: Self::NAMES.map(|(axis, variable)| model.derivative(axis, variable)),
+            cov: [[0.0; LATERAL]; LATERAL],
+            u0: u,
+            w0: w,
+            trim_std: [0.0; 2],
+            phi0: phi,
+            theta0: theta,
+        }
+    }
 }
 
 /// All equations at one time.

@@ -77,8 +77,6 @@ pub fn forces(model: &LinearModel, deviations: &[f64; VARIABLES], rotor_speed_de
 
 /// The matrix A of equation (5).
 pub fn state_matrix(model: &LinearModel) -> SMatrix<f64, 8, 8> {
-    const VARIABLE_STATES: [(Variable, usize); 6] =
-        [(Variable::U, 0), (Variable::W, 1), (Variable::Q, 2), (Variable::V, 4), (Variable::P, 5), (Variable::R, 7)];
     let mut a = SMatrix::zeros();
     for (axis, row) in AXIS_ROWS {
         for (variable, column) in VARIABLE_STATES {
@@ -134,7 +132,13 @@ pub fn input_matrix(model: &LinearModel, effects: &[Effect]) -> SMatrix<f64, 8, 
     b
 }
 
-const AXIS_ROWS: [(Axis, usize); AXES] = [(Axis::X, 0), (Axis::Z, 1), (Axis::M, 2), (Axis::Y, 4), (Axis::L, 5), (Axis::N, 7)];
+/// Place in the states of each variable that is one.
+pub(super) const VARIABLE_STATES: [(Variable, usize); 6] =
+    [(Variable::U, 0), (Variable::W, 1), (Variable::Q, 2), (Variable::V, 4), (Variable::P, 5), (Variable::R, 7)];
+
+/// Row of each axis.
+pub(super) const AXIS_ROWS: [(Axis, usize); AXES] =
+    [(Axis::X, 0), (Axis::Z, 1), (Axis::M, 2), (Axis::Y, 4), (Axis::L, 5), (Axis::N, 7)];
 
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "values are exact in binary")]

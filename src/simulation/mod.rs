@@ -12,6 +12,7 @@
 //! (forces) -> `integrate` (`motion`) -> `instrument` (position, lag, delay, scale, bias, noise).
 
 mod control_path;
+pub mod design;
 pub mod eigenmodes;
 pub mod flight_model;
 pub mod fly;

@@ -121,16 +121,6 @@ fn the_bundled_recording_gives_the_derivatives_of_its_model() {
 }
 
 #[test]
-fn the_front_page_shows_what_is_printed() {
-    let page = std::fs::read_to_string(own("README.md")).unwrap();
-    let shown = page.split("```text\n").nth(1).unwrap().split("```").next().unwrap();
-    let (_, printed, _) = ended(&sideslip(&["replay", path(&puma())]));
-    for line in shown.lines().filter(|line| *line != "...") {
-        assert!(printed.lines().any(|found| found == line), "{line:?} is not in\n{printed}");
-    }
-}
-
-#[test]
 fn a_simulated_log_and_a_simulated_run_file_are_one_flight() {
     let folder = folder("simulated");
     let model = own("replay/models/puma-like.toml");

@@ -8,10 +8,13 @@ mod allocations;
 #[path = "../support/program.rs"]
 mod program;
 
+mod demo;
 mod kills;
 mod latency;
+mod links;
 mod payload;
 mod processes;
 mod real_time;
+mod sender;
 mod services;
 mod stage;

@@ -16,9 +16,10 @@ use sideslip::bus::service::{Bus, Subscriber};
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::log_head::LogHead;
+use sideslip::flight::run::RunGeometry;
 use sideslip::outputs::derivatives_json::derivatives_json;
 use sideslip::outputs::terminal::Style;
-use sideslip::pipeline::Config;
+use sideslip::pipeline::{Config, Pipeline};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -57,6 +58,9 @@ pub(crate) struct Args {
     /// Write the last estimates as JSON to this file at the end, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Length of the window at the run's start whose mean is the trim, s
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    trim_window: Option<f64>,
     /// End when standard input ends
     #[arg(long, hide = true)]
     supervised: bool,
@@ -69,11 +73,17 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if let Some(out) = args.out.as_ref().filter(|out| out.extension().is_none_or(|ending| ending != "mcap")) {
         return Err(Failure::file(out, "--out: expected a name that ends in .mcap"));
     }
+    let mut config = Config::default();
+    if let Some(seconds) = args.trim_window {
+        config.estimation.trim_window_s = seconds;
+    }
+    // A wrong setting is the call's fault, not the first run's.
+    Pipeline::new(&config, RunGeometry::default()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
     let bus = Bus::enter(&root_path(args.root.as_ref()))?;
     let _role = bus.take(Role::Estimator)?;
     let outlet = Outlet::new(&bus)?;
     let samples = bus.subscriber()?;
-    let mut station = Station { args, bus: &bus, samples, outlet, run: None, incarnation: None, ended: Vec::new() };
+    let mut station = Station { args, config, bus: &bus, samples, outlet, run: None, incarnation: None, ended: Vec::new() };
     let worked = station.work(&stop);
     let closed = station.end_run();
     worked.and(closed)?;
@@ -83,6 +93,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 /// The estimator at its place.
 struct Station<'a> {
     args: &'a Args,
+    config: Config,
     bus: &'a Bus,
     samples: Subscriber<SamplePayload>,
     outlet: Outlet,
@@ -142,7 +153,7 @@ impl Station<'_> {
         }
         self.end_run()?;
         let telemetry_waits = sample.kind == SAMPLE_TO_ACKNOWLEDGE;
-        self.run = Some(LiveRun::begin(head, &Config::default(), self.args.out.as_deref(), telemetry_waits)?);
+        self.run = Some(LiveRun::begin(head, &self.config, self.args.out.as_deref(), telemetry_waits)?);
         Ok(())
     }
 

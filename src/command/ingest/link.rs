@@ -9,17 +9,18 @@ use super::feed::Feed;
 use super::{Args, override_keys};
 use sideslip::bus::clock::monotonic_ns;
 use sideslip::bus::root::Role;
-use sideslip::bus::run_head::write_head;
+use sideslip::bus::run_head::{newest_head, playing_since, write_head};
 use sideslip::bus::service::Bus;
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::log_head::LogHead;
 use sideslip::flight::run_file::RunInfo;
-use sideslip::telemetry::mavlink::link::{Received, Url};
+use sideslip::telemetry::mavlink::link::{Link, LinkError, Received, Url};
 use sideslip::telemetry::mavlink::live::Live;
 use sideslip::telemetry::mavlink::recording::passed_over;
 use sideslip::telemetry::mavlink::senders::{Sender, SenderTally};
 use sideslip::telemetry::mavlink::stream::Timed;
+use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -40,14 +41,14 @@ pub(super) fn listen(args: &Args, url: &Url, stop: &AtomicBool) -> Result<Outcom
     override_keys(&mut RunInfo::default(), &args.set)?;
     let bus = Bus::enter(&root_path(args.root.as_ref()))?;
     let _role = bus.take(Role::Telemetry)?;
-    let live = Live::open(url.clone(), config.clone(), PATIENCE).map_err(|wrong| Failure::Running(wrong.to_string()))?;
+    let link = open(args, url)?;
     let now = Instant::now();
     let mut station = Station {
         args,
         bus: &bus,
         feed: Feed::new(&bus, false)?,
-        live,
-        names: config.names,
+        names: config.names.or(names_before(args, &bus)?),
+        live: Live::on(link, config, PATIENCE),
         run: None,
         newest_s: 0.0,
         heard: now,
@@ -60,6 +61,26 @@ pub(super) fn listen(args: &Args, url: &Url, stop: &AtomicBool) -> Result<Outcom
     station.end_run(stop)?;
     worked?;
     Ok(station.answer())
+}
+
+fn open(args: &Args, url: &Url) -> Result<Link, Failure> {
+    let opened = if args.held {
+        let held = std::io::stdout().as_fd().try_clone_to_owned();
+        held.map_err(|source| LinkError::Io { url: url.to_string(), source })
+            .and_then(|held| Link::on_held(url.clone(), held, PATIENCE))
+    } else {
+        Link::open(url.clone(), PATIENCE)
+    };
+    opened.map_err(|wrong| Failure::Running(wrong.to_string()))
+}
+
+/// How the controls were called by the telemetry whose place this one takes.
+fn names_before(args: &Args, bus: &Bus) -> Result<Option<ControlNames>, Failure> {
+    let now_ns = monotonic_ns();
+    if !args.resume || playing_since(bus.root(), now_ns)? == now_ns {
+        return Ok(None);
+    }
+    Ok(newest_head(bus.root())?.map(|head| head.controls))
 }
 
 struct Station<'a> {

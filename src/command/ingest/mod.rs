@@ -80,6 +80,9 @@ pub(crate) struct Args {
     /// Wait until every sample was taken, at whatever speed
     #[arg(long, hide = true)]
     lossless: bool,
+    /// The link's socket is open already, as standard output
+    #[arg(long, hide = true)]
+    held: bool,
     /// Go on where a recording that began to play earlier would be now
     #[arg(long, hide = true)]
     resume: bool,

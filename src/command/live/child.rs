@@ -2,6 +2,7 @@
 
 use super::super::message;
 use sideslip::error::Failure;
+use std::os::fd::OwnedFd;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::process::{Child as Process, ChildStdin, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
@@ -27,6 +28,8 @@ pub(super) enum Died {
 pub(super) struct Child {
     name: &'static str,
     call: Vec<String>,
+    /// What it gets as its standard output: a socket that outlives it.
+    held: Option<OwnedFd>,
     running: Option<(Process, ChildStdin, Instant)>,
     /// Exit status of the last one that ended by itself.
     finished: Option<i32>,
@@ -37,8 +40,8 @@ pub(super) struct Child {
 
 impl Child {
     /// The command of that name, with those arguments; not started yet.
-    pub(super) fn new(name: &'static str, call: Vec<String>) -> Self {
-        Child { name, call, running: None, finished: None, pause: SHORTEST, due: None, restarts: 0 }
+    pub(super) fn new(name: &'static str, call: Vec<String>, held: Option<OwnedFd>) -> Self {
+        Child { name, call, held, running: None, finished: None, pause: SHORTEST, due: None, restarts: 0 }
     }
 
     /// Which command it is.
@@ -55,14 +58,12 @@ impl Child {
     pub(super) fn start(&mut self) -> Result<(), Failure> {
         let failed = |error: std::io::Error| Failure::Running(format!("{} cannot be started: {error}", self.name));
         let program = std::env::current_exe().map_err(failed)?;
-        let mut process = Command::new(program)
-            .arg(self.name)
-            .arg("--supervised")
-            .args(&self.call)
-            .stdin(Stdio::piped())
-            .process_group(0)
-            .spawn()
-            .map_err(failed)?;
+        let mut command = Command::new(program);
+        command.arg(self.name).arg("--supervised").args(&self.call).stdin(Stdio::piped()).process_group(0);
+        if let Some(held) = &self.held {
+            command.arg("--held").stdout(held.try_clone().map_err(failed)?);
+        }
+        let mut process = command.spawn().map_err(failed)?;
         let Some(input) = process.stdin.take() else {
             return Err(Failure::Running(format!("{} has no standard input", self.name)));
         };

@@ -65,6 +65,12 @@ pub(crate) struct Args {
     /// Override a key of the run, such as vane_position_m=[13.08,0,0]; repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+    /// Length of the window at the run's start whose mean is the trim, s
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    trim_window: Option<f64>,
+    /// End when standard input ends
+    #[arg(long, hide = true)]
+    supervised: bool,
 }
 
 /// In a process that another started: stop where standard input ends.
@@ -85,6 +91,7 @@ pub(crate) fn supervised(is: bool, stop: &Arc<AtomicBool>) -> Result<(), Failure
 /// Supervises until the source ends or it is stopped.
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let stop = stopped_by_signals()?;
+    supervised(args.supervised, &stop)?;
     let source = args.source.parse::<Source>().map_err(|what| Failure::Input(format!("--source: {what}")))?;
     let bus = Bus::enter(&root_path(args.root.as_ref()))?;
     let _role = bus.take(Role::Supervisor)?;
@@ -92,8 +99,13 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if let Some(out) = &args.out {
         std::fs::create_dir_all(out).map_err(|error| Failure::io(out, &error))?;
     }
-    let mut estimate = Child::new("estimate", estimate_call(args, bus.root().path(), &source));
-    let mut ingest = Child::new("ingest", ingest_call(args, bus.root().path()));
+    // The socket is the supervisor's: what arrives while telemetry is away waits in it.
+    let held = match &source {
+        Source::Link(url) => url.hold().map_err(|wrong| Failure::Running(wrong.to_string()))?,
+        Source::File(_) => None,
+    };
+    let mut estimate = Child::new("estimate", estimate_call(args, bus.root().path(), &source), None);
+    let mut ingest = Child::new("ingest", ingest_call(args, bus.root().path()), held);
     estimate.start()?;
     ingest.start()?;
     let ended = watch(&bus, &mut estimate, &mut ingest, &stop);
@@ -136,6 +148,9 @@ fn estimate_call(args: &Args, root: &Path, source: &Source) -> Vec<String> {
             Source::Link(_) => None,
         };
         call.extend(["--out".to_owned(), out.join(name.unwrap_or_else(|| "live.mcap".into())).display().to_string()]);
+    }
+    if let Some(seconds) = args.trim_window {
+        call.push(format!("--trim-window={seconds}"));
     }
     if let Some(json) = &args.json {
         call.extend(["--json".to_owned(), json.display().to_string()]);

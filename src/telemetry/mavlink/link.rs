@@ -10,6 +10,7 @@ use super::serial;
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result as IoResult, Write};
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, TcpStream, ToSocketAddrs, UdpSocket};
+use std::os::fd::OwnedFd;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -17,6 +18,8 @@ use std::time::Duration;
 pub const BAUD: u32 = 57_600;
 /// The longest wait for a connection.
 const CONNECT: Duration = Duration::from_secs(5);
+/// Bytes of datagrams that may wait; the system doubles it for its own needs and may allow less.
+const WAITING_BYTES: usize = 1 << 20;
 /// The longest datagram.
 pub const DATAGRAM_MAX: usize = 65_535;
 
@@ -94,6 +97,20 @@ impl Url {
             _ => Err(wrong("expected udpin, udpout, tcp or serial")),
         }
     }
+
+    /// Opens a link of datagrams on behalf of a process that may die: while it is away the system keeps what arrives, up
+    /// to its buffer. `None` for a link of another kind.
+    ///
+    /// # Errors
+    /// [`LinkError::Io`] with what the system says.
+    pub fn hold(&self) -> Result<Option<OwnedFd>, LinkError> {
+        let opened = match self {
+            Url::UdpIn(address) => bind(address),
+            Url::UdpOut(address) => connected(address).map(|(socket, _)| socket),
+            Url::Tcp(_) | Url::Serial { .. } => return Ok(None),
+        };
+        opened.map(|socket| Some(socket.into())).map_err(|source| LinkError::Io { url: self.to_string(), source })
+    }
 }
 
 impl std::fmt::Display for Url {
@@ -146,6 +163,26 @@ impl Link {
         };
         match channel {
             Ok(channel) => Ok(Link { url, channel }),
+            Err(source) => Err(LinkError::Io { url: url.to_string(), source }),
+        }
+    }
+
+    /// A link on a socket that another process opened by [`Url::hold`].
+    ///
+    /// # Errors
+    /// [`LinkError`] where the URL is none of datagrams, or what was handed over is no socket.
+    pub fn on_held(url: Url, held: OwnedFd, patience: Duration) -> Result<Self, LinkError> {
+        let listens = match url {
+            Url::UdpIn(_) => true,
+            Url::UdpOut(_) => false,
+            Url::Tcp(_) | Url::Serial { .. } => return Err(LinkError::Url(format!("`{url}`: only datagrams can be held"))),
+        };
+        let socket = UdpSocket::from(held);
+        match socket.set_read_timeout(Some(patience)) {
+            Ok(()) => {
+                let peer = socket.peer_addr().ok();
+                Ok(Link { url, channel: Channel::Udp { socket, peer, listens } })
+            }
             Err(source) => Err(LinkError::Io { url: url.to_string(), source }),
         }
     }
@@ -215,12 +252,22 @@ impl Link {
 }
 
 fn listen(address: &str, patience: Duration) -> IoResult<Channel> {
-    let socket = UdpSocket::bind(address)?;
+    let socket = bind(address)?;
     socket.set_read_timeout(Some(patience))?;
     Ok(Channel::Udp { socket, peer: None, listens: true })
 }
 
+fn bind(address: &str) -> IoResult<UdpSocket> {
+    roomy(UdpSocket::bind(address)?)
+}
+
 fn call(address: &str, patience: Duration) -> IoResult<Channel> {
+    let (socket, peer) = connected(address)?;
+    socket.set_read_timeout(Some(patience))?;
+    Ok(Channel::Udp { socket, peer: Some(peer), listens: false })
+}
+
+fn connected(address: &str) -> IoResult<(UdpSocket, SocketAddr)> {
     let peer = first(address)?;
     let own = match peer {
         _ if peer.ip().is_loopback() => peer.ip(),
@@ -229,8 +276,13 @@ fn call(address: &str, patience: Duration) -> IoResult<Channel> {
     };
     let socket = UdpSocket::bind((own, 0))?;
     socket.connect(peer)?;
-    socket.set_read_timeout(Some(patience))?;
-    Ok(Channel::Udp { socket, peer: Some(peer), listens: false })
+    Ok((roomy(socket)?, peer))
+}
+
+/// With as much room for what waits as the system allows, up to [`WAITING_BYTES`].
+fn roomy(socket: UdpSocket) -> IoResult<UdpSocket> {
+    rustix::net::sockopt::set_socket_recv_buffer_size(&socket, WAITING_BYTES)?;
+    Ok(socket)
 }
 
 fn connect(address: &str, patience: Duration) -> IoResult<Channel> {

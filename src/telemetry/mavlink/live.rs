@@ -39,8 +39,13 @@ impl Live {
     /// # Errors
     /// [`LinkError`] where the link cannot be opened.
     pub fn open(url: Url, config: Config, patience: Duration) -> Result<Self, LinkError> {
-        Ok(Live {
-            link: Link::open(url, patience)?,
+        Ok(Live::on(Link::open(url, patience)?, config, patience))
+    }
+
+    /// The same on a link that is open already.
+    pub fn on(link: Link, config: Config, patience: Duration) -> Self {
+        Live {
+            link,
             patience,
             framer: Framer::new(Framing::Bare),
             stream: Stream::new(config, None),
@@ -48,7 +53,7 @@ impl Live {
             buffer: vec![0; DATAGRAM_MAX].into(),
             frames: Frames::new(Sender { system: 1, component: COMPONENT }),
             known_system: None,
-        })
+        }
     }
 
     /// Opens the same link again, where it has ended; vehicle, clock and counts go on.

@@ -1,0 +1,238 @@
+//! The multistep that makes the expected standard errors least, within what hand and aircraft may do.
+//!
+//! Consumes a model, the derivatives wanted, a control, limits; produces the best of all patterns of 1 to
+//! [`Limits::longest`] clocks (each pulse a whole number of clocks, signs alternating, as `simulate --input` flies them) and
+//! of all clocks offered. Each is scaled down until no limit is passed; then it is judged by
+//!     J = Sum_j w_j (std_j / theta_j)^2   (trace of the weighted dispersion)                (1)
+//!     J = log det D                                                                         (2)
+//! The search is complete, not a descent: 2^(n-1) patterns of n clocks. Records are of one length, so that no sequence wins by
+//! lasting longer.
+
+use super::information::{Information, Manoeuvre, Output, Parameter};
+use crate::flight::control::{CONTROLS, Control};
+use crate::flight::model::LinearModel;
+use crate::simulation::history::History;
+use crate::simulation::input::InputSpec;
+
+/// How often an amplitude is lowered at most.
+const MOST_TRIES: u32 = 8;
+
+/// What is judged.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Criterion {
+    /// (1) with these weights, in the order of the derivatives.
+    Trace(Vec<f64>),
+    /// (2).
+    LogDeterminant,
+}
+
+/// What hand and aircraft may do.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Limits {
+    /// Largest deviation of the control, rad.
+    pub amplitude: f64,
+    /// Largest deviation of each state from trim, u w q theta v p phi r; infinite where there is none.
+    pub excursion: [f64; 8],
+    /// Clocks that are tried, s.
+    pub clocks_s: Vec<f64>,
+    /// Clocks in a sequence at most.
+    pub longest: u32,
+    /// Steady flight before it, s.
+    pub lead_s: f64,
+    /// Length of the record, s.
+    pub duration_s: f64,
+    /// Samples a second.
+    pub rate_hz: f64,
+}
+
+/// An input with what it brings.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judged {
+    /// The input; its amplitude keeps every limit.
+    pub spec: InputSpec,
+    /// J; smaller is better. Infinite where a derivative stays without information.
+    pub cost: f64,
+    /// What it brings.
+    pub information: Information,
+}
+
+/// The problem: everything but the sequence.
+#[derive(Clone, Debug)]
+pub struct Problem<'a> {
+    /// The aircraft.
+    pub model: &'a LinearModel,
+    /// What is to be known.
+    pub parameters: &'a [Parameter],
+    /// What is measured.
+    pub outputs: &'a [Output],
+    /// The control that moves.
+    pub control: Control,
+    /// What is judged.
+    pub criterion: &'a Criterion,
+    /// Limits.
+    pub limits: &'a Limits,
+    /// What other manoeuvres have brought already.
+    pub known: Option<&'a Information>,
+}
+
+impl Problem<'_> {
+    /// The input of that pattern and clock, as large as the limits allow.
+    pub fn judge(&self, pattern: &[u32], clock_s: f64) -> Judged {
+        let spec = |amplitude: f64| InputSpec {
+            channel: self.control.channel(),
+            pattern: pattern.to_vec(),
+            amplitude,
+            clock_s,
+            start_s: Some(self.limits.lead_s),
+        };
+        let mut chosen = spec(self.limits.amplitude);
+        let mut information = self.information(&chosen);
+        // The hand's edges get shorter with the amplitude, so that the response is not quite proportional to it.
+        for _ in 0..MOST_TRIES {
+            let room = information.excursion.iter().zip(self.limits.excursion).map(|(most, limit)| limit / most);
+            let room = room.fold(f64::INFINITY, f64::min);
+            if room >= 1.0 {
+                break;
+            }
+            chosen = spec(rounded_down(0.998 * room * chosen.amplitude));
+            information = self.information(&chosen);
+        }
+        let all = match self.known {
+            Some(known) => information.clone().plus(known),
+            None => information.clone(),
+        };
+        let cost = self.cost(&all);
+        Judged { spec: chosen, cost, information }
+    }
+
+    /// J.
+    pub fn cost(&self, information: &Information) -> f64 {
+        match self.criterion {
+            Criterion::LogDeterminant => information.log_determinant().unwrap_or(f64::INFINITY),
+            Criterion::Trace(weights) => {
+                let Ok(errors) = information.standard_errors() else { return f64::INFINITY };
+                let relative = |(parameter, std): (&Parameter, f64)| {
+                    let value = self.model.derivative(parameter.axis, parameter.variable);
+                    (std / value) * (std / value)
+                };
+                self.parameters.iter().zip(errors).map(relative).zip(weights).map(|(variance, weight)| variance * weight).sum()
+            }
+        }
+    }
+
+    fn information(&self, spec: &InputSpec) -> Information {
+        let mut controls = [const { None }; CONTROLS].map(|_: Option<()>| History::constant(0.0));
+        if let Some(history) = controls.get_mut(self.control.index()) {
+            *history = spec.deviation(self.limits.lead_s);
+        }
+        let Limits { duration_s, rate_hz, .. } = *self.limits;
+        Information::of(self.model, self.parameters, self.outputs, &Manoeuvre { controls, duration_s, rate_hz })
+    }
+
+    /// Every pattern and clock that fits into the record, each judged once by `each`; stops early where that says `false`.
+    pub fn search(&self, mut each: impl FnMut(&Judged) -> bool) -> Option<Judged> {
+        let mut best: Option<Judged> = None;
+        for &clock_s in &self.limits.clocks_s {
+            for length in 1..=self.limits.longest {
+                let end_s = self.limits.lead_s + f64::from(length) * clock_s;
+                if end_s > self.limits.duration_s {
+                    break;
+                }
+                for cuts in 0..1_u32 << (length - 1) {
+                    let judged = self.judge(&pulses(length, cuts), clock_s);
+                    if !each(&judged) {
+                        return best;
+                    }
+                    if judged.cost.is_finite() && best.as_ref().is_none_or(|best| judged.cost < best.cost) {
+                        best = Some(judged);
+                    }
+                }
+            }
+        }
+        best
+    }
+}
+
+/// To three significant digits: a hand knows no more.
+fn rounded_down(amplitude: f64) -> f64 {
+    let unit = libm::exp10(libm::floor(libm::log10(amplitude)) - 2.0);
+    libm::floor(amplitude / unit) * unit
+}
+
+/// Lengths of the pulses of a sequence: bit k of `cuts` changes the sign behind clock k. None is longer than nine clocks,
+/// which is what a digit holds; a longer one is written as what it is to the aircraft: cut at nine.
+fn pulses(length: u32, cuts: u32) -> Vec<u32> {
+    let mut pulses = Vec::new();
+    let mut run = 1;
+    for k in 0..length - 1 {
+        if cuts & (1 << k) == 0 && run < 9 {
+            run += 1;
+        } else {
+            pulses.push(run);
+            run = 1;
+        }
+    }
+    pulses.push(run);
+    pulses
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::information::outputs;
+    use super::*;
+    use crate::flight::derivative::{Axis, Variable};
+    use crate::flight::model_file::ModelFile;
+    use crate::simulation::instrument::Instruments;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_pattern_comes_once() {
+        let all: BTreeSet<Vec<u32>> = (0..1 << 6).map(|cuts| pulses(7, cuts)).collect();
+        assert_eq!(all.len(), 64);
+        assert!(all.contains(&vec![3, 2, 1, 1]) && all.contains(&vec![7]) && all.contains(&vec![1; 7]));
+        assert!(all.iter().all(|pattern| pattern.iter().sum::<u32>() == 7));
+    }
+
+    #[test]
+    fn the_best_is_no_worse_than_a_3211_and_keeps_every_limit() {
+        let model = ModelFile::parse(include_str!("../../../replay/models/puma-like.toml")).unwrap().linear;
+        let parameters = [(Axis::N, Variable::V), (Axis::N, Variable::P), (Axis::N, Variable::R), (Axis::N, Variable::Pedal)]
+            .map(|(axis, variable)| Parameter { axis, variable });
+        let outputs = outputs(&model, &Instruments::flight_quality(1.0));
+        let mut excursion = [f64::INFINITY; 8];
+        excursion[6] = 0.1;
+        let limits = Limits {
+            amplitude: 0.03,
+            excursion,
+            clocks_s: vec![0.5, 0.7, 1.0],
+            longest: 7,
+            lead_s: 1.0,
+            duration_s: 15.0,
+            rate_hz: 20.0,
+        };
+        for criterion in [Criterion::Trace(vec![1.0; 4]), Criterion::LogDeterminant] {
+            let problem = Problem {
+                model: &model,
+                parameters: &parameters,
+                outputs: &outputs,
+                control: Control::Pedal,
+                criterion: &criterion,
+                limits: &limits,
+                known: None,
+            };
+            let mut judged = 0;
+            let best = problem
+                .search(|candidate| {
+                    judged += 1;
+                    assert!(candidate.information.excursion[6] <= 0.1 && candidate.spec.amplitude <= 0.03);
+                    true
+                })
+                .unwrap();
+            assert_eq!(judged, 3 * 127);
+            for clock_s in [0.5, 0.7, 1.0] {
+                assert!(best.cost <= problem.judge(&[3, 2, 1, 1], clock_s).cost);
+                assert!(best.cost <= problem.judge(&[1, 1], clock_s).cost);
+            }
+        }
+    }
+}

@@ -1,0 +1,197 @@
+//! MAVLink over the loopback into the processes: derivatives from a sender that is not ours, boots, silence, broken links.
+
+use crate::program::{ended, folder, own, path, puma, sideslip};
+use crate::sender::{Vehicle, samples};
+use crate::stage::{Running, left_behind, signal, soon, stage, times};
+use serde_json::Value;
+use sideslip::bus::reader::Reader;
+use sideslip::flight::channel::ControlNames;
+use sideslip::flight::derivative::{Axis, Variable};
+use sideslip::flight::model_file::ModelFile;
+use sideslip::telemetry::mavlink::encode::{Encoder, ME};
+use sideslip::telemetry::mavlink::mapping::Config;
+use std::io::Write;
+use std::net::UdpSocket;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+const SOON: Duration = Duration::from_secs(10);
+
+/// A folder that holds pymavlink; `None`, said loudly, where it cannot be installed.
+fn pymavlink() -> Option<PathBuf> {
+    let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pymavlink");
+    let there = || {
+        let import = ["-c", "from pymavlink.dialects.v20 import ardupilotmega"];
+        let tried = Command::new("python3").args(import).env("PYTHONPATH", &place).stderr(Stdio::null()).status();
+        tried.is_ok_and(|status| status.success())
+    };
+    if !there() {
+        // Without what it needs for other things than messages.
+        let install = ["-m", "pip", "install", "--quiet", "--no-deps", "--target", path(&place), "pymavlink==2.4.50"];
+        let _ = Command::new("python3").args(install).stdout(Stdio::null()).stderr(Stdio::null()).status();
+    }
+    let found = there();
+    if !found {
+        eprintln!("SKIPPED: pymavlink cannot be installed by pip");
+    }
+    found.then_some(place)
+}
+
+#[test]
+fn pymavlink_at_50_hz_over_udp_gives_the_derivatives_of_the_simulated_truth() {
+    let Some(pymavlink) = pymavlink() else { return };
+    let stage = stage("pymavlink");
+    let (flight, json, root, logs) = (stage.join("flight.csv"), stage.join("live.json"), stage.join("root"), stage.join("logs"));
+    let model = own("replay/models/puma-like.toml");
+    let simulate = ["simulate", "--model", path(&model), "--rate", "50", "--noise", "flight", "--seed", "7", "--duration", "24"];
+    let inputs = ["--input", "pedal:3211:0.02:0.7", "--input", "lat_cyclic:3211:0.008:0.5:9", "--out", path(&flight)];
+    let (status, _, said) = ended(&sideslip(&[simulate.as_slice(), &inputs].concat()));
+    assert_eq!(status, 0, "{said}");
+    // A port that is free now; nothing else on this machine asks for it in the moment until it is taken.
+    let port = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port().to_string();
+    let source = format!("udpin://127.0.0.1:{port}");
+    let call = ["live", "--source", &source, "--root", path(&root), "--out", path(&logs), "--json", path(&json)];
+    let mut live = Running::start(&call);
+    soon("it listens", SOON, || live.said().iter().any(|(_, line)| line.contains("listening")));
+    let mut sender = Command::new("python3");
+    sender.arg(own("tests/live/sender.py")).args([path(&flight), "127.0.0.1", &port]).env("PYTHONPATH", &pymavlink);
+    let sent = sender.output().unwrap();
+    assert!(sent.status.success(), "{}", String::from_utf8_lossy(&sent.stderr));
+    let rows: usize = String::from_utf8(sent.stdout).unwrap().trim().parse().unwrap();
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(signal("TERM", live.number()));
+    assert_eq!(live.ended(SOON), 0, "{:?}", live.said());
+    assert_eq!(times(&logs.join("live.mcap")).len(), rows, "every instant is one sample");
+    let answer: Value = serde_json::from_str(&std::fs::read_to_string(&json).unwrap()).unwrap();
+    let truth = ModelFile::parse(&std::fs::read_to_string(&model).unwrap()).unwrap().linear;
+    for name in ["N_v", "N_p", "N_r", "N_pedal", "L_v", "L_p", "L_r", "L_lat_cyclic"] {
+        let (axis, variable) = name.split_once('_').unwrap();
+        let (axis, variable) = (Axis::from_name(axis).unwrap(), Variable::from_name(variable).unwrap());
+        let terms = answer["runs"][0]["equations"][&name[..1]]["terms"].as_array().unwrap();
+        let term = terms.iter().find(|term| term["name"] == name).unwrap_or_else(|| panic!("no {name}: {terms:?}"));
+        let (value, std) = (term["value"].as_f64().unwrap(), term["std"].as_f64().unwrap());
+        let errors = (value - truth.derivative(axis, variable)) / std;
+        eprintln!("{name}: {value:.5} +- {std:.5}, {errors:+.1} standard errors from the truth");
+        assert!(errors.abs() <= 3.0, "{name}");
+    }
+    assert_eq!(left_behind(&root), [""; 0]);
+}
+
+#[test]
+fn telemetry_killed_on_a_link_loses_next_to_nothing_and_the_run_goes_on() {
+    let stage = stage("link-killed");
+    let (root, logs) = (stage.join("root"), stage.join("logs"));
+    let flight = samples(&puma());
+    let mut vehicle = Vehicle::start(flight.clone(), 4.0);
+    let mut live =
+        Running::start(&["live", "--source", vehicle.url(), "--root", path(&root), "--out", path(&logs), "--set", "run=killed"]);
+    for _ in 0..3 {
+        std::thread::sleep(Duration::from_millis(700));
+        let mark = "sideslip: ingest is process ";
+        let number = |(_, line): &(_, String)| line.strip_prefix(mark).and_then(|number| number.parse().ok());
+        let newest: u32 = live.said().iter().filter_map(number).next_back().unwrap();
+        assert!(signal("KILL", newest));
+    }
+    assert_eq!(vehicle.flown(Duration::from_secs(20)), flight.len());
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(signal("TERM", live.number()));
+    assert_eq!(live.ended(SOON), 3, "{:?}", live.said());
+    assert!(live.said().iter().any(|(_, line)| line.contains("telemetry began again; the run goes on")), "{:?}", live.said());
+    let logged = times(&logs.join("live.mcap"));
+    assert!(!logs.join("live-2.mcap").exists(), "one run, one log");
+    // Each time what waited for late messages, 20 ms, is gone with its process, and nothing that came while it was away.
+    let longest_s = logged.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+    eprintln!("{} of {} samples in the log, the longest gap {longest_s:.3} s", logged.len(), flight.len());
+    assert!(longest_s <= 0.3 && logged.len() + 30 >= flight.len(), "{longest_s}");
+    assert_eq!(left_behind(&root), [""; 0]);
+}
+
+#[test]
+fn a_vehicle_that_starts_again_begins_a_run_and_a_log_of_its_own() {
+    let stage = stage("boots");
+    let (root, logs, json) = (stage.join("root"), stage.join("logs"), stage.join("live.json"));
+    let first: Vec<_> = samples(&puma())
+        .into_iter()
+        .take(200)
+        .map(|mut sample| {
+            sample.time_s += 600.0;
+            sample
+        })
+        .collect();
+    let flight: Vec<_> = first.iter().copied().chain(samples(&puma()).into_iter().take(300)).collect();
+    let mut vehicle = Vehicle::start(flight, 10.0);
+    let args = ["live", "--source", vehicle.url(), "--root", path(&root), "--out", path(&logs), "--json", path(&json)];
+    let mut live = Running::start(&args);
+    vehicle.flown(SOON);
+    std::thread::sleep(Duration::from_millis(500));
+    // A reader sees the second run.
+    let mut reader = Reader::open(&root).unwrap();
+    let _ = reader.latest().unwrap();
+    assert!(signal("TERM", live.number()));
+    live.ended(SOON);
+    assert!(live.said().iter().any(|(_, line)| line.contains("started again: a new run")), "{:?}", live.said());
+    let (one, two) = (times(&logs.join("live.mcap")), times(&logs.join("live-2.mcap")));
+    assert_eq!((one.len(), one.first()), (200, Some(&600.0)));
+    // Its first messages could be strays of the old clock, and are not used.
+    assert!(two.len() >= 285 && two[0] > *one.last().unwrap(), "{} {:?}", two.len(), two.first());
+    let answer: Value = serde_json::from_str(&std::fs::read_to_string(&json).unwrap()).unwrap();
+    assert_eq!(answer["runs"].as_array().unwrap().len(), 2);
+    drop(reader);
+}
+
+#[test]
+fn what_cannot_be_opened_or_understood_is_said() {
+    let folder = folder("live-wrong-links");
+    let root = folder.join("root");
+    let taken = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let source = format!("udpin://{}", taken.local_addr().unwrap());
+    let (status, _, said) = ended(&sideslip(&["live", "--source", &source, "--root", path(&root)]));
+    assert!(status == 1 && said.contains(&source) && said.contains("in use"), "{status} {said}");
+    for (wrong, words) in
+        [("udpin://127.0.0.1", "host:port"), ("serial://", "serial://DEVICE"), ("http://x:1", "udpin://HOST:PORT")]
+    {
+        let (status, _, said) = ended(&sideslip(&["ingest", "--source", wrong, "--root", path(&root)]));
+        assert!(status == 2 && said.contains(words), "{wrong}: {said}");
+        let (status, _, said) = ended(&sideslip(&["live", "--source", wrong, "--root", path(&root)]));
+        assert!(status == 2 && said.contains(words), "{wrong}: {said}");
+    }
+    let config = folder.join("mavlink.toml");
+    std::fs::write(&config, "system = 300").unwrap();
+    let call = ["ingest", "--source", "udpin://127.0.0.1:0", "--config", path(&config), "--root", path(&root)];
+    let (status, _, said) = ended(&sideslip(&call));
+    assert!(status == 2 && said.contains("mavlink.toml:1:10"), "{said}");
+}
+
+#[test]
+fn a_connection_that_breaks_is_opened_again_and_noise_is_counted() {
+    let stage = stage("tcp");
+    let (root, log) = (stage.join("root"), stage.join("flight.mcap"));
+    let server = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let source = format!("tcp://{}", server.local_addr().unwrap());
+    let mut estimate = Running::start(&["estimate", "--root", path(&root), "--out", path(&log)]);
+    soon("an estimator", SOON, || root.join("estimator").exists());
+    let mut ingest = Running::start(&["ingest", "--source", &source, "--root", path(&root)]);
+    let flight = samples(&puma());
+    let mut encoder = Encoder::new(ME, Config::default(), ControlNames::Rotorcraft);
+    for half in flight.chunks(flight.len() / 2 + 1) {
+        let (mut connection, _) = server.accept().unwrap();
+        connection.write_all(b"no frame").unwrap();
+        // Some twenty times as fast as it was flown: what comes all at once is more than a log takes.
+        for some in half.chunks(20) {
+            let mut bytes = Vec::new();
+            some.iter().for_each(|sample| encoder.sample(sample, |frame| bytes.extend(frame)).unwrap());
+            connection.write_all(&bytes).unwrap();
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        // The other end has read it all before this one goes.
+        std::thread::sleep(Duration::from_millis(500));
+    }
+    soon("said that it is open again", SOON, || ingest.said().iter().any(|(_, line)| line.contains("open again")));
+    assert!(signal("TERM", ingest.number()));
+    assert_eq!(ingest.ended(SOON), 3, "{:?}", ingest.said());
+    assert!(ingest.said().iter().any(|(_, line)| line.contains("16 bytes that belong to no frame")), "{:?}", ingest.said());
+    assert!(signal("TERM", estimate.number()));
+    assert_eq!(estimate.ended(SOON), 0, "{:?}", estimate.said());
+    assert_eq!(times(&log).len(), flight.len(), "both connections, one run");
+}
