@@ -124,10 +124,12 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     }
     warn_of_still_rotor(&effects, model, &inputs);
     let info = run_info(args, file, &of_run, &manoeuvre)?;
+    let of_quality = Instruments::flight_quality(args.noise);
+    let of_quality = if in_trim.level1.is_some() { of_quality.with_rotor(args.noise) } else { of_quality };
     let instruments = Instruments {
         accelerometer_position_m: info.geometry().accelerometer_position_m,
         vane_position_m: info.geometry().vane_position_m,
-        ..Instruments::flight_quality(args.noise)
+        ..of_quality
     };
     let flight = Flight { effects, inputs, instruments, times_s, seed: args.seed, ..in_trim.clone() };
     let flown = flight.fly().map_err(|refused| Failure::file(&args.model, refused))?;

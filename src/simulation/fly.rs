@@ -256,7 +256,8 @@ impl Flight {
     fn gives(&self, channel: Channel) -> bool {
         match channel {
             Channel::RotorSpeed => self.model.trim.rotor_speed.is_some(),
-            Channel::Torque | Channel::Flap0 | Channel::Flap1c | Channel::Flap1s | Channel::Rho => false,
+            Channel::Torque | Channel::Flap0 | Channel::Flap1c | Channel::Flap1s => self.level1.is_some(),
+            Channel::Rho => false,
             _ => true,
         }
     }

@@ -10,6 +10,7 @@
 
 use super::history::History;
 use super::level1::aircraft::Situation;
+use super::level1::flapping::Flap;
 use super::level1::inner::{INNER, Inner};
 use super::level1::trim::Trimmed;
 use super::linear::{forces, state_matrix, trim_specific_force};
@@ -53,6 +54,17 @@ pub struct TrueState {
     pub blade: [f64; CONTROLS],
     /// Rotor speed, rad/s, where the model has one.
     pub rotor_speed: Option<f64>,
+    /// What else there is to say of the rotor, of a Level-1 aircraft.
+    pub rotor: Option<TrueRotor>,
+}
+
+/// The rotor of a Level-1 aircraft at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrueRotor {
+    /// Engine torque at the main rotor, N m; that which the rotors take where no governor makes it.
+    pub torque: f64,
+    /// Flap in the rotor's own axes, azimuth from aft in the direction of rotation, rad.
+    pub flap: Flap,
 }
 
 impl TrueState {
@@ -167,7 +179,7 @@ impl Drive<'_> {
         let mut blade = trim.controls;
         blade.iter_mut().zip(moved).for_each(|(position, deviation)| *position += deviation);
         let mut rotor_speed = self.rotor_speed.map(|history| history.at(time_s)).or(trim.rotor_speed);
-        let mut inner_rates = [0.0; INNER];
+        let (mut inner_rates, mut rotor) = ([0.0; INNER], None);
         let deviation = |speed: Option<f64>| speed.zip(trim.rotor_speed).map_or(0.0, |(speed, at_trim)| speed - at_trim);
         let accelerations = match &self.level1 {
             None => {
@@ -182,11 +194,14 @@ impl Drive<'_> {
                     rotor_speed: rotor_speed.unwrap_or(trimmed.aircraft.main_rotor.speed),
                     density: trimmed.condition.density,
                 };
-                let instant = trimmed.instant(&asked, &Inner::from_vector(*inner), effectiveness, |blade, speed| {
+                let inner = Inner::from_vector(*inner);
+                let instant = trimmed.instant(&asked, &inner, effectiveness, |blade, speed| {
                     added.then(|| self.additions(deviations, blade, deviation(Some(speed))))
                 });
                 (blade, rotor_speed) = (instant.blade, Some(instant.rotor_speed));
                 inner_rates = instant.rates.to_vector();
+                let torque = if trimmed.aircraft.options.governed { inner.torque } else { instant.response.torque };
+                rotor = Some(TrueRotor { torque, flap: instant.response.flap });
                 instant.response.accelerations
             }
         };
@@ -200,6 +215,7 @@ impl Drive<'_> {
             controls: Control::ALL.map(|control| self.controls[control.index()].at(time_s)),
             blade,
             rotor_speed,
+            rotor,
         };
         Some((state, inner_rates))
     }

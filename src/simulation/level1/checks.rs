@@ -315,6 +315,21 @@ fn the_governor_brings_the_rotor_back_and_takes_no_orders() {
 }
 
 #[test]
+fn the_rotor_is_measured_where_there_is_one() {
+    let trimmed = puma(&["rotor_speed=governed", "flapping=second_order"]);
+    let mut flown = flight(&trimmed, "collective:step:0.01:0:1", 6.0);
+    flown.instruments = flown.instruments.with_rotor(0.0);
+    let recorded = flown.fly().unwrap();
+    let (torque, coning) = (readings(&recorded, Channel::Torque), readings(&recorded, Channel::Flap0));
+    assert!((torque[0] - trimmed.inner.torque).abs() < 1e-6 && (coning[0] - trimmed.inner.flap.coning).abs() < 1e-12);
+    assert!(torque[torque.len() - 1] > torque[0] + 1000.0 && coning[coning.len() - 1] > coning[0] + 1e-3);
+    assert_eq!(readings(&recorded, Channel::Flap1s).len(), 601);
+    let mut linear = flown.clone();
+    linear.level1 = None;
+    assert_eq!(linear.fly(), Err(Refused::NoChannel(Channel::Torque)));
+}
+
+#[test]
 fn actuators_lag_and_hold_their_rate() {
     let trimmed = puma(&["actuators=first_order", "actuators.pedal.rate=0.1"]);
     let flown = flight(&trimmed, "pedal:step:0.05:0:1", 3.0).fly().unwrap();
