@@ -161,9 +161,9 @@ mod tests {
             [0, 1].map(|k| (up[k] - down[k]) / 2e-6)
         };
         let mut slopes = [[[0.0; 2]; MOTION]; AXES];
-        for a in 0..AXES {
-            for i in 0..MOTION {
-                slopes[a][i] = slope(&|whole, _, step| whole.values[a][i] += step);
+        for (a, row) in slopes.iter_mut().enumerate() {
+            for (i, entry) in row.iter_mut().enumerate() {
+                *entry = slope(&|whole, _, step| whole.values[a][i] += step);
             }
         }
         let trim = [slope(&|_, lateral, step| lateral.u0 += step), slope(&|_, lateral, step| lateral.w0 += step)];

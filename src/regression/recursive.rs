@@ -400,8 +400,8 @@ fn whole(fits: &[Option<Fit>; AXES], equations: &[EquationRecord; AXES]) -> Opti
         for i in 0..MOTION {
             let row = regressor(Variable::ALL[i]);
             values[i] = fit.theta[row];
-            for j in 0..MOTION {
-                cov[i][j] = fit.cov[row][regressor(Variable::ALL[j])];
+            for (entry, variable) in cov[i].iter_mut().zip(Variable::ALL) {
+                *entry = fit.cov[row][regressor(variable)];
             }
         }
     }
