@@ -75,7 +75,7 @@ impl From<crate::bus::error::BusError> for Failure {
         use crate::bus::error::BusError;
         match error {
             BusError::Root { .. } | BusError::RoleTaken { .. } | BusError::Schema { .. } => Failure::Input(error.to_string()),
-            BusError::Middleware { .. } | BusError::Payload { .. } => Failure::Running(error.to_string()),
+            BusError::Busy { .. } | BusError::Middleware { .. } | BusError::Payload { .. } => Failure::Running(error.to_string()),
         }
     }
 }

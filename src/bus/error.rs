@@ -13,6 +13,14 @@ pub enum BusError {
         /// What was expected and what was found.
         what: String,
     },
+    /// Another process stands in the way for now.
+    #[error("{}: {what}", path.display())]
+    Busy {
+        /// The root.
+        path: PathBuf,
+        /// Who, and of what.
+        what: String,
+    },
     /// Another process has that role already.
     #[error("{}: {holder} has the role `{role}` already: expected one of each, stop it or take another --root", path.display())]
     RoleTaken {

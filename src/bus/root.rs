@@ -1,11 +1,14 @@
 //! The root directory of a bus: who is in it, who has which role, and a clean floor for whoever comes first.
 //!
-//! Files of the root, all locked by the kernel (`flock`), so that no lock outlives its process:
+//! Of the directory that the user names only `.sideslip` below it is ours. Its files, all locked by the kernel (`flock`), so
+//! that no lock outlives its process:
 //!
 //! - `door`: held while a process enters. Services are made and opened only behind it, one process at a time.
 //! - `inside`: shared by everyone in the root. Who gets it exclusively is alone, and sweeps what the dead left behind.
 //! - `telemetry`, `estimator`, `supervisor`: the roles, one process each; the file holds its process number.
-//! - `bus/`: the middleware's own files; its shared memory carries a prefix made of the root's path.
+//!
+//! The middleware's own files and its shared memory are in the system's place for shared memory, under names that begin with
+//! a prefix made of the root's path: so no path is too long for it, and sweeping touches nothing of the user's.
 //!
 //! Why that is enough: a service can be left half made only by a process that was killed behind the door while nobody else
 //! was inside (everyone inside has every service open), so the next one to come is alone and sweeps it away.
@@ -20,6 +23,15 @@ use std::time::{Duration, Instant};
 
 /// The longest wait at the door; whoever stands in it needs some tens of milliseconds.
 const DOOR: Duration = Duration::from_secs(5);
+
+/// What is ours in a root.
+const OURS: &str = ".sideslip";
+
+/// What the names of private roots begin with, in the directory of temporary files.
+const PRIVATE: &str = "sideslip-private-";
+
+/// A private root younger than this may belong to a process that has not entered it yet.
+const SETTLED: Duration = Duration::from_secs(60);
 
 /// Where the system keeps shared memory.
 const SHARED_MEMORY: &str = "/dev/shm";
@@ -57,7 +69,10 @@ pub(super) struct Door(#[expect(dead_code, reason = "the lock is the file's")] F
 /// A root that this process is inside of.
 #[derive(Debug)]
 pub struct Root {
+    /// As the user names it.
     path: PathBuf,
+    /// Our part of it.
+    ours: PathBuf,
     /// Shared lock, for as long as the process is inside.
     inside: Option<File>,
     swept: bool,
@@ -74,16 +89,32 @@ impl Root {
         }
     }
 
+    /// A root for this process and those that it starts, not made yet. Such roots of processes that are no more are removed.
+    pub fn private_path() -> PathBuf {
+        let place = std::env::temp_dir();
+        for entry in std::fs::read_dir(&place).into_iter().flatten().flatten() {
+            if entry.file_name().as_encoded_bytes().starts_with(PRIVATE.as_bytes()) {
+                remove_if_left(&entry.path());
+            }
+        }
+        let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0, |time| time.subsec_nanos());
+        place.join(format!("{PRIVATE}{}-{since}", std::process::id()))
+    }
+
     /// Enters the root, making it where it is missing; the door stays closed until what is returned beside it is dropped.
     pub(super) fn enter(path: &Path) -> Result<(Self, Door), BusError> {
         let path = make(path)?;
-        let door = open(&path, "door")?;
-        lock_within(&door, DOOR, |file| file.try_lock())
-            .map_err(|what| BusError::Root { path: path.clone(), what: format!("the door is closed: {what}") })?;
-        let inside = open(&path, "inside")?;
+        let ours = make(&path.join(OURS))?;
+        let mut door = open(&ours, "door")?;
+        lock_within(&door, DOOR, |file| file.try_lock()).map_err(|what| {
+            let holder = holder(&mut door);
+            BusError::Busy { path: path.clone(), what: format!("the door is closed by {holder}: {what}") }
+        })?;
+        sign(&mut door).map_err(|error| root_error(&path, &error))?;
+        let inside = open(&ours, "inside")?;
         let swept = match inside.try_lock() {
             Ok(()) => {
-                sweep(&path)?;
+                sweep(&path, &ours)?;
                 inside.unlock().map_err(|error| root_error(&path, &error))?;
                 true
             }
@@ -92,8 +123,8 @@ impl Root {
         };
         // The exclusive lock is taken behind the door only, so nothing can stand against the shared one.
         lock_within(&inside, DOOR, |file| file.try_lock_shared())
-            .map_err(|what| BusError::Root { path: path.clone(), what: format!("cannot enter: {what}") })?;
-        Ok((Root { path, inside: Some(inside), swept, remove: false }, Door(door)))
+            .map_err(|what| BusError::Busy { path: path.clone(), what: format!("cannot enter: {what}") })?;
+        Ok((Root { path, ours, inside: Some(inside), swept, remove: false }, Door(door)))
     }
 
     /// Where it is.
@@ -111,31 +142,46 @@ impl Root {
         self.remove = true;
     }
 
+    /// Our part of it.
+    pub(super) fn ours(&self) -> &Path {
+        &self.ours
+    }
+
     /// Takes a role.
     ///
     /// # Errors
     /// [`BusError::RoleTaken`] where another process has it.
     pub fn take(&self, role: Role) -> Result<RoleHeld, BusError> {
-        let mut file = open(&self.path, role.name())?;
+        let mut file = open(&self.ours, role.name())?;
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
-                let mut text = String::new();
-                let _ = file.read_to_string(&mut text);
-                let number = text.trim();
-                let holder = if number.is_empty() { "another process".to_owned() } else { format!("process {number}") };
+                let holder = holder(&mut file);
                 return Err(BusError::RoleTaken { path: self.path.clone(), role: role.name(), holder });
             }
             Err(TryLockError::Error(error)) => return Err(root_error(&self.path, &error)),
         }
-        let written = file.set_len(0).and_then(|()| file.rewind()).and_then(|()| writeln!(file, "{}", std::process::id()));
-        written.map_err(|error| root_error(&self.path, &error))?;
+        sign(&mut file).map_err(|error| root_error(&self.path, &error))?;
         Ok(RoleHeld(file))
     }
 
-    /// The middleware's own directory.
-    pub(super) fn bus_directory(&self) -> PathBuf {
-        self.path.join("bus")
+    /// The same, waiting so long for a process that is ending.
+    ///
+    /// # Errors
+    /// [`BusError::RoleTaken`] where another process still has it then.
+    pub fn take_within(&self, role: Role, limit: Duration) -> Result<RoleHeld, BusError> {
+        let begun = Instant::now();
+        loop {
+            match self.take(role) {
+                Err(BusError::RoleTaken { .. }) if begun.elapsed() < limit => std::thread::sleep(Duration::from_millis(5)),
+                taken => return taken,
+            }
+        }
+    }
+
+    /// The middleware's own directory, made here.
+    pub(super) fn bus_directory(&self) -> Result<PathBuf, BusError> {
+        make(&Path::new(SHARED_MEMORY).join(format!("{}bus", prefix(&self.path))))
     }
 
     /// What the names of its shared memory begin with.
@@ -148,15 +194,49 @@ impl Drop for Root {
     /// The last one out sweeps too; where someone stands in the door, that one is not the last.
     fn drop(&mut self) {
         drop(self.inside.take());
-        let alone = |name: &str| open(&self.path, name).ok().filter(|file| file.try_lock().is_ok());
-        let door = alone("door");
-        if door.is_some() && alone("inside").is_some() {
-            let _ = sweep(&self.path);
-            if self.remove {
-                let _ = std::fs::remove_dir_all(&self.path);
-            }
+        sweep_if_alone(&self.path, self.remove);
+    }
+}
+
+/// Sweeps, and removes the whole root where that is meant, if nobody is inside.
+fn sweep_if_alone(path: &Path, remove: bool) {
+    let ours = path.join(OURS);
+    let alone = |name: &str| open(&ours, name).ok().filter(|file| file.try_lock().is_ok());
+    let door = alone("door");
+    if door.is_some() && alone("inside").is_some() {
+        let _ = sweep(path, &ours);
+        if remove {
+            let _ = std::fs::remove_dir_all(path);
         }
     }
+}
+
+/// A private root of a process that was killed; one whose process lives, or has not entered yet, stays.
+fn remove_if_left(path: &Path) {
+    let ours = path.symlink_metadata().ok().filter(|found| found.is_dir() && found.uid() == own_user());
+    let age = ours.and_then(|found| found.modified().ok()).and_then(|time| time.elapsed().ok());
+    if age.is_some_and(|age| age > SETTLED) {
+        if path.join(OURS).is_dir() {
+            sweep_if_alone(path, true);
+        } else {
+            let _ = std::fs::remove_dir(path);
+        }
+    }
+}
+
+/// Writes this process' number into a file that it has locked.
+fn sign(file: &mut File) -> std::io::Result<()> {
+    file.set_len(0)?;
+    file.rewind()?;
+    writeln!(file, "{}", std::process::id())
+}
+
+/// Whose number stands in a locked file.
+fn holder(file: &mut File) -> String {
+    let mut text = String::new();
+    let _ = file.rewind().and_then(|()| file.read_to_string(&mut text));
+    let number = text.trim();
+    if number.is_empty() { "another process".to_owned() } else { format!("process {number}") }
 }
 
 /// The path as the file system knows it, a directory of this user that no one else can enter.
@@ -219,22 +299,20 @@ fn prefix(path: &Path) -> String {
     format!("sideslip_{hash:016x}_")
 }
 
-/// Removes everything that processes now dead have left behind.
-fn sweep(root: &Path) -> Result<(), BusError> {
-    for directory in ["bus", HEADS] {
-        match std::fs::remove_dir_all(root.join(directory)) {
-            Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(root_error(root, &error)),
-            _ => {}
-        }
-    }
+/// Removes everything of ours that processes now dead have left behind.
+fn sweep(root: &Path, ours: &Path) -> Result<(), BusError> {
+    let gone = |removed: std::io::Result<()>, path: &Path| match removed {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(root_error(path, &error)),
+        _ => Ok(()),
+    };
+    gone(std::fs::remove_dir_all(ours.join(HEADS)), root)?;
     let prefix = prefix(root);
     let Ok(entries) = std::fs::read_dir(SHARED_MEMORY) else { return Ok(()) };
     for entry in entries.flatten() {
         if entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes()) {
-            match std::fs::remove_file(entry.path()) {
-                Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(root_error(&entry.path(), &error)),
-                _ => {}
-            }
+            let path = entry.path();
+            let is_directory = entry.file_type().is_ok_and(|kind| kind.is_dir());
+            gone(if is_directory { std::fs::remove_dir_all(&path) } else { std::fs::remove_file(&path) }, &path)?;
         }
     }
     Ok(())

@@ -13,6 +13,7 @@ use super::payload::{
 use super::root::{Role, RoleHeld, Root};
 use iceoryx2::config::Config;
 use iceoryx2::node::{Node, NodeBuilder};
+use iceoryx2::port::subscriber::SubscriberCreateError;
 use iceoryx2::prelude::{FileName, Path as BusPath, SemanticString, ServiceName, SignalHandlingMode, ipc};
 use iceoryx2::service::builder::publish_subscribe::{PublishSubscribeOpenError, PublishSubscribeOpenOrCreateError};
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
@@ -20,7 +21,7 @@ use std::path::Path;
 use std::time::Duration;
 
 /// Subscribers that a service has room for.
-pub const MOST_SUBSCRIBERS: usize = 8;
+pub const MOST_SUBSCRIBERS: usize = 10;
 
 /// Publishers that a service has room for: one that lives, and dead ones whose place has not been cleared yet.
 const PUBLISHERS: usize = 4;
@@ -99,7 +100,7 @@ impl Bus {
         &self.root
     }
 
-    /// Which life of this program it is: the monotonic clock when it entered, ns.
+    /// Which life of this program it is: the monotonic clock when it entered or last took a role, ns.
     pub fn incarnation(&self) -> u64 {
         self.incarnation
     }
@@ -108,8 +109,19 @@ impl Bus {
     ///
     /// # Errors
     /// [`BusError::RoleTaken`] where another process has it.
-    pub fn take(&self, role: Role) -> Result<RoleHeld, BusError> {
-        self.root.take(role)
+    pub fn take(&mut self, role: Role) -> Result<RoleHeld, BusError> {
+        self.take_within(role, Duration::ZERO)
+    }
+
+    /// The same, waiting so long for a process that is ending. Of two that want a role the one that gets it later has the
+    /// later incarnation, whichever entered first.
+    ///
+    /// # Errors
+    /// [`BusError::RoleTaken`] where another process still has it then.
+    pub fn take_within(&mut self, role: Role, limit: Duration) -> Result<RoleHeld, BusError> {
+        let held = self.root.take_within(role, limit)?;
+        self.incarnation = monotonic_ns();
+        Ok(held)
     }
 
     /// Clears away what dead processes hold in the services; takes some ten milliseconds.
@@ -135,7 +147,12 @@ impl Bus {
     pub fn subscriber<P: Payload>(&self) -> Result<Subscriber<P>, BusError> {
         let refused = |what: String| middleware(&self.root, &format!("subscribing {}", P::SERVICE), what);
         let service = open::<P>(&self.node, &self.root)?;
-        let port = service.subscriber_builder().create().map_err(|error| refused(format!("{error:?}")))?;
+        let port = service.subscriber_builder().create().map_err(|error| match error {
+            SubscriberCreateError::ExceedsMaxSupportedSubscribers => {
+                refused(format!("expected at most {MOST_SUBSCRIBERS} readers in one root, found one more"))
+            }
+            other => refused(format!("{other:?}")),
+        })?;
         Ok(Subscriber { port, last: None, missed: 0, stale: 0, root: self.root.path().into() })
     }
 }
@@ -145,7 +162,7 @@ fn middleware(root: &Root, doing: &str, what: String) -> BusError {
 }
 
 fn config(root: &Root) -> Result<Config, BusError> {
-    let directory = root.bus_directory();
+    let directory = root.bus_directory()?;
     let wrong = |what: String| BusError::Root { path: root.path().into(), what };
     let path = BusPath::new(directory.as_os_str().as_encoded_bytes())
         .map_err(|error| wrong(format!("a path that the bus cannot use, too long or with strange characters: {error:?}")))?;

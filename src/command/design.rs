@@ -16,6 +16,7 @@ use sideslip::simulation::design::dispersion::Uninformed;
 use sideslip::simulation::design::information::{Parameter, outputs};
 use sideslip::simulation::design::search::{Criterion, Judged, Limits, Problem};
 use sideslip::simulation::design::spectrum::{Outline, energy, outline};
+use sideslip::simulation::flight_model::Asked;
 use sideslip::simulation::instrument::Instruments;
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -101,7 +102,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             refuse_to_overwrite(option, file, std::slice::from_ref(&args.model))?;
         }
     }
-    let file = read_model(&args.model)?;
+    let file = read_model(&args.model, &Asked::default())?.file;
     let model = &file.linear;
     let control = Control::from_name(&args.control)
         .ok_or_else(|| Failure::Input(format!("--control: expected the name of a control, found `{}`", args.control)))?;

@@ -3,6 +3,7 @@
 use super::message;
 use super::model_input::read_model;
 use super::output_file::{print, refuse_to_overwrite, write_json};
+use nalgebra::Complex;
 use serde_json::{Map, Value, json};
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::control::Control;
@@ -14,26 +15,35 @@ use sideslip::modes::lateral;
 use sideslip::modes::record::{ModesRecord, Oscillation, RealRoot};
 use sideslip::regression::record::{LateralDerivatives, Status};
 use sideslip::simulation::eigenmodes::{Eigenmodes, eigenmodes};
+use sideslip::simulation::flight_model::{Asked, FlightModel};
 use sideslip::simulation::linear::{INPUTS, STATES, input_matrix, state_matrix, with_effects};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
 /// Trim, linear model and modes of a model
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  sideslip linearise --model puma-100kn.toml --json -")]
+#[command(after_help = "Examples:\n  sideslip linearise --model puma-100kn.toml --json -\n  \
+                  sideslip linearise --model puma --speed 51.44 --climb 5.08 --density 1.024 --set hub=exact")]
 pub(crate) struct Args {
-    /// Model file (TOML)
+    /// Model file (TOML), or puma, the Level-1 Puma that is built in
     #[arg(long, value_name = "FILE")]
     model: PathBuf,
-    /// Airspeed of the trim, m/s (models that can be trimmed anew; a linear model cannot)
+    /// True airspeed of the trim, m/s (models that can be trimmed anew; a linear model cannot)
     #[arg(long, value_name = "M/S", allow_negative_numbers = true)]
     speed: Option<f64>,
     /// Climb rate of the trim, m/s (likewise)
     #[arg(long, value_name = "M/S", allow_negative_numbers = true)]
     climb: Option<f64>,
+    /// Sideslip of the trim, rad (likewise)
+    #[arg(long, value_name = "RAD", allow_negative_numbers = true)]
+    sideslip: Option<f64>,
     /// Air density, kg/m^3 (likewise)
     #[arg(long, value_name = "KG/M3", allow_negative_numbers = true)]
     density: Option<f64>,
+    /// Set an option or another key of [level1], such as hub=exact, flapping=second_order, inflow=dynamic, rotor_speed=governed,
+    /// actuators=first_order, perturbation=finite, main_rotor.shaft_tilt=0.05; repeatable
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
     /// Write the result as JSON to this file, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -44,14 +54,13 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if let Some(json) = &args.json {
         refuse_to_overwrite("--json", json, std::slice::from_ref(&args.model))?;
     }
-    let file = read_model(&args.model)?;
-    for (option, given) in [("--speed", args.speed), ("--climb", args.climb), ("--density", args.density)] {
-        if given.is_some() {
-            return Err(Failure::Input(format!(
-                "{option}: a model of kind `linear` holds at its own trim only ({})",
-                args.model.display()
-            )));
-        }
+    let asked =
+        Asked { speed: args.speed, climb: args.climb, sideslip: args.sideslip, density: args.density, set: args.set.clone() };
+    let FlightModel { file, level1, .. } = read_model(&args.model, &asked)?;
+    if let Some(condition) = level1.as_ref().map(|trimmed| trimmed.condition)
+        && condition.climb.abs() > condition.speed
+    {
+        message(format_args!("note: climb exceeds the airspeed; the path is vertical, at {} m/s", condition.climb));
     }
     let effects: Vec<Effect> = file.effects.iter().map(|declared| declared.effect).collect();
     let model = with_effects(&file.linear, &effects)
@@ -68,8 +77,14 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             message(format_args!("note: `{}` is no part of A and B and is left out of them", effect.kind().name()));
         }
     }
-    let result = to_json(&file, &model, &effects, &modes);
-    let table = to_table(&file, &model, &effects, &modes);
+    let mut result = to_json(&file, &model, &effects, &modes);
+    let mut table = to_table(&file, &model, &effects, &modes);
+    if let Some(trimmed) = level1.filter(|trimmed| trimmed.aircraft.options.active().contains(&true)) {
+        let whole = trimmed.whole_eigenvalues().ok_or_else(|| {
+            Failure::Running(format!("{}: the modes of the whole system cannot be computed", args.model.display()))
+        })?;
+        add_whole(&mut result, &mut table, &whole);
+    }
     match &args.json {
         None => print(&table)?,
         Some(path) => {
@@ -108,6 +123,26 @@ fn to_json(file: &ModelFile, model: &LinearModel, effects: &[Effect], modes: &Ei
         "modes": modes_json(modes),
         "lateral_subsystem": subsystem(model).map(|lateral| subsystem_json(&lateral)),
     })
+}
+
+/// Modes of the whole system: those above belong to the eight states, with rotor, engine and actuators at once.
+fn add_whole(result: &mut Value, table: &mut String, whole: &[Complex<f64>]) {
+    let upper: Vec<&Complex<f64>> = whole.iter().filter(|mode| mode.im >= 0.0).collect();
+    if let Some(modes) = result.get_mut("modes").and_then(Value::as_object_mut) {
+        let all = upper.iter().map(|mode| json!({"real": mode.re, "imag": mode.im})).collect::<Vec<Value>>();
+        modes.insert("whole".to_owned(), json!(all));
+    }
+    let _ = writeln!(table, "\nmodes with the states of rotor, engine and actuators (1/s; effects left out)");
+    for mode in upper {
+        write_mode(table, "mode", mode);
+    }
+}
+
+fn write_mode(text: &mut String, name: &str, mode: &Complex<f64>) {
+    let _ = match mode.im > 0.0 {
+        true => writeln!(text, "{name:<10}  {:9.4} +- {:.4}i", mode.re, mode.im),
+        false => writeln!(text, "{name:<10}  {:9.4}", mode.re),
+    };
 }
 
 fn axis_json(file: &ModelFile, model: &LinearModel, axis: Axis) -> Value {
@@ -196,10 +231,7 @@ fn to_table(file: &ModelFile, model: &LinearModel, effects: &[Effect], modes: &E
         };
     }
     for mode in &modes.others {
-        let _ = match mode.im > 0.0 {
-            true => writeln!(text, "other       {:9.4} +- {:.4}i", mode.re, mode.im),
-            false => writeln!(text, "other       {:9.4}", mode.re),
-        };
+        write_mode(&mut text, "other", mode);
     }
     text.push_str("\nmodes of the lateral subsystem v p phi r alone (1/s), which estimates from flight are compared with\n");
     match subsystem(model) {

@@ -29,3 +29,8 @@ pub(crate) fn message(line: Arguments<'_>) {
 pub(crate) fn root_path(named: Option<&PathBuf>) -> PathBuf {
     named.cloned().unwrap_or_else(sideslip::bus::root::Root::default_path)
 }
+
+/// How long a process that was started again waits for its role: its predecessor may be ending. A person is told at once.
+pub(crate) fn patience(supervised: bool) -> std::time::Duration {
+    std::time::Duration::from_secs(if supervised { 10 } else { 0 })
+}

@@ -12,6 +12,7 @@ use sideslip::flight::effect::Effect;
 use sideslip::flight::model::LinearModel;
 use sideslip::flight::model_file::ModelFile;
 use sideslip::flight::run_file::RunInfo;
+use sideslip::simulation::flight_model::Asked;
 use sideslip::simulation::fly::{Flight, Inputs, uniform_times};
 use sideslip::simulation::input::InputSpec;
 use sideslip::simulation::instrument::Instruments;
@@ -20,12 +21,11 @@ use std::path::{Path, PathBuf};
 
 /// Fly a model on given controls and record it
 #[derive(clap::Args)]
-#[command(
-    after_help = "Example:\n  sideslip simulate --model puma-100kn.toml --input pedal:3211:0.02:0.7 --noise flight --seed 1 --out run.csv"
-)]
+#[command(after_help = "Examples:\n  sideslip simulate --model puma --input pedal:doublet:0.02:1.0 --noise --out run.csv\n  \
+                  sideslip simulate --model puma-100kn.toml --input pedal:3211:0.02:0.7 --noise flight --seed 1 --out run.csv")]
 #[command(group(clap::ArgGroup::new("flown").required(true).args(["controls", "input"])))]
 pub(crate) struct Args {
-    /// Model file (TOML, kind "linear")
+    /// Model file (TOML), or puma, the Level-1 Puma that is built in
     #[arg(long, value_name = "FILE")]
     model: PathBuf,
     /// Fly the controls of this run (and its rotor speed), straight lines between its samples
@@ -39,7 +39,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Set a key of the run, such as vane_position_m=[13.08,0,0] or accelerometer_position_m=[..] (where the instruments
-    /// stand, in the flight too); repeatable
+    /// stand, in the flight too); or, after level1., one of the model's own, such as level1.flight.climb=5.08 (true airspeed
+    /// speed, climb, sideslip, density of the trim) or level1.options.flapping=second_order; repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// How long, s [default: 10 s after the last input, or the length of the run]
@@ -49,7 +50,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     rate: Option<f64>,
     /// Instrument noise and bias: none, flight (flight-test quality), or that quality times a factor
-    #[arg(long, value_name = "none|flight|FACTOR", default_value = "none", value_parser = noise_factor, allow_negative_numbers = true)]
+    #[arg(long, value_name = "none|flight|FACTOR", default_value = "none", num_args = 0..=1, default_missing_value = "flight", value_parser = noise_factor, allow_negative_numbers = true)]
     noise: f64,
     /// Gusts with this standard deviation, m/s (Dryden, scale 533 m)
     #[arg(long, value_name = "SIGMA", allow_negative_numbers = true)]
@@ -83,8 +84,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let lead_s = within("--lead", args.lead, 0.0, 1e4)?;
     let rate_hz = args.rate.map(|rate| within("--rate", rate, 0.01, 1e4)).transpose()?;
     let duration_s = args.duration.map(|duration| within("--duration", duration, 0.0, 1e6)).transpose()?;
-    let file = read_model(&args.model)?;
-    let model = &file.linear;
+    let (of_model, of_run): (Vec<String>, Vec<String>) = args.set.iter().cloned().partition(|set| set.starts_with("level1."));
+    let read = read_model(&args.model, &Asked { set: of_model, ..Asked::default() })?;
+    let in_trim = read.flight();
+    let governed = in_trim.level1.as_ref().is_some_and(|trimmed| trimmed.aircraft.options.governed);
+    let (file, model) = (&read.file, &in_trim.model);
     let mut effects: Vec<Effect> = file.effects.iter().map(|declared| declared.effect).collect();
     if let Some(sigma) = args.turbulence {
         effects.push(Effect::Turbulence { sigma: within("--turbulence", sigma, 0.0, 100.0)?, length: MEDIUM_HEIGHT_LENGTH_M });
@@ -102,6 +106,9 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
                 (None, Some(duration)) => run.times_s.iter().copied().take_while(|t| t - run.start_s() <= duration).collect(),
                 (Some(rate), _) => times(run.start_s(), duration_s.unwrap_or(run.end_s() - run.start_s()), rate)?,
             };
+            if governed && run.rotor_speed.take().is_some() {
+                message(format_args!("note: the rotor speed of {} is left to the model's governor", path.display()));
+            }
             (inputs_of_run(path, run, model), times_s, format!("controls of {}", path.display()))
         }
         None => {
@@ -116,13 +123,15 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         return Err(Failure::Input(format!("expected a flight of two samples or more, found {}", times_s.len())));
     }
     warn_of_still_rotor(&effects, model, &inputs);
-    let info = run_info(args, &file, &manoeuvre)?;
+    let info = run_info(args, file, &of_run, &manoeuvre)?;
+    let of_quality = Instruments::flight_quality(args.noise);
+    let of_quality = if in_trim.level1.is_some() { of_quality.with_rotor(args.noise) } else { of_quality };
     let instruments = Instruments {
         accelerometer_position_m: info.geometry().accelerometer_position_m,
         vane_position_m: info.geometry().vane_position_m,
-        ..Instruments::flight_quality(args.noise)
+        ..of_quality
     };
-    let flight = Flight { effects, inputs, instruments, times_s, seed: args.seed, ..Flight::of(model.clone()) };
+    let flight = Flight { effects, inputs, instruments, times_s, seed: args.seed, ..in_trim.clone() };
     let flown = flight.fly().map_err(|refused| Failure::file(&args.model, refused))?;
     write_run(&args.out, format, &info, &flown.samples)?;
     let last_s = flown.samples.last().map_or(0.0, |sample| sample.time_s);
@@ -194,7 +203,7 @@ fn warn_of_still_rotor(effects: &[Effect], model: &LinearModel, inputs: &Inputs)
 }
 
 /// What the recording says of itself, with what `--set` makes of it.
-fn run_info(args: &Args, file: &ModelFile, manoeuvre: &str) -> Result<RunInfo, Failure> {
+fn run_info(args: &Args, file: &ModelFile, of_run: &[String], manoeuvre: &str) -> Result<RunInfo, Failure> {
     let quoted = |text: &str| toml::Value::String(text.to_owned()).to_string();
     let gamma = file.linear.trim.flight_path_angle();
     let flight_path = match gamma {
@@ -213,7 +222,7 @@ fn run_info(args: &Args, file: &ModelFile, manoeuvre: &str) -> Result<RunInfo, F
         args.noise,
     );
     let mut info = RunInfo::from_toml(&text).map_err(|place| Failure::Running(place.to_string()))?;
-    for assignment in &args.set {
+    for assignment in of_run {
         info.set(assignment).map_err(|what| Failure::Input(format!("--set: {what}")))?;
     }
     info.set_controls(file.controls);

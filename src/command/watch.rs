@@ -1,6 +1,6 @@
 //! `sideslip watch`: the newest estimates out of shared memory, once a second, for a person or a program.
 
-use super::output_file::print;
+use super::output_file::print_while_read;
 use super::replay::stopped_by_signals;
 use super::root_path;
 use serde_json::{Value, json};
@@ -24,7 +24,8 @@ Example:
   sideslip watch --json | jq --unbuffered '.estimate.modes.dutch_roll'
 
 With --json each line holds age (s), sequence, incarnation, missed, status, valid, and the estimate in the form of
-derivatives.json; the estimate is null before the first one. It ends with ctrl-C.";
+derivatives.json. All but `missed`, `status` and `valid` are null before
+the first estimate. It ends with ctrl-C, or when nobody reads it any more.";
 
 /// Between two looks at whether it was stopped.
 const SLICE: Duration = Duration::from_millis(20);
@@ -74,10 +75,13 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         looks += 1;
         let estimate = reader.latest()?;
         let (name, controls) = run_of(&bus);
-        if args.json {
-            print(&format!("{}\n", line(&name, controls, estimate.as_ref())?))?;
+        let shown = if args.json {
+            format!("{}\n", line(&name, controls, estimate.as_ref())?)
         } else {
-            print(&screen(&name, controls, estimate.as_ref()))?;
+            screen(&name, controls, estimate.as_ref())
+        };
+        if !print_while_read(&shown)? {
+            break;
         }
     }
     Ok(Outcome::Done)
@@ -104,7 +108,17 @@ fn screen(name: &str, controls: ControlNames, estimate: Option<&Estimate>) -> St
 }
 
 fn line(name: &str, controls: ControlNames, estimate: Option<&Estimate>) -> Result<Value, Failure> {
-    let Some(estimate) = estimate else { return Ok(json!({ "estimate": null, "valid": false, "status": "waiting" })) };
+    let Some(estimate) = estimate else {
+        return Ok(json!({
+            "age": null,
+            "sequence": null,
+            "incarnation": null,
+            "missed": 0,
+            "status": "waiting",
+            "valid": false,
+            "estimate": null,
+        }));
+    };
     let run = RunEstimates {
         run: name,
         controls,

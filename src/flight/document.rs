@@ -157,10 +157,19 @@ impl<'t> Entry<'t> {
     /// The value as three finite numbers.
     pub(crate) fn vector(&self) -> Result<[f64; 3], Misread> {
         let refuse = |found: String| self.misread(format_args!("expected three finite numbers [x, y, z], found {found}"));
-        let array = self.value.as_array().ok_or_else(|| refuse(self.value.type_str().to_owned()))?;
-        let numbers =
-            array.iter().map(|element| number(element.get_ref())).collect::<Result<Vec<f64>, String>>().map_err(refuse)?;
-        <[f64; 3]>::try_from(numbers).map_err(|numbers| refuse(format!("{} numbers", numbers.len())))
+        array(self.value).map_err(refuse)
+    }
+
+    /// The value as that many finite numbers.
+    pub(crate) fn numbers<const N: usize>(&self) -> Result<[f64; N], Misread> {
+        array(self.value).map_err(|found| self.misread(format_args!("expected {N} finite numbers, found {found}")))
+    }
+
+    /// The value as pairs of finite numbers.
+    pub(crate) fn pairs(&self) -> Result<Vec<[f64; 2]>, Misread> {
+        let refuse = |found: String| self.misread(format_args!("expected pairs of finite numbers, found {found}"));
+        let pairs = self.value.as_array().ok_or_else(|| refuse(self.value.type_str().to_owned()))?;
+        pairs.iter().map(|pair| array(pair.get_ref()).map_err(refuse)).collect()
     }
 
     /// The value as a table.
@@ -183,6 +192,13 @@ impl<'t> Entry<'t> {
         };
         array.iter().map(table).collect()
     }
+}
+
+/// That many finite numbers; else what was found.
+fn array<const N: usize>(value: &DeValue<'_>) -> Result<[f64; N], String> {
+    let elements = value.as_array().ok_or_else(|| value.type_str().to_owned())?;
+    let numbers = elements.iter().map(|element| number(element.get_ref())).collect::<Result<Vec<f64>, String>>()?;
+    <[f64; N]>::try_from(numbers).map_err(|numbers| format!("{} numbers", numbers.len()))
 }
 
 /// A finite number out of an integer or a float; else what was found.

@@ -1,4 +1,4 @@
-//! The model file: a linear model with its name, tolerance and effects, as TOML.
+//! The model file: a linear model (or a Level-1 aircraft) with its name, tolerance and effects, as TOML.
 //!
 //! Consumes a text; produces a [`ModelFile`]; writes one back. A misspelt derivative, axis, control or key is an error
 //! with line and column, what was found and the nearest valid name. `u` and `theta` of `[trim]` are required, its other
@@ -47,19 +47,45 @@ impl ModelFile {
     /// Reads a model file's text.
     ///
     /// # Errors
-    /// [`Misread`] with the first wrong place; a file of kind `level1` is refused as not simulated yet.
+    /// [`Misread`] with the first wrong place; a file of kind `level1` has no linear model of its own and is refused.
     pub fn parse(text: &str) -> Result<Self, Misread> {
+        let refuse = |table: &Table<'_>| -> Result<(), Misread> {
+            Err(table.misread("expected a model of kind `linear` here, found one of kind `level1`"))
+        };
+        Ok(ModelFile::parse_either(text, refuse)?.0)
+    }
+
+    /// Reads a model file of either kind. What `[level1]` holds is read by the one who knows it; the linear model of such a
+    /// file is empty.
+    ///
+    /// # Errors
+    /// [`Misread`] with the first wrong place.
+    pub(crate) fn parse_either<T>(
+        text: &str,
+        read_level1: impl FnOnce(&Table<'_>) -> Result<T, Misread>,
+    ) -> Result<(Self, Option<T>), Misread> {
         let root = Text(text).parse()?;
         let root = Table::root(Text(text), &root);
-        check_kind(&root)?;
-        root.allow_only(&["name", "kind", "trim", "tolerance", "derivatives", "effect"])?;
-        let name = root.find("name").map_or(Ok(""), |entry| entry.text())?.to_owned();
+        let kind = root.require("kind")?;
         let naming = Naming::default();
-        let mut linear = LinearModel::about(read_trim(&root, &naming)?);
-        read_derivatives(&root, &naming, &mut linear)?;
+        let (linear, level1) = match kind.text()? {
+            "linear" => {
+                root.allow_only(&["name", "kind", "trim", "tolerance", "derivatives", "effect"])?;
+                let mut linear = LinearModel::about(read_trim(&root, &naming)?);
+                read_derivatives(&root, &naming, &mut linear)?;
+                (linear, None)
+            }
+            "level1" => {
+                root.allow_only(&["name", "kind", "tolerance", "effect", "level1"])?;
+                let table = root.require("level1")?.table("[level1]")?;
+                (LinearModel::default(), Some(read_level1(&table)?))
+            }
+            _ => return Err(kind.choice("a kind of model", &["linear", "level1"])),
+        };
+        let name = root.find("name").map_or(Ok(""), |entry| entry.text())?.to_owned();
         let tolerance = read_tolerance(&root)?;
         let effects = read_effects(&root, &naming)?;
-        Ok(ModelFile { name, linear, tolerance, effects, controls: naming.kept() })
+        Ok((ModelFile { name, linear, tolerance, effects, controls: naming.kept() }, level1))
     }
 
     /// The file's text; read again it gives the same model, number for number.
@@ -107,15 +133,6 @@ impl ModelFile {
             lines.push(format!("\"{}\" = {:?}", term.term, term.coefficient));
         }
         lines.join("\n")
-    }
-}
-
-fn check_kind(root: &Table<'_>) -> Result<(), Misread> {
-    let entry = root.require("kind")?;
-    match entry.text()? {
-        "linear" => Ok(()),
-        "level1" => Err(entry.misread("models of kind `level1` are not simulated yet, only those of kind `linear`")),
-        _ => Err(entry.choice("a kind of model", &["linear", "level1"])),
     }
 }
 

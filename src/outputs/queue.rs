@@ -167,6 +167,12 @@ impl Sender {
         }
     }
 
+    /// Whether more than half of the places are taken.
+    pub fn is_half_full(&self) -> bool {
+        self.queue.capacity().is_some_and(|capacity| 2 * self.queue.len() > capacity)
+            || 2 * self.derivatives.fresh.len() < DERIVATIVES_IN_FLIGHT
+    }
+
     /// How many messages found no room so far.
     pub fn lost(&self) -> u64 {
         self.lost

@@ -1,4 +1,4 @@
-//! A flight of a linear model with its effects: controls in, samples and true states out.
+//! A flight of a model with its effects: controls in, samples and true states out.
 //!
 //! Consumes a model, effects, inputs and instruments; produces what the instruments would have recorded, and the truth.
 //! It starts in the model's trim at the first sample's time, heading zero, unless told otherwise.
@@ -6,7 +6,8 @@
 use super::control_path::ControlPath;
 use super::history::History;
 use super::instrument::{Instruments, Reading, Stands, gather, read};
-use super::integrate::{Drive, TrueState, longest_step, nodes};
+use super::integrate::{Drive, Nonlinear, TrueState, longest_level1_step, longest_step, nodes};
+use super::level1::trim::Trimmed;
 use super::linear::with_effects;
 use super::motion::Motion;
 use super::turbulence::gusts;
@@ -48,8 +49,10 @@ impl Inputs {
 /// A flight to be flown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flight {
-    /// The model.
+    /// The linear model; of a Level-1 flight, what adds to the aircraft's accelerations about its trim (nothing, before effects).
     pub model: LinearModel,
+    /// The Level-1 aircraft in its trim, where it is one that flies.
+    pub level1: Option<Box<Trimmed>>,
     /// The effects that it is flown with.
     pub effects: Vec<Effect>,
     /// What the pilot does.
@@ -89,6 +92,9 @@ pub enum Refused {
     /// Rotor speed matters and the model's trim has none.
     #[error("the effect of rotor speed needs `rotor_speed` in the model's [trim]")]
     NoRotorSpeed,
+    /// Rotor speed is given to a model whose engine makes it.
+    #[error("the model's governor holds the rotor speed: it cannot be an input as well")]
+    Governed,
     /// The model's modes cannot be computed.
     #[error("the model's modes cannot be computed from its derivatives")]
     NoModes,
@@ -115,6 +121,7 @@ impl Flight {
         Flight {
             inputs: Inputs::at_trim(&model),
             model,
+            level1: None,
             effects: Vec::new(),
             instruments: Instruments::perfect(),
             times_s: Vec::new(),
@@ -122,6 +129,11 @@ impl Flight {
             start: None,
             max_step_s: None,
         }
+    }
+
+    /// A Level-1 aircraft in its trim, perfect instruments, no time yet.
+    pub fn of_level1(trimmed: Trimmed) -> Self {
+        Flight { level1: Some(Box::new(trimmed.clone())), ..Flight::of(LinearModel::about(trimmed.trim)) }
     }
 
     /// The model's trim as a motion.
@@ -142,7 +154,8 @@ impl Flight {
     pub fn fly(&self) -> Result<Flown, Refused> {
         let (start_s, end_s) = self.check()?;
         let model = with_effects(&self.model, &self.effects).map_err(|_| Refused::TooManyTerms)?;
-        let step_s = longest_step(&model).ok_or(Refused::NoModes)?.min(self.max_step_s.unwrap_or(f64::INFINITY));
+        let longest = self.level1.as_ref().map_or_else(|| longest_step(&model), |trimmed| longest_level1_step(trimmed));
+        let step_s = longest.ok_or(Refused::NoModes)?.min(self.max_step_s.unwrap_or(f64::INFINITY));
         let deviations = Control::ALL
             .map(|control| self.inputs.controls[control.index()].clone().shifted(-self.model.trim.controls[control.index()]));
         let path = ControlPath::new(&deviations, &self.effects);
@@ -167,8 +180,14 @@ impl Flight {
 
         let nodes_s = nodes(wanted, step_s);
         let blade = path.blade(&nodes_s);
+        let level1 = self.level1.as_ref().map(|trimmed| Nonlinear {
+            trimmed,
+            effectiveness: effectiveness(&self.effects),
+            added: model != self.model,
+        });
         let drive = Drive {
             model: &model,
+            level1,
             nodes_s: &nodes_s,
             blade: &blade,
             controls: &self.inputs.controls,
@@ -206,6 +225,9 @@ impl Flight {
                 _ => {}
             }
         }
+        if self.inputs.rotor_speed.is_some() && self.level1.as_ref().is_some_and(|trimmed| trimmed.aircraft.options.governed) {
+            return Err(Refused::Governed);
+        }
         let on_rotor_speed =
             self.inputs.rotor_speed.is_some() || self.model.rotor_speed.iter().any(|&derivative| derivative != 0.0);
         if on_rotor_speed && self.model.trim.rotor_speed.is_none() {
@@ -234,7 +256,8 @@ impl Flight {
     fn gives(&self, channel: Channel) -> bool {
         match channel {
             Channel::RotorSpeed => self.model.trim.rotor_speed.is_some(),
-            Channel::Torque | Channel::Flap0 | Channel::Flap1c | Channel::Flap1s | Channel::Rho => false,
+            Channel::Torque | Channel::Flap0 | Channel::Flap1c | Channel::Flap1s => self.level1.is_some(),
+            Channel::Rho => false,
             _ => true,
         }
     }
@@ -260,6 +283,17 @@ impl Flight {
         }
         sum
     }
+}
+
+/// The share of each control's deviation that acts.
+fn effectiveness(effects: &[Effect]) -> [f64; CONTROLS] {
+    let mut shares = [1.0; CONTROLS];
+    for effect in effects {
+        if let Effect::ControlEffectiveness { control, factor } = *effect {
+            shares[control.index()] *= factor;
+        }
+    }
+    shares
 }
 
 fn refuse_long(steps: f64) -> Result<(), Refused> {

@@ -6,7 +6,7 @@
 //!     alpha = atan2(w, u),  beta = asin(v / V) = atan2(v, sqrt(u^2 + w^2))               (3)
 //! with velocities through the air. `tas` is at the centre of mass. Then, in this order: lag, delay (steady before the
 //! start), `reading = factor * true + bias`, the run's own constant bias, white noise, quantisation.
-//! Refused: a channel that the simulation has nothing to say about (torque, flapping, density).
+//! Refused: a channel that the simulation has nothing to say about (density; torque and flapping of a linear model).
 
 use super::control_path::lag;
 use super::integrate::TrueState;
@@ -68,7 +68,22 @@ pub const FLIGHT_QUALITY: [Instrument; 18] = [
     instrument(Channel::RotorSpeed, 0.01, 0.0),
 ];
 
+/// What good instruments of a rotor do, where the model has a rotor.
+pub const ROTOR_QUALITY: [Instrument; 4] = [
+    instrument(Channel::Torque, 200.0, 0.0),
+    instrument(Channel::Flap0, 0.000_5, 0.0),
+    instrument(Channel::Flap1c, 0.000_5, 0.0),
+    instrument(Channel::Flap1s, 0.000_5, 0.0),
+];
+
 impl Instruments {
+    /// With the instruments of [`ROTOR_QUALITY`], their noise times `factor`.
+    #[must_use]
+    pub fn with_rotor(mut self, factor: f64) -> Self {
+        self.channels.extend(ROTOR_QUALITY.map(|i| Instrument { noise_std: factor * i.noise_std, ..i }));
+        self
+    }
+
     /// The channels of [`FLIGHT_QUALITY`], at the centre of mass, with its noise and biases times `factor`.
     pub fn flight_quality(factor: f64) -> Self {
         let scaled = |i: Instrument| Instrument { noise_std: factor * i.noise_std, bias_std: factor * i.bias_std, ..i };
@@ -175,7 +190,11 @@ impl Stands {
             Channel::Pedal => state.controls[Control::Pedal.index()],
             Channel::TailPitch => state.blade[Control::Pedal.index()],
             Channel::RotorSpeed => return state.rotor_speed,
-            Channel::Torque | Channel::Flap0 | Channel::Flap1c | Channel::Flap1s | Channel::Rho => return None,
+            Channel::Torque => return state.rotor.map(|rotor| rotor.torque),
+            Channel::Flap0 => return state.rotor.map(|rotor| rotor.flap.coning),
+            Channel::Flap1c => return state.rotor.map(|rotor| rotor.flap.cosine),
+            Channel::Flap1s => return state.rotor.map(|rotor| rotor.flap.sine),
+            Channel::Rho => return None,
         })
     }
 }

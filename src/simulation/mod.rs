@@ -8,17 +8,19 @@
 //! Refused: an effect that names no cause, a channel that nothing is known of, times that do not increase. A motion
 //! that diverges is a result, cut where it leaves the kinematics.
 //!
-//! The way of a control: `input` (hand) -> `control_path` (dead zone, mixing, delay, rate limit, lag) -> `linear`
+//! The way of a control: `input` (hand) -> `control_path` (dead zone, mixing, delay, rate limit, lag) -> `linear` or [`level1`]
 //! (forces) -> `integrate` (`motion`) -> `instrument` (position, lag, delay, scale, bias, noise).
 
 mod control_path;
 pub mod design;
 pub mod eigenmodes;
+pub mod flight_model;
 pub mod fly;
 pub mod history;
 pub mod input;
 pub mod instrument;
 pub mod integrate;
+pub mod level1;
 pub mod linear;
 pub mod motion;
 pub mod noise;

@@ -15,6 +15,7 @@
 mod filter;
 mod flight;
 mod ledger;
+mod level1;
 mod record_length;
 mod regression;
 mod selection;
@@ -38,6 +39,7 @@ fn main() {
     regression::run(&mut criterion, &ledger, &flight);
     selection::run(&mut criterion, &ledger, &flight);
     record_length::run(&mut criterion, &ledger, &flight);
+    level1::run(&mut criterion, &ledger);
     criterion.final_summary();
     ledger.print();
 }

@@ -47,7 +47,7 @@ fn the_good_file_is_good() {
 fn each_wrong_line_is_named_with_its_place() {
     let cases: &[Case<'_>] = &[
         (1, "nmae = 'x'", (1, 1), &["nmae", "nearest is `name`"]),
-        (2, "kind = 'level1'", (2, 8), &["not simulated yet"]),
+        (2, "kind = 'level1'", (3, 2), &["expected a key of the file", "found `trim`"]),
         (2, "kind = 'liner'", (2, 8), &["found `liner`", "nearest is `linear`"]),
         (2, "", (1, 1), &["lacks `kind`"]),
         (4, "U = 51.3", (4, 1), &["found `U`", "nearest is `u`"]),

@@ -82,7 +82,7 @@ fn who_is_killed_comes_back_and_the_log_is_whole() {
     let (root, logs) = (stage.join("root"), stage.join("logs"));
     let vehicle = Vehicle::start(samples(&flight), 1.0);
     let mut live = Running::start(&["live", "--source", vehicle.url(), "--root", path(&root), "--out", path(&logs)]);
-    soon("a root", BACK, || root.join("runs").exists());
+    soon("a root", BACK, || root.join(".sideslip/runs").exists());
     let mut reader = Reader::open(&root).unwrap();
     back(&mut reader, monotonic_ns());
     let mut dice = Dice(0x5EED_0001);
@@ -144,7 +144,7 @@ fn everybody_killed_at_once_leaves_nothing_that_blocks_the_next_start() {
     let begun = Instant::now();
     let mut estimate = Running::start(&["estimate", "--root", path(&root)]);
     let mut ingest = Running::start(&["ingest", "--source", &source, "--root", path(&root)]);
-    soon("a root", BACK, || root.join("runs").exists());
+    soon("a root", BACK, || root.join(".sideslip/runs").exists());
     let mut reader = Reader::open(&root).unwrap();
     back(&mut reader, monotonic_ns());
     assert!(begun.elapsed() < BACK + Duration::from_secs(1), "{:?}", begun.elapsed());
@@ -165,7 +165,7 @@ fn of_two_alone_the_one_killed_is_missed_and_the_other_goes_on() {
     let source = format!("file://{}", flight.display());
     let mut ingest = Running::start(&["ingest", "--source", &source, "--root", path(&root)]);
     let mut estimate = Running::start(&call);
-    soon("a root", BACK, || root.join("runs").exists());
+    soon("a root", BACK, || root.join(".sideslip/runs").exists());
     let mut reader = Reader::open(&root).unwrap();
     back(&mut reader, monotonic_ns());
     std::thread::sleep(Duration::from_millis(300));

@@ -170,7 +170,7 @@ fn a_connection_that_breaks_is_opened_again_and_noise_is_counted() {
     let server = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let source = format!("tcp://{}", server.local_addr().unwrap());
     let mut estimate = Running::start(&["estimate", "--root", path(&root), "--out", path(&log)]);
-    soon("an estimator", SOON, || root.join("estimator").exists());
+    soon("an estimator", SOON, || root.join(".sideslip/estimator").exists());
     let mut ingest = Running::start(&["ingest", "--source", &source, "--root", path(&root)]);
     let flight = samples(&puma());
     let mut encoder = Encoder::new(ME, Config::default(), ControlNames::Rotorcraft);
@@ -209,7 +209,7 @@ fn what_waited_in_the_socket_while_telemetry_was_paused_is_not_taken_for_new() {
     let root = stage.join("root");
     let vehicle = Vehicle::start(samples(&puma()), 1.0);
     let mut estimate = Running::start(&["estimate", "--root", path(&root)]);
-    soon("an estimator", SOON, || root.join("estimator").exists());
+    soon("an estimator", SOON, || root.join(".sideslip/estimator").exists());
     let mut ingest = Running::start(&["ingest", "--source", vehicle.url(), "--root", path(&root)]);
     let mut reader = Reader::open(&root).unwrap();
     soon("an estimate", SOON, || reader.latest().unwrap().is_some());

@@ -49,9 +49,34 @@ fn the_logs_of_both_ways_hold_the_same_samples_and_nothing_is_left() {
         (out, inspected)
     };
     assert_eq!(run(&here, &[]), run(&there, &["--bus"]), "samples and the columns that nobody knows");
-    let roots = std::fs::read_dir(std::env::temp_dir()).unwrap().flatten();
-    let own: Vec<_> = roots.filter(|entry| entry.file_name().to_string_lossy().starts_with("sideslip-replay-")).collect();
-    assert!(own.len() < 4, "private roots go with their replay: {own:?}");
+}
+
+#[test]
+fn private_roots_go_with_their_process_and_those_of_the_killed_with_the_next() {
+    let temporary = stage("private-roots");
+    let program = |args: &[&str]| {
+        let mut program = std::process::Command::new(env!("CARGO_BIN_EXE_sideslip"));
+        program.args(args).env("TMPDIR", &temporary).stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null());
+        program
+    };
+    let roots = || std::fs::read_dir(&temporary).unwrap().flatten().map(|entry| entry.path()).collect::<Vec<_>>();
+    let replay = ["replay", path(&puma()), "--bus"].map(str::to_owned);
+    let replay: Vec<&str> = replay.iter().map(String::as_str).collect();
+    assert!(program(&replay).status().unwrap().success());
+    assert!(roots().is_empty(), "{:?}", roots());
+    let mut killed = program(&[replay.as_slice(), &["--speed", "1"]].concat()).spawn().unwrap();
+    soon("a private root with somebody in it", SOON, || roots().iter().any(|root| root.join(".sideslip/telemetry").exists()));
+    killed.kill().unwrap();
+    killed.wait().unwrap();
+    let left = roots();
+    assert_eq!(left.len(), 1);
+    // Once its telemetry has ended too, and it is older than a minute.
+    let telemetry = left[0].join(".sideslip/telemetry");
+    soon("its telemetry ends", SOON, || std::fs::File::open(&telemetry).is_ok_and(|file| file.try_lock().is_ok()));
+    let old = std::time::SystemTime::now() - Duration::from_secs(100);
+    std::fs::File::open(&left[0]).unwrap().set_modified(old).unwrap();
+    assert!(program(&replay).status().unwrap().success());
+    assert!(roots().is_empty(), "{:?}", roots());
 }
 
 #[test]
@@ -70,7 +95,9 @@ fn telemetry_and_estimator_meet_whoever_comes_first_and_readers_see_them_go() {
     let stage = stage("meeting");
     let (root, log, json) = (stage.join("root"), stage.join("flight.mcap"), stage.join("flight.json"));
     let mut ingest = Running::start(&["ingest", "--source", &source(&puma()), "--speed", "10", "--root", path(&root)]);
-    soon("telemetry announces its run", SOON, || root.join("runs").read_dir().is_ok_and(|mut heads| heads.next().is_some()));
+    soon("telemetry announces its run", SOON, || {
+        root.join(".sideslip/runs").read_dir().is_ok_and(|mut heads| heads.next().is_some())
+    });
     let call = ["estimate", "--root", path(&root), "--out", path(&log), "--json", path(&json)];
     let mut estimate = Running::start(&call);
     let mut reader = Reader::open(&root).unwrap();
@@ -163,4 +190,70 @@ fn a_call_that_cannot_work_is_not_tried_again() {
     let manifest = own("Cargo.toml");
     let out = ["estimate", "--root", path(&root), "--out", path(&manifest)];
     assert_eq!(ended(&sideslip(&out)).0, 2);
+}
+
+/// Process numbers of telemetry and estimator, as the supervisor says them; the newest of each.
+fn children(live: &Running) -> [u32; 2] {
+    ["ingest", "estimate"].map(|name| {
+        let mark = format!("sideslip: {name} is process ");
+        let number = |(_, line): &(_, String)| line.strip_prefix(&mark).and_then(|number| number.parse().ok());
+        live.said().iter().filter_map(number).next_back().unwrap()
+    })
+}
+
+#[test]
+fn a_supervisor_that_was_killed_does_not_block_the_next() {
+    let stage = stage("next");
+    let (root, source) = (stage.join("root"), source(&puma()));
+    let call = ["live", "--source", &source, "--speed", "4", "--root", path(&root)];
+    for _ in 0..3 {
+        let mut live = Running::start(&call);
+        soon("both run", SOON, || live.said().iter().filter(|(_, line)| line.contains(" is process ")).count() == 2);
+        std::thread::sleep(Duration::from_millis(300));
+        live.kill();
+    }
+    let (status, out, said) = ended(&sideslip(&call));
+    assert_eq!(status, 0, "{said}");
+    assert!(out.contains("1251 samples"), "{out}");
+    assert_eq!(left_behind(&root), [""; 0]);
+}
+
+#[test]
+fn an_estimator_that_hangs_is_replaced_and_one_killed_at_the_end_is_a_failure() {
+    let stage = stage("hangs");
+    let root = stage.join("root");
+    let mut live = Running::start(&["live", "--source", &source(&puma()), "--root", path(&root)]);
+    soon("both run", SOON, || live.said().iter().filter(|(_, line)| line.contains(" is process ")).count() == 2);
+    let mut reader = Reader::open(&root).unwrap();
+    soon("an estimate that holds", SOON, || reader.latest().unwrap().is_some_and(|estimate| estimate.is_valid()));
+    let [_, estimator] = children(&live);
+    assert!(signal("STOP", estimator));
+    soon("stale", SOON, || reader.latest().unwrap().is_some_and(|estimate| estimate.status == Status::Stale));
+    soon("another estimator", SOON, || children(&live)[1] != estimator);
+    soon("an estimate again", SOON, || reader.latest().unwrap().is_some_and(|estimate| estimate.status != Status::Stale));
+    assert!(live.said().iter().any(|(_, line)| line.contains("takes samples no more")), "{:?}", live.said());
+    // Killed while it ends: there is no answer, and that is no success.
+    let [_, estimator] = children(&live);
+    assert!(signal("STOP", estimator));
+    assert!(signal("INT", live.number()));
+    std::thread::sleep(Duration::from_millis(400));
+    assert!(signal("KILL", estimator));
+    assert_eq!(live.ended(SOON), 1, "{:?}", live.said());
+}
+
+#[test]
+fn what_cannot_be_written_is_said_before_the_flight_and_a_reader_that_goes_ends_watch() {
+    let stage = stage("unwritable");
+    let (root, file) = (stage.join("root"), stage.join("file"));
+    std::fs::write(&file, "").unwrap();
+    let below = file.join("logs");
+    let source = source(&puma());
+    let (status, _, said) = ended(&sideslip(&["live", "--source", &source, "--out", path(&below), "--root", path(&root)]));
+    assert!(status == 2 && said.contains("--out: expected a directory for logs"), "{status} {said}");
+    let mut watch = std::process::Command::new(env!("CARGO_BIN_EXE_sideslip"));
+    watch.args(["watch", "--root", path(&root), "--every", "0.02"]).stdout(std::process::Stdio::piped());
+    let mut watch = watch.spawn().unwrap();
+    drop(watch.stdout.take());
+    soon("watch ends", SOON, || watch.try_wait().unwrap().is_some());
+    assert_eq!(watch.wait().unwrap().code(), Some(0));
 }

@@ -85,7 +85,7 @@ fn a_later_life_goes_on_and_nothing_of_an_earlier_one_is_taken_for_new() {
 #[test]
 fn a_role_is_one_process_at_a_time() {
     let root = stage("roles").join("root");
-    let (one, other) = (Bus::enter(&root).unwrap(), Bus::enter(&root).unwrap());
+    let (mut one, mut other) = (Bus::enter(&root).unwrap(), Bus::enter(&root).unwrap());
     let held = one.take(Role::Telemetry).unwrap();
     other.take(Role::Estimator).unwrap();
     let said = other.take(Role::Telemetry).unwrap_err().to_string();
@@ -129,7 +129,13 @@ fn another_schema_under_the_same_name_is_refused_in_words() {
 #[test]
 fn a_root_is_private_and_left_clean() {
     let stage = stage("root");
-    let root = stage.join("deep").join("root");
+    // Long names and strange ones, and a user's own folders of any name.
+    let root = stage.join("d\u{e9}ep".repeat(40)).join("root");
+    let kept = ["runs/2026/flight.csv", "bus/stop.txt", "door"].map(|name| root.join(name));
+    for file in &kept {
+        std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+        std::fs::write(file, "the user's").unwrap();
+    }
     let mode = |path: &std::path::Path, mode| {
         std::fs::set_permissions(path, std::os::unix::fs::PermissionsExt::from_mode(mode)).unwrap();
     };
@@ -138,6 +144,7 @@ fn a_root_is_private_and_left_clean() {
     assert!(!left_behind(&root).is_empty());
     drop((_publisher, bus));
     assert_eq!(left_behind(&root), [""; 0]);
+    assert!(kept.iter().all(|file| file.exists()), "what is not ours stays");
     mode(&root, 0o777);
     let said = Bus::enter(&root).unwrap_err().to_string();
     assert!(said.contains("only this user can write, found mode 777"), "{said}");
@@ -161,8 +168,8 @@ fn heads_are_found_by_their_telemetry_and_the_old_ones_go() {
     assert_eq!(read_head(bus.root(), 19).unwrap(), Some(head(19)));
     assert_eq!(newest_head(bus.root()).unwrap(), Some(head(19)));
     assert_eq!(read_head(bus.root(), 3).unwrap(), None);
-    assert_eq!(std::fs::read_dir(root.join("runs")).unwrap().count(), 8);
-    std::fs::write(root.join("runs").join(format!("{:020}.json", 30)), "{}").unwrap();
+    assert_eq!(std::fs::read_dir(root.join(".sideslip/runs")).unwrap().count(), 8);
+    std::fs::write(root.join(".sideslip/runs").join(format!("{:020}.json", 30)), "{}").unwrap();
     assert!(read_head(bus.root(), 30).unwrap_err().to_string().contains("expected the key"));
 }
 
@@ -179,7 +186,8 @@ fn the_newest_estimate_is_whole_and_grows_old() {
         let equations = Axis::ALL.map(|axis| EquationRecord::empty(axis, status));
         let record = DerivativesRecord { time_s, equations, lateral: None, excited: true };
         derivatives.publish(&(&record).into(), None).unwrap();
-        let record = ModesRecord { time_s, status, dutch_roll: None, roll: None, spiral: None, lateral_phugoid: None };
+        let record =
+            ModesRecord { time_s, status, dutch_roll: None, roll: None, spiral: None, lateral_phugoid: None, coupled: None };
         if both {
             modes.publish(&(&record).into(), None).unwrap();
         }

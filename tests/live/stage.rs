@@ -112,6 +112,6 @@ pub(crate) fn left_behind(root: &Path) -> Vec<String> {
             left.push(name);
         }
     }
-    left.extend(root.join("bus").exists().then(|| "bus".to_owned()));
+    left.extend(root.join(".sideslip/runs").exists().then(|| "runs".to_owned()));
     left
 }

@@ -8,6 +8,7 @@
 )]
 
 mod attas;
+mod level1_puma;
 mod puma_matrices;
 
 #[path = "../support/program.rs"]

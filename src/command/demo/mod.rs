@@ -14,10 +14,12 @@ use super::replay::stopped_by_signals;
 use flight::{TestFlight, Vehicle};
 use live::LiveChild;
 use sideslip::bus::reader::{Estimate, Reader};
+use sideslip::bus::root::Root;
+use sideslip::bus::service::Bus;
 use sideslip::error::{Failure, Outcome};
 use sideslip::outputs::terminal::Style;
 use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use table::Table;
@@ -70,7 +72,9 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let stop = stopped_by_signals()?;
     let flight = TestFlight::fly(args.seed)?;
     std::fs::create_dir_all(&args.out).map_err(|error| Failure::io(&args.out, &error))?;
-    let root = private_root();
+    // Everybody in it is gone before this process leaves it, and takes it along.
+    let bus = Bus::enter_private(&Root::private_path())?;
+    let root = bus.root().path().to_owned();
     let json = args.out.join("derivatives.json");
     let vehicle = Vehicle::ready(flight.samples.clone(), args.speed)?;
     message(format_args!(
@@ -84,7 +88,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         root.display()
     ));
     let mut live = LiveChild::start(&vehicle.url(), &root, &args.out, &json)?;
-    let watched = watch(&root, &flight, &vehicle, &mut live, args.speed, &stop);
+    let watched = watch(&bus, &flight, &vehicle, &mut live, args.speed, &stop);
     // Whatever happened, the log is closed.
     vehicle.land();
     let ended = live.end();
@@ -92,7 +96,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     newest = reader.latest()?.or(newest);
     drop(reader);
     let outcome = ended?;
-    let _ = std::fs::remove_dir_all(&root);
+    drop(bus);
+    let stopped = stop.load(Ordering::Relaxed);
+    if stopped && newest.is_none() {
+        return Err(stopped_early());
+    }
     let newest = newest.ok_or_else(|| Failure::Running(format!("no estimate came; see {}", live.log().display())))?;
     let to_standard_output = args.json.as_ref().is_some_and(|json| json.as_os_str() == "-");
     let style = if to_standard_output { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
@@ -106,22 +114,23 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if let Some(copy) = &args.json {
         write_json(copy, &std::fs::read_to_string(&json).map_err(|error| Failure::io(&json, &error))?)?;
     }
-    if stop.load(Ordering::Relaxed) {
-        return Err(Failure::Running("stopped by a signal before the flight was over; the log is closed".to_owned()));
-    }
-    Ok(outcome)
+    if stopped { Err(stopped_early()) } else { Ok(outcome) }
+}
+
+fn stopped_early() -> Failure {
+    Failure::Running("stopped by a signal before the flight was over; the log is closed".to_owned())
 }
 
 /// Looks on until the flight is over; the reader, and the newest estimate that it saw.
 fn watch(
-    root: &Path,
+    bus: &Bus,
     flight: &TestFlight,
     vehicle: &Vehicle,
     live: &mut LiveChild,
     speed: f64,
     stop: &AtomicBool,
 ) -> Result<(Reader, Option<Estimate>), Failure> {
-    let mut reader = Reader::open(root)?;
+    let mut reader = Reader::on(bus)?;
     let (begun, on_terminal) = (Instant::now(), std::io::stdout().is_terminal());
     let mut newest = None;
     let mut due = begun;
@@ -156,10 +165,4 @@ fn watch(
         print("\x1b[H\x1b[2J")?;
     }
     Ok((reader, newest))
-}
-
-/// A root of this run alone.
-fn private_root() -> PathBuf {
-    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0, |time| time.subsec_nanos());
-    std::env::temp_dir().join(format!("sideslip-demo-{}-{since}", std::process::id()))
 }

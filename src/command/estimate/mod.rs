@@ -2,13 +2,15 @@
 
 pub(crate) mod outlet;
 mod run;
+mod voice;
 
 use super::live::supervised;
-use super::output_file::{print, write_json};
+use super::output_file::write_json;
 use super::replay::stopped_by_signals;
-use super::{message, root_path};
+use super::{patience, root_path};
 use outlet::Outlet;
 use run::{Ended, LiveRun};
+use sideslip::bus::clock::monotonic_ns;
 use sideslip::bus::payload::{SAMPLE_TO_ACKNOWLEDGE, SamplePayload, THE_END};
 use sideslip::bus::root::Role;
 use sideslip::bus::run_head::read_head;
@@ -23,6 +25,7 @@ use sideslip::pipeline::{Config, Pipeline};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
+use voice::Voice;
 
 const EXAMPLE: &str = "\
 Example, in three terminals:
@@ -30,7 +33,7 @@ Example, in three terminals:
   sideslip ingest --source file://flight.csv
   sideslip watch
 
-It ends with ctrl-C or SIGTERM, with the log closed and the answer printed. A run ends where telemetry says so, or begins
+It ends with ctrl-C, SIGTERM or SIGHUP, with the log closed and the answer printed. A run ends where telemetry says so, or begins
 again at an earlier time; the next one gets a log of its own, flight-2.mcap. No log is written over.
 
 Exit status: 0 done; 1 failed while running; 2 the call is wrong, or another estimator is in this root; 3 done, with data
@@ -41,6 +44,11 @@ const LOOK: Duration = Duration::from_micros(100);
 /// The same where nothing has come for [`QUIET`].
 const LOOK_QUIET: Duration = Duration::from_millis(1);
 const QUIET: Duration = Duration::from_millis(250);
+
+/// The longest wait for a terminal that takes the answer slowly.
+const LAST_WORDS: Duration = Duration::from_secs(5);
+/// A sample that has waited so long belongs to a backlog, whose log may be waited for.
+const BACKLOG: Duration = Duration::from_millis(100);
 
 /// Ended runs that are kept for `--json`.
 const RUNS_KEPT: usize = 64;
@@ -79,15 +87,18 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     }
     // A wrong setting is the call's fault, not the first run's.
     Pipeline::new(&config, RunGeometry::default()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
-    let bus = Bus::enter(&root_path(args.root.as_ref()))?;
-    let _role = bus.take(Role::Estimator)?;
+    let mut bus = Bus::enter(&root_path(args.root.as_ref()))?;
+    let _role = bus.take_within(Role::Estimator, patience(args.supervised))?;
     let outlet = Outlet::new(&bus)?;
     let samples = bus.subscriber()?;
-    let mut station = Station { args, config, bus: &bus, samples, outlet, run: None, incarnation: None, ended: Vec::new() };
+    let voice = Voice::start()?;
+    let mut station =
+        Station { args, config, bus: &bus, samples, outlet, voice, run: None, incarnation: None, ended: Vec::new() };
     let worked = station.work(&stop);
     let closed = station.end_run();
+    let answered = station.answer();
     worked.and(closed)?;
-    station.answer()
+    answered
 }
 
 /// The estimator at its place.
@@ -97,6 +108,7 @@ struct Station<'a> {
     bus: &'a Bus,
     samples: Subscriber<SamplePayload>,
     outlet: Outlet,
+    voice: Voice,
     run: Option<LiveRun>,
     incarnation: Option<u64>,
     ended: Vec<Ended>,
@@ -130,6 +142,10 @@ impl Station<'_> {
             }
             if let Some(run) = &mut self.run {
                 run.sample(sample, &mut self.outlet)?;
+                let waited = monotonic_ns().saturating_sub(sample.header.published_ns);
+                if Duration::from_nanos(waited) > BACKLOG {
+                    run.let_the_log_catch_up();
+                }
             }
         }
         Ok(self.outlet.taken(sample)?)
@@ -139,21 +155,20 @@ impl Station<'_> {
     fn telemetry_began(&mut self, sample: &SamplePayload) -> Result<(), Failure> {
         let incarnation = sample.header.incarnation;
         let head = read_head(self.bus.root(), incarnation)?.unwrap_or_else(|| {
-            message(format_args!(
-                "sideslip: telemetry says nothing of its run; instruments are taken to be at the centre of mass"
-            ));
+            let what = "sideslip: telemetry says nothing of its run; instruments are taken to be at the centre of mass";
+            self.voice.say(what.to_owned());
             LogHead::every_channel(String::new(), ControlNames::Rotorcraft)
         });
         let known = self.incarnation.replace(incarnation).is_some();
         if self.run.as_ref().is_some_and(|run| run.goes_on_with(&head, sample.header.time_s)) {
             if known {
-                message(format_args!("sideslip: telemetry began again; the run goes on"));
+                self.voice.say("sideslip: telemetry began again; the run goes on".to_owned());
             }
             return Ok(());
         }
         self.end_run()?;
         let telemetry_waits = sample.kind == SAMPLE_TO_ACKNOWLEDGE;
-        self.run = Some(LiveRun::begin(head, &self.config, self.args.out.as_deref(), telemetry_waits)?);
+        self.run = Some(LiveRun::begin(head, &self.config, self.args.out.as_deref(), telemetry_waits, &self.voice)?);
         Ok(())
     }
 
@@ -162,9 +177,9 @@ impl Station<'_> {
         let Some(run) = self.run.take() else { return Ok(()) };
         let ended = run.end(&mut self.outlet)?;
         if self.to_standard_output() {
-            message(format_args!("{}", ended.table(Style::of_stream(&std::io::stderr())).trim_end_matches('\n')));
+            self.voice.say(ended.table(Style::of_stream(&std::io::stderr())).trim_end_matches('\n').to_owned());
         } else {
-            print(&ended.table(Style::of_stream(&std::io::stdout())))?;
+            self.voice.answer(ended.table(Style::of_stream(&std::io::stdout())));
         }
         if self.ended.len() == RUNS_KEPT {
             self.ended.remove(0);
@@ -177,7 +192,7 @@ impl Station<'_> {
         self.args.json.as_ref().is_some_and(|json| json.as_os_str() == "-")
     }
 
-    fn answer(&self) -> Result<Outcome, Failure> {
+    fn answer(self) -> Result<Outcome, Failure> {
         if let Some(json) = &self.args.json {
             let estimates: Vec<_> = self.ended.iter().map(Ended::estimates).collect();
             let text = derivatives_json(&estimates).map_err(|error| Failure::Running(error.to_string()))?;
@@ -192,8 +207,9 @@ impl Station<'_> {
             losses.push(format!("{stale} samples of an earlier telemetry came after those of a later one and were dropped"));
         }
         for loss in &losses {
-            message(format_args!("sideslip: {loss}"));
+            self.voice.say(format!("sideslip: {loss}"));
         }
+        self.voice.finish(LAST_WORDS);
         Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })
     }
 }

@@ -1,5 +1,6 @@
 //! The estimator's way out to shared memory: what each sample brought, on its service.
 
+use sideslip::bus::clock::monotonic_ns;
 use sideslip::bus::error::BusError;
 use sideslip::bus::payload::{
     DerivativesPayload, EventPayload, Header, InnovationsPayload, ModesPayload, SAMPLE_TO_ACKNOWLEDGE, SamplePayload,
@@ -8,6 +9,9 @@ use sideslip::bus::payload::{
 use sideslip::bus::service::{Bus, Publisher};
 use sideslip::outputs::record::{EventKind, EventRecord};
 use sideslip::pipeline::Tick;
+
+/// Between two signs of life.
+const SIGN_OF_LIFE_NS: u64 = 100_000_000;
 
 /// One publisher a service.
 pub(crate) struct Outlet {
@@ -18,6 +22,7 @@ pub(crate) struct Outlet {
     event: Publisher<EventPayload>,
     taken: Publisher<TakenPayload>,
     newest_s: f64,
+    said_taken_ns: u64,
 }
 
 impl Outlet {
@@ -31,6 +36,7 @@ impl Outlet {
             event: bus.publisher()?,
             taken: bus.publisher()?,
             newest_s: 0.0,
+            said_taken_ns: 0,
         })
     }
 
@@ -61,9 +67,12 @@ impl Outlet {
         Ok(())
     }
 
-    /// Says that a sample was taken, where its publisher waits for that.
+    /// Says that a sample was taken: each, where its publisher waits for that; else now and then, as a sign of life.
     pub(crate) fn taken(&mut self, sample: &SamplePayload) -> Result<(), BusError> {
-        if sample.kind == SAMPLE_TO_ACKNOWLEDGE || sample.kind == THE_END {
+        let now_ns = monotonic_ns();
+        let due = now_ns.saturating_sub(self.said_taken_ns) >= SIGN_OF_LIFE_NS;
+        if due || sample.kind == SAMPLE_TO_ACKNOWLEDGE || sample.kind == THE_END {
+            self.said_taken_ns = now_ns;
             let Header { incarnation, sequence, sampled_ns, time_s, .. } = sample.header;
             let header = Header { time_s, ..Header::default() };
             let taken = TakenPayload { header, of_incarnation: incarnation, taken: sequence + 1 };

@@ -1,9 +1,9 @@
 //! One run as the estimator sees it from the bus: pipeline, log, what it came to.
 
-use super::super::message;
 use super::super::replay::log::{Log, Logged};
 use super::super::replay::sink::Sink;
 use super::outlet::Outlet;
+use super::voice::Voice;
 use ::replay::Pace;
 use sideslip::bus::payload::{Header, SamplePayload};
 use sideslip::error::Failure;
@@ -17,6 +17,10 @@ use sideslip::pipeline::{Config, Pipeline};
 use sideslip::telemetry::recording::Row;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// The longest wait for a log that does not catch up.
+const CATCHING_UP: Duration = Duration::from_millis(200);
 
 /// A run that is being estimated.
 pub(super) struct LiveRun {
@@ -25,6 +29,8 @@ pub(super) struct LiveRun {
     pipeline: Box<Pipeline>,
     sink: Sink,
     log: Option<Log>,
+    /// Why there is none, where one was wanted.
+    unlogged: Option<String>,
     row: Row,
     rows: u64,
     first_s: Option<f64>,
@@ -42,29 +48,45 @@ pub(super) struct Ended {
     consistency: [Option<f64>; 2],
     warnings: Vec<String>,
     log: Option<Logged>,
+    unlogged: Option<String>,
 }
 
 impl LiveRun {
     /// Begins a run; its log takes the first free name after `out`. Where telemetry waits for the estimator, the estimator
     /// waits for the log; else nothing waits.
-    pub(super) fn begin(head: LogHead, config: &Config, out: Option<&Path>, telemetry_waits: bool) -> Result<Self, Failure> {
+    ///
+    /// A log that cannot be opened is said and counted as lost: estimates come without it.
+    pub(super) fn begin(
+        head: LogHead,
+        config: &Config,
+        out: Option<&Path>,
+        telemetry_waits: bool,
+        voice: &Voice,
+    ) -> Result<Self, Failure> {
         let wrong = |what: String| Failure::Running(format!("the head of the run: {what}"));
         let mut info = RunInfo::from_toml(&head.run_toml).map_err(|place| wrong(place.to_string()))?;
         info.set_controls(head.controls);
         let pipeline = Pipeline::new(config, *info.geometry()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
         let mut sink = Sink::new(None);
-        let mut log = None;
+        let (mut log, mut unlogged) = (None, None);
         if let Some(out) = out {
             let path = free_name(out);
-            let (sender, started) = Log::start(&path, head.clone(), if telemetry_waits { Pace::Max } else { Pace::RealTime })?;
-            message(format_args!("sideslip: logging to {}", path.display()));
-            sink = Sink::new(Some(sender));
-            log = Some(started);
+            match Log::start(&path, head.clone(), if telemetry_waits { Pace::Max } else { Pace::RealTime }) {
+                Ok((sender, started)) => {
+                    voice.say(format!("sideslip: logging to {}", path.display()));
+                    sink = Sink::new(Some(sender));
+                    log = Some(started);
+                }
+                Err(failure) => {
+                    voice.say(format!("sideslip: this run has no log: {failure}"));
+                    unlogged = Some(failure.to_string());
+                }
+            }
         }
         let others = vec![None; head.unknown_columns()];
         let row = Row { number: 0, sample: sideslip::telemetry::record::Sample::new(0.0), others };
         let last = Header { time_s: f64::NEG_INFINITY, ..Header::default() };
-        Ok(LiveRun { head, info, pipeline: Box::new(pipeline), sink, log, row, rows: 0, first_s: None, last })
+        Ok(LiveRun { head, info, pipeline: Box::new(pipeline), sink, log, unlogged, row, rows: 0, first_s: None, last })
     }
 
     /// Whether telemetry that began again with that head goes on with this run: the same head, and time goes on.
@@ -90,6 +112,14 @@ impl LiveRun {
         Ok(())
     }
 
+    /// After a backlog's sample: waits while the log's queue is more than half full, so that catching up loses nothing.
+    pub(super) fn let_the_log_catch_up(&self) {
+        let begun = Instant::now();
+        while self.sink.is_half_full() && begun.elapsed() < CATCHING_UP {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
     /// The last word: everything that came of age, the log closed.
     pub(super) fn end(mut self, outlet: &mut Outlet) -> Result<Ended, Failure> {
         let tick = self.pipeline.finish();
@@ -111,6 +141,7 @@ impl LiveRun {
             consistency: self.pipeline.estimator().consistency(),
             warnings,
             log,
+            unlogged: self.unlogged,
         })
     }
 }
@@ -156,6 +187,7 @@ impl Ended {
         if let Some(log) = self.log.as_ref().filter(|log| log.lost > 0) {
             losses.push(format!("{} of {} messages are not in the log {}", log.lost, log.lost + log.written, log.path.display()));
         }
+        losses.extend(self.unlogged.iter().map(|why| format!("no log was written: {why}")));
         losses.into_iter().map(|loss| format!("run {}: {loss}", self.name)).collect()
     }
 }
@@ -172,7 +204,65 @@ fn free_name(out: &Path) -> PathBuf {
 
 #[cfg(test)]
 mod tests {
-    use super::free_name;
+    use super::super::outlet::Outlet;
+    use super::super::voice::Voice;
+    use super::{LiveRun, free_name};
+    use crate::allocations::during;
+    use sideslip::bus::payload::{
+        DerivativesPayload, EventPayload, InnovationsPayload, ModesPayload, Payload, SAMPLE, SamplePayload, StatePayload,
+    };
+    use sideslip::bus::service::{Bus, Subscriber};
+    use sideslip::flight::channel::ControlNames;
+    use sideslip::flight::log_head::LogHead;
+    use sideslip::pipeline::Config;
+    use sideslip::telemetry::recording::Recording;
+    use std::path::Path;
+
+    fn heard<P: Payload>(subscriber: &mut Subscriber<P>) -> u64 {
+        let mut count = 0;
+        while subscriber.receive().unwrap().is_some() {
+            count += 1;
+        }
+        count
+    }
+
+    /// The middleware takes and gives back one block for each message that it sends; nothing else is allocated.
+    #[test]
+    fn from_a_sample_to_its_estimates_on_the_bus_and_in_the_log_nothing_of_ours_is_allocated() {
+        let folder = std::env::temp_dir().join(format!("sideslip-no-allocation-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let bus = Bus::enter(&folder.join("root")).unwrap();
+        let mut outlet = Outlet::new(&bus).unwrap();
+        let (mut states, mut innovations) = (bus.subscriber::<StatePayload>().unwrap(), bus.subscriber().unwrap());
+        let (mut derivatives, mut modes) = (bus.subscriber::<DerivativesPayload>().unwrap(), bus.subscriber().unwrap());
+        let mut events = bus.subscriber::<EventPayload>().unwrap();
+        let head = LogHead::every_channel(String::new(), ControlNames::Rotorcraft);
+        let log = folder.join("flight.mcap");
+        let voice = Voice::start().unwrap();
+        let mut run = LiveRun::begin(head, &Config::default(), Some(&log), false, &voice).unwrap();
+        let puma = Path::new(env!("CARGO_MANIFEST_DIR")).join("replay/recordings/puma-100kn-pedal-3211.csv");
+        let mut recording = Recording::open(&puma).unwrap();
+        let (mut rows, mut sent) = (0, 0);
+        while let Some(row) = recording.next_row().unwrap() {
+            let payload = SamplePayload::new(&row.sample, std::iter::empty(), SAMPLE);
+            let allocated = during(|| run.sample(&payload, &mut outlet).unwrap());
+            rows += 1;
+            let published = heard(&mut states)
+                + heard::<InnovationsPayload>(&mut innovations)
+                + heard(&mut derivatives)
+                + heard::<ModesPayload>(&mut modes)
+                + heard(&mut events);
+            // Everybody has found everybody by then.
+            if rows > 50 {
+                sent += published;
+                assert_eq!(allocated, 2 * published, "sample {rows}");
+            }
+        }
+        assert!(sent > 3000, "{sent}");
+        run.end(&mut outlet).unwrap();
+        drop((states, innovations, derivatives, modes, events, outlet, bus));
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
 
     #[test]
     fn no_log_is_written_over() {

@@ -4,7 +4,7 @@
 //! the vehicle is a run of its own. A sample is as old as the vehicle's clock says, however late it was read.
 
 use super::super::mapping_input::read_mapping;
-use super::super::{message, root_path};
+use super::super::{message, patience, root_path};
 use super::feed::Feed;
 use super::quiet::{Quiet, no_motion};
 use super::vehicle_file::VehicleFile;
@@ -44,8 +44,8 @@ const REOPEN: Duration = Duration::from_secs(1);
 pub(super) fn listen(args: &Args, url: &Url, stop: &AtomicBool) -> Result<Outcome, Failure> {
     let config = read_mapping(args.config.as_deref())?;
     override_keys(&mut RunInfo::default(), &args.set)?;
-    let bus = Bus::enter(&root_path(args.root.as_ref()))?;
-    let _role = bus.take(Role::Telemetry)?;
+    let mut bus = Bus::enter(&root_path(args.root.as_ref()))?;
+    let _role = bus.take_within(Role::Telemetry, patience(args.supervised))?;
     let Some(link) = open(args, url, stop)? else {
         message(format_args!("sideslip: {url}: stopped before it was open"));
         return Ok(Outcome::Done);

@@ -1,7 +1,7 @@
 //! A recording onto the bus, paced by its own time stamps.
 
 use super::super::mapping_input::read_mapping;
-use super::super::{message, root_path};
+use super::super::{message, patience, root_path};
 use super::feed::Feed;
 use super::{Args, head_of};
 use ::replay::{MonotonicClock, Pace, Player};
@@ -36,8 +36,8 @@ fn fitted(mut head: LogHead) -> LogHead {
 pub(super) fn play(args: &Args, file: &Path, stop: &AtomicBool) -> Result<Outcome, Failure> {
     let mut recording = Recording::open_with(file, &read_mapping(args.config.as_deref())?)?;
     let (_, head) = head_of(file, &recording, &args.set)?;
-    let bus = Bus::enter(&root_path(args.root.as_ref()))?;
-    let _role = bus.take(Role::Telemetry)?;
+    let mut bus = Bus::enter(&root_path(args.root.as_ref()))?;
+    let _role = bus.take_within(Role::Telemetry, patience(args.supervised))?;
     write_head(bus.root(), bus.incarnation(), &fitted(head))?;
     let mut feed = Feed::new(&bus, args.lossless || args.speed == Pace::Max)?;
     let mut player = Player::<MonotonicClock>::new(args.speed);

@@ -108,6 +108,19 @@ impl Child {
         Ok(Some(Died::Killed))
     }
 
+    /// Kills it, because it does nothing any more; the next look finds it dead.
+    pub(super) fn kill(&mut self, why: &str) {
+        if let Some((process, _, _)) = &mut self.running {
+            message(format_args!("sideslip: {} (process {}) {why}; it is killed", self.name, process.id()));
+            let _ = process.kill();
+        }
+    }
+
+    /// How long it has been running.
+    pub(super) fn age(&self) -> Duration {
+        self.running.as_ref().map_or(Duration::ZERO, |(_, _, started)| started.elapsed())
+    }
+
     /// Ends it by its input and waits; `None` where it had to be killed or ended by a signal.
     pub(super) fn end(&mut self, limit: Duration) -> Result<Option<i32>, Failure> {
         let Some((mut process, input, _)) = self.running.take() else { return Ok(self.finished) };

@@ -11,15 +11,17 @@ use super::replay::stopped_by_signals;
 use super::{message, root_path};
 use ::replay::Pace;
 use child::{Child, Died};
+use sideslip::bus::error::BusError;
+use sideslip::bus::payload::{SamplePayload, TakenPayload};
 use sideslip::bus::root::Role;
 use sideslip::bus::run_head::play_anew;
-use sideslip::bus::service::Bus;
+use sideslip::bus::service::{Bus, Subscriber};
 use sideslip::error::{Failure, Outcome};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 const EXAMPLE: &str = "\
 Example:
@@ -36,6 +38,11 @@ data lost or skipped (said how much).";
 
 /// Between looks at the children.
 const LOOK: Duration = Duration::from_millis(5);
+/// The longest wait for the processes of a supervisor that was killed.
+const ORPHANS: Duration = Duration::from_secs(15);
+/// An estimator that gives no sign of life for so long, while that many samples come, hangs.
+const STILL: Duration = Duration::from_secs(3);
+const UNANSWERED: u32 = 20;
 /// How long telemetry, and then the estimator, may take to end.
 const ENDING: Duration = Duration::from_secs(10);
 
@@ -93,11 +100,12 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let stop = stopped_by_signals()?;
     supervised(args.supervised, &stop)?;
     let source = args.source.parse::<Source>().map_err(|what| Failure::Input(format!("--source: {what}")))?;
-    let bus = Bus::enter(&root_path(args.root.as_ref()))?;
+    let mut bus = Bus::enter(&root_path(args.root.as_ref()))?;
     let _role = bus.take(Role::Supervisor)?;
+    wait_for_orphans(&bus, &stop)?;
     play_anew(bus.root());
     if let Some(out) = &args.out {
-        std::fs::create_dir_all(out).map_err(|error| Failure::io(out, &error))?;
+        must_be_writable(out)?;
     }
     // The socket is the supervisor's: what arrives while telemetry is away waits in it.
     let held = match &source {
@@ -121,12 +129,44 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             ingest.restarts()
         ));
     }
-    match [telemetry, estimator].into_iter().flatten().max() {
-        Some(0) if restarts == 0 => Ok(Outcome::Done),
-        Some(0 | 3) => Ok(Outcome::DataLost),
-        None => Err(Failure::Running("a process was killed while it was ending".into())),
-        Some(other) => Err(Failure::Running(format!("a process ended with exit status {other}"))),
+    match (telemetry, estimator) {
+        (Some(0), Some(0)) if restarts == 0 => Ok(Outcome::Done),
+        (Some(0 | 3), Some(0 | 3)) => Ok(Outcome::DataLost),
+        (_, None) => Err(Failure::Running("estimate was killed while it was ending: there is no last answer".into())),
+        (None, _) => Err(Failure::Running("ingest was killed while it was ending: what it had received last is lost".into())),
+        (Some(one), Some(other)) => Err(Failure::Running(format!("ingest ended with exit status {one}, estimate with {other}"))),
     }
+}
+
+/// The processes of a supervisor that was killed end by themselves; until then their roles are taken.
+fn wait_for_orphans(bus: &Bus, stop: &AtomicBool) -> Result<(), Failure> {
+    let begun = Instant::now();
+    let mut said = false;
+    for role in [Role::Telemetry, Role::Estimator] {
+        loop {
+            match bus.root().take(role) {
+                Ok(_) => break,
+                Err(taken @ BusError::RoleTaken { .. }) if begun.elapsed() < ORPHANS && !stop.load(Ordering::Relaxed) => {
+                    if !std::mem::replace(&mut said, true) {
+                        message(format_args!("sideslip: {taken}; waiting for it to end"));
+                    }
+                    std::thread::sleep(LOOK);
+                }
+                Err(other) => return Err(other.into()),
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A directory in which no log can be written is the call's fault, and better said before the flight than in it.
+fn must_be_writable(out: &Path) -> Result<(), Failure> {
+    let refused = |error: std::io::Error| Failure::file(out, format_args!("--out: expected a directory for logs: {error}"));
+    std::fs::create_dir_all(out).map_err(refused)?;
+    let probe = out.join(format!(".sideslip-{}", std::process::id()));
+    let written = std::fs::write(&probe, b"a log begins with more than this");
+    let _ = std::fs::remove_file(&probe);
+    written.map_err(refused)
 }
 
 fn ingest_call(args: &Args, root: &Path) -> Vec<String> {
@@ -158,8 +198,35 @@ fn estimate_call(args: &Args, root: &Path, source: &Source) -> Vec<String> {
     call
 }
 
-/// Starts again what dies, until telemetry has ended by itself or it is stopped.
+/// Whether the estimator does anything: samples go in, signs of life come out.
+struct Pulse {
+    samples: Subscriber<SamplePayload>,
+    taken: Subscriber<TakenPayload>,
+    /// Samples since its last sign of life, and when the first of them came.
+    unanswered: Option<(u32, Instant)>,
+}
+
+impl Pulse {
+    fn of(bus: &Bus) -> Result<Self, Failure> {
+        Ok(Pulse { samples: bus.subscriber()?, taken: bus.subscriber()?, unanswered: None })
+    }
+
+    /// Whether so many samples have come for so long without a sign of life that it cannot be alive.
+    fn is_still(&mut self) -> Result<bool, Failure> {
+        while self.samples.receive()?.is_some() {
+            let (count, since) = self.unanswered.unwrap_or((0, Instant::now()));
+            self.unanswered = Some((count.saturating_add(1), since));
+        }
+        while self.taken.receive()?.is_some() {
+            self.unanswered = None;
+        }
+        Ok(self.unanswered.is_some_and(|(count, since)| count >= UNANSWERED && since.elapsed() >= STILL))
+    }
+}
+
+/// Starts again what dies or hangs, until telemetry has ended by itself or it is stopped.
 fn watch(bus: &Bus, estimate: &mut Child, ingest: &mut Child, stop: &AtomicBool) -> Result<(), Failure> {
+    let mut pulse = Pulse::of(bus)?;
     while !stop.load(Ordering::Relaxed) {
         for child in [&mut *estimate, &mut *ingest] {
             match child.look()? {
@@ -169,6 +236,10 @@ fn watch(bus: &Bus, estimate: &mut Child, ingest: &mut Child, stop: &AtomicBool)
                 Some(Died::Finished | Died::Killed) => bus.clear_the_dead(),
             }
             child.start_when_due()?;
+        }
+        if pulse.is_still()? && estimate.age() >= STILL {
+            estimate.kill("takes samples no more");
+            pulse.unanswered = None;
         }
         std::thread::sleep(LOOK);
     }

@@ -6,6 +6,7 @@
 use super::super::estimate::outlet::Outlet;
 use ::replay::Pace;
 use sideslip::bus::payload::{OTHERS, SamplePayload, THE_END};
+use sideslip::bus::root::Root;
 use sideslip::bus::service::{Bus, Subscriber};
 use sideslip::error::Failure;
 use sideslip::flight::log_head::LogHead;
@@ -51,9 +52,7 @@ impl FromBus {
             return Err(Failure::file(file, what));
         }
         let failed = |error: std::io::Error| Failure::Running(format!("ingest cannot be started: {error}"));
-        let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(0, |time| time.subsec_nanos());
-        let root = std::env::temp_dir().join(format!("sideslip-replay-{}-{since}", std::process::id()));
-        let bus = Bus::enter_private(&root)?;
+        let bus = Bus::enter_private(&Root::private_path())?;
         let (samples, outlet) = (bus.subscriber()?, Outlet::new(&bus)?);
         let mut call = Command::new(std::env::current_exe().map_err(failed)?);
         call.args(["ingest", "--supervised", "--lossless", "--speed", &pace.to_string(), "--root"]).arg(bus.root().path());

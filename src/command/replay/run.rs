@@ -18,6 +18,7 @@ use sideslip::outputs::terminal::{Style, Table};
 use sideslip::outputs::text::{Severity, event_severity};
 use sideslip::pipeline::{Config, Pipeline};
 use sideslip::telemetry::mavlink::mapping::Config as Mapping;
+use sideslip::telemetry::mavlink::recording::Traffic;
 use sideslip::telemetry::recording::Recording;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -52,6 +53,8 @@ pub(super) struct Played {
     controls: ControlNames,
     /// Aircraft and manoeuvre, where the run names them.
     about: Vec<String>,
+    /// Who sent how much, of a recording of MAVLink.
+    traffic: Option<String>,
     rows: u64,
     range_s: Option<(f64, f64)>,
     sink: Sink,
@@ -151,9 +154,15 @@ impl Run {
         let events = sink.events.entries().iter().map(|event| with_final_r2(*event, consistency)).collect();
         let controls = self.info.geometry().controls;
         let about = ["aircraft", "manoeuvre", "flight_path"].iter().filter_map(|key| self.info.text(key)).map(String::from);
+        let traffic = self.recording.traffic().map(|traffic| {
+            let (messages, senders) = (traffic.tally.good, traffic.senders.iter().count());
+            let Traffic { vehicle, boots, .. } = traffic;
+            format!("MAVLink: {messages} messages of {senders} senders; vehicle {vehicle}, {boots} boots")
+        });
         let notes = recording_losses(&self.recording, rows);
         let mut played = Played {
             about: about.collect(),
+            traffic,
             losses: notes.len(),
             notes,
             file: self.file,
@@ -264,6 +273,9 @@ impl Played {
         let _ = write!(text, "\nrun {}", self.name);
         for about in &self.about {
             let _ = write!(text, ", {about}");
+        }
+        if let Some(traffic) = &self.traffic {
+            let _ = write!(text, "\n{traffic}");
         }
         let (derivatives, modes) = (self.sink.derivatives.as_ref(), self.sink.modes.as_ref());
         let table = Table { controls: self.controls, derivatives, modes, events: &self.events, notes: &self.notes, style };

@@ -87,6 +87,11 @@ impl Sink {
         }
     }
 
+    /// Whether more than half of the queue to the log is taken.
+    pub(crate) fn is_half_full(&self) -> bool {
+        self.to_log.as_ref().is_some_and(Sender::is_half_full)
+    }
+
     /// Ends the way to the log.
     pub(crate) fn close(&mut self) {
         self.to_log = None;

@@ -1,0 +1,233 @@
+//! A model file of either kind, ready to fly and to linearise; the built-in Puma.
+//!
+//! Consumes the text of a model file, the trim that is asked for and options set by hand; produces the file, its linear
+//! model, and for kind `level1` the aircraft in its trim. A linear model has one trim and no options: asking for another is
+//! refused.
+//!
+//! `--set` writes `key=value` into the `[level1]` table, the key dotted (`main_rotor.shaft_tilt=0.05`), with or without
+//! `level1.` before it; that of an option may stand alone (`hub=exact`). A value that is no TOML is taken as a text. The key
+//! must be there already.
+
+use super::fly::Flight;
+use super::level1::file::{Declared, OPTIONS, read};
+use super::level1::trim::{NoTrim, Trimmed};
+use crate::flight::document::Misread;
+use crate::flight::effect_file::DeclaredEffect;
+use crate::flight::model::LinearModel;
+use crate::flight::model_file::ModelFile;
+use std::fmt::Write;
+
+/// The text of the built-in model `puma`.
+pub const PUMA: &str = include_str!("../../replay/models/puma.toml");
+
+/// A trim other than the file's own, and options; `None` and nothing leave the file's.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Asked {
+    /// True airspeed, m/s.
+    pub speed: Option<f64>,
+    /// Climb rate, m/s.
+    pub climb: Option<f64>,
+    /// Sideslip, rad.
+    pub sideslip: Option<f64>,
+    /// Air density, kg/m^3.
+    pub density: Option<f64>,
+    /// Assignments to keys of the `[level1]` table.
+    pub set: Vec<String>,
+}
+
+/// A model of either kind.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlightModel {
+    /// The file; its linear model is for kind `level1` the one about the trim.
+    pub file: ModelFile,
+    /// The aircraft in its trim, for kind `level1`.
+    pub level1: Option<Box<Trimmed>>,
+    /// The text, assignments made.
+    text: String,
+}
+
+/// Why a text is no model to fly.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ModelError {
+    /// A wrong place in the text.
+    #[error("{0}")]
+    Misread(#[from] Misread),
+    /// A wrong assignment.
+    #[error("--set: {0}")]
+    Set(String),
+    /// Something is asked of a linear model that only one of kind `level1` has.
+    #[error("{0}: a model of kind `linear` holds at its own trim only")]
+    Linear(&'static str),
+    /// No such trim.
+    #[error("{0}")]
+    NoTrim(#[from] NoTrim),
+}
+
+impl FlightModel {
+    /// Reads a model file's text and trims what it declares.
+    ///
+    /// # Errors
+    /// [`ModelError`] with the first wrong place, or why there is no such trim.
+    pub fn parse(text: &str, asked: &Asked) -> Result<Self, ModelError> {
+        let (file, mut declared) = ModelFile::parse_either(text, read)?;
+        let mut text = text.to_owned();
+        if declared.is_some() && !asked.set.is_empty() {
+            text = toml::to_string(&assign(&text, &asked.set)?).map_err(|error| ModelError::Set(error.to_string()))?;
+            declared = ModelFile::parse_either(&text, read).map_err(|misread| ModelError::Set(misread.what))?.1;
+        }
+        let Some(declared) = declared else {
+            let options = [
+                ("--speed", asked.speed.is_some()),
+                ("--climb", asked.climb.is_some()),
+                ("--sideslip", asked.sideslip.is_some()),
+                ("--density", asked.density.is_some()),
+                ("--set", !asked.set.is_empty()),
+            ];
+            return match options.into_iter().find(|(_, given)| *given) {
+                Some((option, _)) => Err(ModelError::Linear(option)),
+                None => Ok(FlightModel { file, level1: None, text }),
+            };
+        };
+        let Declared { aircraft, mut condition } = declared;
+        for (place, asked) in [
+            (&mut condition.speed, asked.speed),
+            (&mut condition.climb, asked.climb),
+            (&mut condition.sideslip, asked.sideslip),
+            (&mut condition.density, asked.density),
+        ] {
+            *place = asked.unwrap_or(*place);
+        }
+        let trimmed = aircraft.trim(condition)?;
+        Ok(FlightModel { file: ModelFile { linear: trimmed.linear(), ..file }, level1: Some(Box::new(trimmed)), text })
+    }
+
+    /// The built-in Puma.
+    ///
+    /// # Errors
+    /// As for [`FlightModel::parse`].
+    pub fn puma(asked: &Asked) -> Result<Self, ModelError> {
+        FlightModel::parse(PUMA, asked)
+    }
+
+    /// The model in its trim without effects, perfect instruments, no time yet.
+    pub fn flight(&self) -> Flight {
+        match &self.level1 {
+            None => Flight::of(self.file.linear.clone()),
+            Some(trimmed) => Flight::of_level1((**trimmed).clone()),
+        }
+    }
+
+    /// A model file that flies the same, in the trim that was asked for and with these effects instead of its own.
+    ///
+    /// # Errors
+    /// [`ModelError::Set`] where the text cannot be written anew.
+    pub fn with_effects(&self, effects: &[DeclaredEffect]) -> Result<String, ModelError> {
+        let Some(trimmed) = &self.level1 else {
+            return Ok(ModelFile { effects: effects.to_vec(), ..self.file.clone() }.to_toml());
+        };
+        let condition = trimmed.condition;
+        let flight = [
+            format!("flight.speed={:?}", condition.speed),
+            format!("flight.climb={:?}", condition.climb),
+            format!("flight.sideslip={:?}", condition.sideslip),
+            format!("flight.density={:?}", condition.density),
+        ];
+        let mut document = assign(&self.text, &flight)?;
+        document.remove("effect");
+        let mut text = toml::to_string(&document).map_err(|error| ModelError::Set(error.to_string()))?;
+        for effect in effects {
+            let _ = write!(text, "\n{}\n", effect.to_toml(self.file.controls).trim_end());
+        }
+        Ok(text)
+    }
+
+    /// The linear model, effects left out.
+    pub fn linear(&self) -> &LinearModel {
+        &self.file.linear
+    }
+}
+
+/// The document with these assignments made.
+fn assign(text: &str, assignments: &[String]) -> Result<toml::Table, ModelError> {
+    let refuse = |what: String| ModelError::Set(what);
+    let mut document: toml::Table = text.parse().map_err(|error| refuse(format!("{error}")))?;
+    for assignment in assignments {
+        let (key, value) = assignment
+            .split_once('=')
+            .ok_or_else(|| refuse(format!("expected key=value, such as hub=exact, found `{assignment}`")))?;
+        let key = key.trim();
+        let path = key.strip_prefix("level1.").unwrap_or(key);
+        let path: Vec<&str> = if OPTIONS.contains(&path) { vec!["options", path] } else { path.split('.').collect() };
+        let mut place = document.get_mut("level1");
+        for part in &path {
+            place = place.and_then(|value| value.as_table_mut()).and_then(|table| table.get_mut(*part));
+        }
+        let place = place.filter(|place| !place.is_table());
+        let place = place.ok_or_else(|| {
+            refuse(format!("expected a key of [level1], such as {} or flight.speed, found `{key}`", OPTIONS.join(" ")))
+        })?;
+        *place = written(value.trim());
+    }
+    Ok(document)
+}
+
+/// A value as TOML reads it, else as a text.
+fn written(value: &str) -> toml::Value {
+    let parsed = format!("x = {value}").parse::<toml::Table>().ok().and_then(|mut table| table.remove("x"));
+    parsed.unwrap_or_else(|| toml::Value::String(value.to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flight::derivative::{Axis, Variable};
+    use crate::flight::effect::Effect;
+    use crate::simulation::level1::hub::Hub;
+
+    fn with(set: &[&str]) -> Result<FlightModel, ModelError> {
+        FlightModel::puma(&Asked { set: set.iter().map(|&text| text.to_owned()).collect(), ..Asked::default() })
+    }
+
+    #[test]
+    fn options_and_data_are_set_by_hand() {
+        let model = with(&["hub=exact", "level1.flight.speed = 30", "options.inflow=dynamic"]).unwrap();
+        let trimmed = model.level1.unwrap();
+        assert_eq!(trimmed.aircraft.hub, Hub::Exact);
+        assert!(trimmed.aircraft.options.dynamic_inflow && (trimmed.trim.airspeed() - 30.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn written_with_effects_and_read_again_it_flies_the_same() {
+        let effect = Effect::Derivative { axis: Axis::N, variable: Variable::P, delta: -0.17 };
+        let effects = [DeclaredEffect { effect, std: Some(0.01) }];
+        let asked = Asked { climb: Some(5.0), set: vec!["hub=exact".to_owned()], ..Asked::default() };
+        let model = FlightModel::puma(&asked).unwrap();
+        let text = model.with_effects(&effects).unwrap();
+        let again = FlightModel::parse(&text, &Asked::default()).unwrap();
+        assert_eq!((again.level1, again.file.linear), (model.level1, model.file.linear), "{text}");
+        assert_eq!(again.file.effects, effects);
+    }
+
+    #[test]
+    fn wrong_assignments_say_why() {
+        for (text, part) in [
+            ("hub", "key=value"),
+            ("hub=round", "nearest is `exact`"),
+            ("huub=exact", "found `huub`"),
+            ("flight=1", "found `flight`"),
+            ("body.mass=-1", "more than zero"),
+            ("body.mass=heavy", "finite number"),
+        ] {
+            let error = with(&[text]).unwrap_err().to_string();
+            assert!(error.starts_with("--set: ") && error.contains(part), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_linear_model_has_one_trim_and_no_options() {
+        let text = "kind = 'linear'\n[trim]\nu = 50.0\ntheta = 0.0\n";
+        assert!(FlightModel::parse(text, &Asked::default()).unwrap().level1.is_none());
+        let error = FlightModel::parse(text, &Asked { climb: Some(1.0), ..Asked::default() }).unwrap_err();
+        assert!(error.to_string().starts_with("--climb"), "{error}");
+    }
+}

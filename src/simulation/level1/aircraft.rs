@@ -1,0 +1,183 @@
+//! The whole aircraft: what its parts do summed up, divided by mass and inertia.
+//!
+//! Consumes velocity through the air, rates, blade pitch, rotor speed, density and the rotor's states; produces specific force
+//! (m/s^2) and angular acceleration (rad/s^2). With the sums X Y Z L M N of the parts,
+//!     a = (X, Y, Z)/m                                                                                  (1)
+//!     L^ = L + (I_yy - I_zz) q r + I_xz p q     N^ = N + (I_xx - I_yy) p q - I_xz q r     D = I_xx I_zz - I_xz^2
+//!     dp/dt = (I_zz L^ + I_xz N^)/D     dr/dt = (I_xx N^ + I_xz L^)/D                                  (2)
+//!     dq/dt = [M + (I_zz - I_xx) p r + I_xz (r^2 - p^2)]/I_yy                                          (3)
+//! The motion itself is `motion`, for either kind of model.
+
+use super::actuator::Actuator;
+use super::engine::Engine;
+use super::fin::Fin;
+use super::flapping::Flap;
+use super::fuselage::Fuselage;
+use super::hub::{Hub, Place};
+use super::inner::Options;
+use super::rotor::{MainRotor, RotorPoint, RotorStates};
+use super::tail_rotor::TailRotor;
+use super::tailplane::Tailplane;
+use crate::flight::control::{CONTROLS, Control};
+use crate::flight::derivative::AXES;
+
+/// Mass, inertia and centre of mass, SI.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Body {
+    /// Mass, kg.
+    pub mass: f64,
+    /// Moment of inertia about x, kg m^2.
+    pub ixx: f64,
+    /// About y.
+    pub iyy: f64,
+    /// About z.
+    pub izz: f64,
+    /// Product of inertia.
+    pub ixz: f64,
+    /// Centre of mass ahead of the main hub's foot point, m.
+    pub cg_forward: f64,
+}
+
+/// Half widths of the differences of a linearisation with finite perturbations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Perturbation {
+    /// Velocities, m/s.
+    pub velocity: f64,
+    /// Rates, rad/s.
+    pub rate: f64,
+    /// Controls, rad.
+    pub control: f64,
+}
+
+/// A Level-1 aircraft.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Level1 {
+    /// Mass and inertia.
+    pub body: Body,
+    /// Which geometry the hub has.
+    pub hub: Hub,
+    /// The main rotor.
+    pub main_rotor: MainRotor,
+    /// The tail rotor.
+    pub tail_rotor: TailRotor,
+    /// The fin.
+    pub fin: Fin,
+    /// The tailplane.
+    pub tailplane: Tailplane,
+    /// The fuselage.
+    pub fuselage: Fuselage,
+    /// Engine and governor.
+    pub engine: Engine,
+    /// Actuators by control place.
+    pub actuators: [Actuator; CONTROLS],
+    /// Finite perturbations.
+    pub perturbation: Perturbation,
+    /// What is a state, and how it is linearised.
+    pub options: Options,
+}
+
+/// What the aircraft meets at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Situation {
+    /// Velocity u, v, w through the air, m/s.
+    pub velocity: [f64; 3],
+    /// Rates p, q, r, rad/s.
+    pub rates: [f64; 3],
+    /// Blade pitch by control place, rad.
+    pub blade: [f64; CONTROLS],
+    /// Speed of the main rotor, rad/s.
+    pub rotor_speed: f64,
+    /// Air density, kg/m^3.
+    pub density: f64,
+}
+
+/// What the aircraft does about it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Response {
+    /// Specific force (m/s^2) and angular acceleration (rad/s^2) by axis.
+    pub accelerations: [f64; AXES],
+    /// Torque that both rotors take, at the main rotor, N m.
+    pub torque: f64,
+    /// Thrust of the main rotor along its shaft, N.
+    pub thrust: f64,
+    /// Flap in the rotor's own (anticlockwise) hub axes, rad.
+    pub flap: Flap,
+    /// lambda0.
+    pub inflow: f64,
+    pub(crate) rotor: RotorPoint,
+}
+
+impl Level1 {
+    pub(crate) fn place(&self) -> Place {
+        let (sin, cos) = libm::sincos(self.main_rotor.shaft_tilt);
+        Place {
+            geometry: self.hub,
+            sigma: self.main_rotor.direction,
+            height: self.main_rotor.height,
+            cg_forward: self.body.cg_forward,
+            tilt: (cos, sin),
+        }
+    }
+
+    /// Everything that is not the motion at once: the plain model, whatever the options.
+    pub fn respond(&self, situation: &Situation) -> Response {
+        self.sum(situation, RotorStates::default())
+    }
+
+    /// (1) to (3).
+    pub(crate) fn sum(&self, met: &Situation, states: RotorStates) -> Response {
+        let Situation { velocity, rates, blade, rotor_speed, density } = *met;
+        let [p, q, r] = rates;
+        let body = &self.body;
+        let pitch = [blade[Control::Collective.index()], blade[Control::LonCyclic.index()], blade[Control::LatCyclic.index()]];
+        let place = self.place();
+        let rotor = self.main_rotor.point(&place.motion(velocity, rates), pitch, rotor_speed, density, states);
+        let ([mut x, mut y, mut z], [mut l, mut m, mut n]) = place.at_centre_of_mass(rotor.loads);
+
+        let tail_arm = self.tail_rotor.aft + body.cg_forward;
+        let air = (rotor_speed, density, rotor.induced);
+        let tail = self.tail_rotor.point(velocity, rates, blade[Control::Pedal.index()], air, tail_arm);
+        y += tail.side_force;
+        l += self.tail_rotor.height * tail.side_force;
+        n -= tail_arm * tail.side_force;
+
+        let fin_arm = self.fin.aft + body.cg_forward;
+        let fin = self.fin.side_force(velocity, rates, density, fin_arm);
+        y += fin;
+        l += self.fin.height * fin;
+        n -= fin_arm * fin;
+
+        let plane_arm = self.tailplane.aft + body.cg_forward;
+        let plane = self.tailplane.normal_force(velocity, q, (density, rotor.induced), plane_arm);
+        z += plane;
+        m += plane_arm * plane;
+
+        let (force, moment) = self.fuselage.loads(velocity, (density, rotor.induced));
+        x += force[0];
+        y += force[1];
+        z += force[2];
+        l += moment[0];
+        m += moment[1];
+        n += moment[2];
+
+        l += (body.iyy - body.izz) * q * r + body.ixz * p * q;
+        n += (body.ixx - body.iyy) * p * q - body.ixz * q * r;
+        m += (body.izz - body.ixx) * p * r + body.ixz * (r * r - p * p);
+        let d = body.ixx * body.izz - body.ixz * body.ixz;
+        Response {
+            accelerations: [
+                x / body.mass,
+                y / body.mass,
+                z / body.mass,
+                (body.izz * l + body.ixz * n) / d,
+                m / body.iyy,
+                (body.ixx * n + body.ixz * l) / d,
+            ],
+            torque: rotor.torque + self.tail_rotor.gearing * tail.torque,
+            thrust: -rotor.loads.force[2],
+            flap: rotor.flap,
+            inflow: rotor.inflow,
+            rotor,
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! The engine with its governor, and the speed of the rotor that it drives.
+//!
+//! Consumes rotor speed, engine torque and its rate, torque of both rotors, yaw acceleration; produces
+//!     dOmega/dt = (Q_e - Q_R)/I + sigma dr/dt                                                          (1)
+//!     tau_1 tau_3 d2Q_e/dt2 = -(tau_1 + tau_3) dQ_e/dt - Q_e - K (Omega - Omega_i + tau_2 dOmega/dt)   (2)
+//! with K = Q_full/(droop Omega_nominal): at full torque the speed has drooped by that part. All torques are at the main rotor.
+//! The datum Omega_i stands where the rotor has its nominal speed in trim, as a pilot sets it.
+//! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, ch. 3, with constant time constants.
+
+/// Data of engine and governor, SI.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Engine {
+    /// Q_full, N m at the main rotor.
+    pub full_torque: f64,
+    /// Part of the nominal speed that is lost at full torque.
+    pub droop: f64,
+    /// tau_1, s.
+    pub lag_fuel: f64,
+    /// tau_3, s.
+    pub lag_engine: f64,
+    /// tau_2, s.
+    pub lead: f64,
+    /// I, rotors and transmission at the main rotor, kg m^2.
+    pub inertia: f64,
+}
+
+impl Engine {
+    /// K, N m a rad/s.
+    pub(crate) fn gain(&self, nominal_speed: f64) -> f64 {
+        self.full_torque / (self.droop * nominal_speed)
+    }
+
+    /// (1).
+    pub(crate) fn acceleration(&self, engine_torque: f64, rotor_torque: f64, yaw: f64) -> f64 {
+        (engine_torque - rotor_torque) / self.inertia + yaw
+    }
+
+    /// (2): second derivative of the torque, speeds as (speed, datum, rate).
+    pub(crate) fn torque_acceleration(
+        &self,
+        (torque, rate): (f64, f64),
+        gain: f64,
+        (speed, datum, acceleration): (f64, f64, f64),
+    ) -> f64 {
+        let called = gain * (speed - datum + self.lead * acceleration);
+        -((self.lag_fuel + self.lag_engine) * rate + torque + called) / (self.lag_fuel * self.lag_engine)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn at_full_torque_the_speed_has_drooped() {
+        let engine = Engine { full_torque: 8e4, droop: 0.05, lag_fuel: 0.1, lag_engine: 0.4, lead: 0.3, inertia: 6500.0 };
+        // Steady: Q = -K (Omega - Omega_i), so 5 % of 27 rad/s below the datum is full torque.
+        let called = engine.torque_acceleration((8e4, 0.0), engine.gain(27.0), (27.0 * 0.95, 27.0, 0.0));
+        assert!(called.abs() < 1e-6, "{called}");
+        assert!((engine.acceleration(7e4, 6.35e4, 0.2) - 1.2).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,312 @@
+//! The `[level1]` table of a model file: an aircraft, its options and the flight that it is trimmed for.
+//!
+//! Consumes the table; produces [`Declared`]. Every key is required and no other allowed, so that nothing of one helicopter is
+//! silently another's; what is wrong is named with its line and column.
+
+use super::actuator::Actuator;
+use super::aircraft::{Body, Level1, Perturbation};
+use super::engine::Engine;
+use super::fin::Fin;
+use super::fuselage::{Fuselage, Lines};
+use super::hub::Hub;
+use super::inner::{Flapping, Options};
+use super::rotor::MainRotor;
+use super::tail_rotor::TailRotor;
+use super::tailplane::Tailplane;
+use super::trim::Condition;
+use crate::flight::channel::ControlNames;
+use crate::flight::control::Control;
+use crate::flight::document::{Entry, Misread, Table};
+
+/// What a `[level1]` table declares.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Declared {
+    /// The aircraft with its options.
+    pub aircraft: Level1,
+    /// The flight condition where nobody asks for another.
+    pub condition: Condition,
+}
+
+const PARTS: [&str; 11] = [
+    "flight",
+    "options",
+    "body",
+    "main_rotor",
+    "tail_rotor",
+    "fin",
+    "tailplane",
+    "fuselage",
+    "engine",
+    "actuators",
+    "perturbation",
+];
+
+/// Keys of `[level1.options]`.
+pub const OPTIONS: [&str; 6] = ["hub", "flapping", "inflow", "rotor_speed", "actuators", "perturbation"];
+
+/// Reads the table.
+pub(crate) fn read(table: &Table<'_>) -> Result<Declared, Misread> {
+    table.allow_only(&PARTS)?;
+    let part = |name: &str, keys: &[&str]| -> Result<Table<'_>, Misread> {
+        let part = table.require(name)?.table(&format!("[level1.{name}]"))?;
+        part.allow_only(keys)?;
+        Ok(part)
+    };
+    let options = part("options", &OPTIONS)?;
+    let aircraft = Level1 {
+        body: body(&part("body", &["mass", "ixx", "iyy", "izz", "ixz", "cg_forward"])?)?,
+        hub: choose(&options, "hub", &[("published", Hub::Published), ("exact", Hub::Exact)])?,
+        main_rotor: main_rotor(&part("main_rotor", &MAIN_ROTOR)?)?,
+        tail_rotor: tail_rotor(&part("tail_rotor", &TAIL_ROTOR)?)?,
+        fin: fin(&part("fin", &["area", "aft", "height", "incidence", "gain", "cubic", "quintic", "hold"])?)?,
+        tailplane: tailplane(&part("tailplane", &["area", "aft", "incidence", "gain", "cubic", "hold", "downwash"])?)?,
+        fuselage: fuselage(&part("fuselage", &FUSELAGE)?)?,
+        engine: engine(&part("engine", &["full_torque", "droop", "lag_fuel", "lag_engine", "lead", "inertia"])?)?,
+        actuators: actuators(&part("actuators", &Control::ALL.map(|control| control.name(ControlNames::Rotorcraft)))?)?,
+        perturbation: perturbation(&part("perturbation", &["velocity", "rate", "control"])?)?,
+        options: read_options(&options)?,
+    };
+    let flight = part("flight", &["speed", "climb", "sideslip", "density"])?;
+    let condition = Condition {
+        speed: not_negative(&flight, "speed")?,
+        climb: number(&flight, "climb")?,
+        sideslip: number(&flight, "sideslip")?,
+        density: positive(&flight, "density")?,
+    };
+    Ok(Declared { aircraft, condition })
+}
+
+fn number(table: &Table<'_>, key: &str) -> Result<f64, Misread> {
+    table.require(key)?.number()
+}
+
+fn positive(table: &Table<'_>, key: &str) -> Result<f64, Misread> {
+    table.require(key)?.positive()
+}
+
+fn not_negative(table: &Table<'_>, key: &str) -> Result<f64, Misread> {
+    table.require(key)?.not_negative()
+}
+
+fn choose<T: Copy>(table: &Table<'_>, key: &str, choices: &[(&str, T)]) -> Result<T, Misread> {
+    let entry = table.require(key)?;
+    let text = entry.text()?;
+    match choices.iter().find(|(name, _)| *name == text) {
+        Some(&(_, choice)) => Ok(choice),
+        None => Err(entry.choice("a choice", &choices.iter().map(|&(name, _)| name).collect::<Vec<_>>())),
+    }
+}
+
+fn read_options(table: &Table<'_>) -> Result<Options, Misread> {
+    let flapping =
+        [("quasi_steady", Flapping::QuasiSteady), ("first_order", Flapping::FirstOrder), ("second_order", Flapping::SecondOrder)];
+    Ok(Options {
+        flapping: choose(table, "flapping", &flapping)?,
+        dynamic_inflow: choose(table, "inflow", &[("quasi_steady", false), ("dynamic", true)])?,
+        governed: choose(table, "rotor_speed", &[("held", false), ("governed", true)])?,
+        actuators: choose(table, "actuators", &[("ideal", false), ("first_order", true)])?,
+        finite_perturbation: choose(table, "perturbation", &[("small", false), ("finite", true)])?,
+    })
+}
+
+fn body(table: &Table<'_>) -> Result<Body, Misread> {
+    let body = Body {
+        mass: positive(table, "mass")?,
+        ixx: positive(table, "ixx")?,
+        iyy: positive(table, "iyy")?,
+        izz: positive(table, "izz")?,
+        ixz: number(table, "ixz")?,
+        cg_forward: number(table, "cg_forward")?,
+    };
+    if !(body.ixz * body.ixz < body.ixx * body.izz) {
+        let what = format_args!("expected less than sqrt(ixx izz) in magnitude, found {}", body.ixz);
+        return Err(table.require("ixz")?.misread(what));
+    }
+    Ok(body)
+}
+
+const MAIN_ROTOR: [&str; 13] = [
+    "rotation",
+    "radius",
+    "chord",
+    "blades",
+    "lift_slope",
+    "drag_0",
+    "drag_2",
+    "twist",
+    "speed",
+    "flap_inertia",
+    "flap_stiffness",
+    "shaft_tilt",
+    "height",
+];
+
+fn main_rotor(table: &Table<'_>) -> Result<MainRotor, Misread> {
+    Ok(MainRotor {
+        direction: choose(table, "rotation", &[("clockwise", -1.0), ("anticlockwise", 1.0)])?,
+        radius: positive(table, "radius")?,
+        chord: positive(table, "chord")?,
+        blades: positive(table, "blades")?,
+        lift_slope: positive(table, "lift_slope")?,
+        drag_0: not_negative(table, "drag_0")?,
+        drag_2: not_negative(table, "drag_2")?,
+        twist: number(table, "twist")?,
+        speed: positive(table, "speed")?,
+        flap_inertia: positive(table, "flap_inertia")?,
+        flap_stiffness: not_negative(table, "flap_stiffness")?,
+        shaft_tilt: number(table, "shaft_tilt")?,
+        height: number(table, "height")?,
+    })
+}
+
+const TAIL_ROTOR: [&str; 12] = [
+    "radius",
+    "gearing",
+    "lift_slope",
+    "solidity",
+    "drag_0",
+    "drag_2",
+    "aft",
+    "height",
+    "pitch_flap_coupling",
+    "flap_ratio",
+    "blockage",
+    "downwash",
+];
+
+fn tail_rotor(table: &Table<'_>) -> Result<TailRotor, Misread> {
+    Ok(TailRotor {
+        radius: positive(table, "radius")?,
+        gearing: positive(table, "gearing")?,
+        lift_slope: positive(table, "lift_slope")?,
+        solidity: positive(table, "solidity")?,
+        drag_0: not_negative(table, "drag_0")?,
+        drag_2: not_negative(table, "drag_2")?,
+        aft: number(table, "aft")?,
+        height: number(table, "height")?,
+        pitch_flap_coupling: coupling(table)?,
+        flap_ratio: not_negative(table, "flap_ratio")?,
+        blockage: positive(table, "blockage")?,
+        downwash: number(table, "downwash")?,
+    })
+}
+
+/// A positive coupling would raise pitch with flap: the disc could run away, and the inflow's equation lose its slope.
+fn coupling(table: &Table<'_>) -> Result<f64, Misread> {
+    let entry = table.require("pitch_flap_coupling")?;
+    match entry.number()? {
+        value if value <= 0.0 => Ok(value),
+        value => Err(entry.misread(format_args!("expected zero or less, found {value}"))),
+    }
+}
+
+fn fin(table: &Table<'_>) -> Result<Fin, Misread> {
+    Ok(Fin {
+        area: not_negative(table, "area")?,
+        aft: number(table, "aft")?,
+        height: number(table, "height")?,
+        incidence: number(table, "incidence")?,
+        gain: number(table, "gain")?,
+        cubic: number(table, "cubic")?,
+        quintic: number(table, "quintic")?,
+        hold: positive(table, "hold")?,
+    })
+}
+
+fn tailplane(table: &Table<'_>) -> Result<Tailplane, Misread> {
+    Ok(Tailplane {
+        area: not_negative(table, "area")?,
+        aft: number(table, "aft")?,
+        incidence: number(table, "incidence")?,
+        gain: number(table, "gain")?,
+        cubic: number(table, "cubic")?,
+        hold: positive(table, "hold")?,
+        downwash: number(table, "downwash")?,
+    })
+}
+
+const FUSELAGE: [&str; 18] = [
+    "plan_area",
+    "side_area",
+    "length",
+    "downwash",
+    "reference_speed",
+    "reference_density",
+    "near_limit_deg",
+    "far_limit_deg",
+    "near_x",
+    "near_z",
+    "near_m",
+    "near_y",
+    "near_n",
+    "far_x",
+    "far_z",
+    "far_m",
+    "far_y",
+    "far_n",
+];
+
+fn fuselage(table: &Table<'_>) -> Result<Fuselage, Misread> {
+    let (near_limit, far_limit) = (positive(table, "near_limit_deg")?, positive(table, "far_limit_deg")?);
+    if !(far_limit > near_limit) {
+        let what = format_args!("expected more than near_limit_deg ({near_limit}), found {far_limit}");
+        return Err(table.require("far_limit_deg")?.misread(what));
+    }
+    let near = |key: &str| -> Result<[f64; 4], Misread> { table.require(key)?.numbers() };
+    let far = |key: &str| lines(&table.require(key)?);
+    Ok(Fuselage {
+        plan_area: not_negative(table, "plan_area")?,
+        side_area: not_negative(table, "side_area")?,
+        length: not_negative(table, "length")?,
+        downwash: number(table, "downwash")?,
+        reference_speed: positive(table, "reference_speed")?,
+        reference_density: positive(table, "reference_density")?,
+        limits: (near_limit.to_radians(), far_limit.to_radians()),
+        near: [near("near_x")?, near("near_z")?, near("near_m")?, near("near_y")?, near("near_n")?],
+        far: [far("far_x")?, far("far_z")?, far("far_m")?, far("far_y")?, far("far_n")?],
+    })
+}
+
+/// Points whose angles, degrees, increase.
+fn lines(entry: &Entry<'_>) -> Result<Lines, Misread> {
+    let points = entry.pairs()?;
+    for ([before, _], [angle, _]) in points.iter().zip(points.iter().skip(1)) {
+        if !(angle > before) {
+            return Err(entry.misread(format_args!("expected angles that increase, found {angle} after {before}")));
+        }
+    }
+    if points.is_empty() {
+        return Err(entry.misread("expected points [angle, coefficient], found none"));
+    }
+    Ok(points.into_iter().map(|[angle, value]| [angle.to_radians(), value]).collect())
+}
+
+fn engine(table: &Table<'_>) -> Result<Engine, Misread> {
+    Ok(Engine {
+        full_torque: positive(table, "full_torque")?,
+        droop: positive(table, "droop")?,
+        lag_fuel: positive(table, "lag_fuel")?,
+        lag_engine: positive(table, "lag_engine")?,
+        lead: not_negative(table, "lead")?,
+        inertia: positive(table, "inertia")?,
+    })
+}
+
+fn actuators(table: &Table<'_>) -> Result<[Actuator; 4], Misread> {
+    let mut actuators = [Actuator { tau: 0.0, rate: 0.0 }; 4];
+    for (control, place) in Control::ALL.into_iter().zip(&mut actuators) {
+        let name = control.name(ControlNames::Rotorcraft);
+        let own = table.require(name)?.table(&format!("[level1.actuators.{name}]"))?;
+        own.allow_only(&["tau", "rate"])?;
+        *place = Actuator { tau: positive(&own, "tau")?, rate: positive(&own, "rate")? };
+    }
+    Ok(actuators)
+}
+
+fn perturbation(table: &Table<'_>) -> Result<Perturbation, Misread> {
+    Ok(Perturbation {
+        velocity: positive(table, "velocity")?,
+        rate: positive(table, "rate")?,
+        control: positive(table, "control")?,
+    })
+}
