@@ -29,6 +29,10 @@ use std::time::{Duration, Instant};
 /// The longest wait for bytes; after that, samples wait no longer for late messages. At 10 Hz every sample waits for so
 /// long, and its estimate must hold until the next.
 const PATIENCE: Duration = Duration::from_millis(50);
+/// Samples of a new boot come all at once, once it is sure that it is one; after so many the log needs time.
+const BURST: u32 = 20;
+/// So much of it.
+const BREATH: Duration = Duration::from_millis(20);
 /// Between our heartbeats.
 const HEARTBEAT: Duration = Duration::from_secs(1);
 /// The longest wait for the vehicle's heartbeat; they come once a second.
@@ -177,8 +181,13 @@ impl Station<'_> {
             }
             self.pass_on_notices();
             if self.is_introduced() {
+                let mut at_once = 0;
                 while let Some(timed) = self.live.next_sample() {
                     self.sample(&timed, stop)?;
+                    at_once += 1;
+                    if at_once % BURST == 0 {
+                        std::thread::sleep(BREATH);
+                    }
                 }
             }
             self.notice_silence();
