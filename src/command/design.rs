@@ -9,7 +9,9 @@ use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::control::Control;
 use sideslip::flight::derivative::{Axis, Variable};
+use sideslip::flight::effect::Effect;
 use sideslip::flight::model::LinearModel;
+use sideslip::flight::model_file::ModelFile;
 use sideslip::outputs::chart::{Curve, Panel, svg};
 use sideslip::outputs::text::{Digits, TermName, derivative_unit};
 use sideslip::simulation::design::dispersion::Uninformed;
@@ -18,6 +20,7 @@ use sideslip::simulation::design::search::{Criterion, Judged, Limits, Problem};
 use sideslip::simulation::design::spectrum::{Outline, energy, outline};
 use sideslip::simulation::flight_model::Asked;
 use sideslip::simulation::instrument::Instruments;
+use sideslip::simulation::linear::with_effects;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -28,12 +31,14 @@ Example:
   sideslip design --model puma-100kn.toml --control pedal --derivatives N_v,N_p,N_r --limit phi=0.2 --svg pedal.svg
 
 Step, doublet and 3211 at the given clock are compared with the best of all sequences up to --longest clocks. Standard errors
-are the least that any method can reach (Cramer-Rao) with white noise of flight-test instruments and an unknown bias of each
-channel; real ones are larger. What is found is written as `simulate --input` takes it.";
+are the Cramer-Rao bounds for the model as it is linear about trim, with white noise of flight-test instruments, an unknown bias
+of each channel, and every derivative that is not named exactly known. They rank inputs; real errors are several times larger,
+and more so beyond the limits within which the aircraft is linear: u 5, w 4, v 2.5 m/s, q r 0.3, p 0.5 rad/s, theta 0.2,
+phi 0.35 rad unless --limit says otherwise. What is found is written as `simulate --input` takes it.";
 
 /// States by the names under which they are limited, with their usual limits: what keeps a linear model true.
 const STATES: [(&str, f64); 8] =
-    [("u", 15.0), ("w", 10.0), ("q", 0.5), ("theta", 0.3), ("v", 10.0), ("p", 0.7), ("phi", 0.5), ("r", 0.5)];
+    [("u", 5.0), ("w", 4.0), ("q", 0.3), ("theta", 0.2), ("v", 2.5), ("p", 0.5), ("phi", 0.35), ("r", 0.3)];
 
 /// Highest frequency of the spectra, rad/s, and their step.
 const SPECTRUM: (f64, f64) = (15.0, 0.05);
@@ -42,7 +47,7 @@ const SPECTRUM: (f64, f64) = (15.0, 0.05);
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct Args {
-    /// Model file (TOML)
+    /// Model file (TOML), or puma
     #[arg(long, value_name = "FILE")]
     model: PathBuf,
     /// The control that moves: lon_cyclic, lat_cyclic, collective, pedal (or elevator, aileron, throttle, rudder)
@@ -52,7 +57,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     derivatives: Vec<String>,
     /// Weights of their relative variances in the criterion, in the same order [default: 1 each]
-    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true)]
     weights: Vec<f64>,
     /// Minimise the weighted sum of relative variances, or the determinant of the dispersion
     #[arg(long, value_name = "trace|logdet", default_value = "trace")]
@@ -103,7 +108,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         }
     }
     let file = read_model(&args.model, &Asked::default())?.file;
-    let model = &file.linear;
+    let model = &changed(&file)?;
     let control = Control::from_name(&args.control)
         .ok_or_else(|| Failure::Input(format!("--control: expected the name of a control, found `{}`", args.control)))?;
     let parameters = parameters(args, model, control)?;
@@ -157,6 +162,24 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
+/// The model with its effects in it; what no linear model can hold is left out, and it is said.
+fn changed(file: &ModelFile) -> Result<LinearModel, Failure> {
+    let effects: Vec<Effect> = file.effects.iter().map(|declared| declared.effect).collect();
+    for effect in &effects {
+        if !matches!(
+            effect,
+            Effect::Derivative { .. }
+                | Effect::Nonlinear { .. }
+                | Effect::ControlEffectiveness { .. }
+                | Effect::FlightPath { .. }
+        ) {
+            message(format_args!("note: the effect `{}` is left out of the design", effect.kind().name()));
+        }
+    }
+    with_effects(&file.linear, &effects)
+        .map_err(|_| Failure::Input("the model's effects add more nonlinear terms than a model may have".to_owned()))
+}
+
 fn name_of(Parameter { axis, variable }: Parameter, controls: ControlNames) -> String {
     TermName { axis, variable: Some(variable), controls }.to_string()
 }
@@ -187,7 +210,14 @@ fn parameters(args: &Args, model: &LinearModel, control: Control) -> Result<Vec<
         }
         Ok(parameter)
     };
-    args.derivatives.iter().map(parse).collect()
+    let named: Vec<Parameter> = args.derivatives.iter().map(parse).collect::<Result<_, _>>()?;
+    for (place, parameter) in named.iter().enumerate() {
+        if named.iter().take(place).any(|before| before == parameter) {
+            let twice = name_of(*parameter, ControlNames::Rotorcraft);
+            return Err(Failure::Input(format!("--derivatives: expected each once, found {twice} twice")));
+        }
+    }
+    Ok(named)
 }
 
 fn criterion(args: &Args, count: usize) -> Result<Criterion, Failure> {
@@ -237,7 +267,7 @@ fn to_table(candidates: &[Candidate], names: &[String], parameters: &[Parameter]
         if let Some(Outline { peak, half_power: [from, to], nodes }) = &candidate.outline {
             let _ = write!(
                 text,
-                "   most energy at {} rad/s, half of it {} to {}",
+                "   most energy at {} rad/s, half that density {} to {}",
                 Digits(*peak, 3),
                 Digits(*from, 3),
                 Digits(*to, 3)

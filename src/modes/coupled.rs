@@ -1,9 +1,9 @@
 //! The Dutch roll of the whole aircraft: what is left of the lateral subsystem's once it is coupled to u, w and q.
 //!
 //! Consumes the derivatives of all six equations with respect to the six velocities and rates; produces the complex pair of the
-//! 8 x 8 matrix that is nearest to the lateral subsystem's Dutch roll. States u w q theta v p phi r, about a trim with v0 = 0:
-//!     u' = X.x - w0 q - g cos(theta0) theta
-//!     w' = Z.x + u0 q - g sin(theta0) cos(phi0) theta - g cos(theta0) sin(phi0) phi
+//! 8 x 8 matrix that is nearest to the lateral subsystem's Dutch roll. States u w q theta v p phi r, about the trim:
+//!     u' = X.x - w0 q + v0 r - g cos(theta0) theta
+//!     w' = Z.x + u0 q - v0 p - g sin(theta0) cos(phi0) theta - g cos(theta0) sin(phi0) phi
 //!     v' = Y.x + w0 p - u0 r - g sin(theta0) sin(phi0) theta + g cos(theta0) cos(phi0) phi              (1)
 //!     q' = M.x,  p' = L.x,  r' = N.x
 //!     theta' = cos(phi0) q - sin(phi0) r,  phi' = p + tan(theta0) (sin(phi0) q + cos(phi0) r)
@@ -39,6 +39,8 @@ pub fn matrix(whole: &WholeDerivatives, lateral: &LateralDerivatives) -> [[f64; 
         }
     }
     a[0][2] -= lateral.w0;
+    a[0][7] += whole.v0;
+    a[1][5] -= whole.v0;
     a[0][3] = -G0 * cos_theta;
     a[1][2] += lateral.u0;
     a[1][3] = -G0 * sin_theta * cos_phi;
@@ -69,14 +71,21 @@ pub fn dutch_roll(whole: &WholeDerivatives, lateral: &LateralDerivatives, alone:
             let gradient = ROWS.map(|row| COLUMNS.map(|column| by(row, column)[part]));
             let u0 = by(1, 2)[part] - by(4, 7)[part];
             let w0 = by(4, 5)[part] - by(0, 2)[part];
-            *std = libm::sqrt(variance(&gradient, [u0, w0], whole, lateral));
+            let v0 = by(0, 7)[part] - by(1, 5)[part];
+            let trim = [(u0, lateral.trim_std[0]), (w0, lateral.trim_std[1]), (v0, whole.v0_std)];
+            *std = libm::sqrt(variance(&gradient, trim, whole, lateral));
         }
     }
     Some(Oscillation { real: root.re, imag: root.im, omega, zeta, std_omega, std_zeta })
 }
 
 /// g' Sigma g.
-fn variance(gradient: &[[f64; MOTION]; AXES], trim: [f64; 2], whole: &WholeDerivatives, lateral: &LateralDerivatives) -> f64 {
+fn variance(
+    gradient: &[[f64; MOTION]; AXES],
+    trim: [(f64, f64); 3],
+    whole: &WholeDerivatives,
+    lateral: &LateralDerivatives,
+) -> f64 {
     let mut sum = 0.0;
     for (slopes, cov) in gradient.iter().zip(&whole.cov) {
         for (row, gi) in cov.iter().zip(slopes) {
@@ -94,7 +103,7 @@ fn variance(gradient: &[[f64; MOTION]; AXES], trim: [f64; 2], whole: &WholeDeriv
             }
         }
     }
-    for (slope, std) in trim.into_iter().zip(lateral.trim_std) {
+    for (slope, std) in trim {
         sum += slope * slope * std * std;
     }
     sum
@@ -110,7 +119,9 @@ mod tests {
     use crate::simulation::linear::state_matrix;
 
     fn puma() -> (WholeDerivatives, LateralDerivatives, ModelFile) {
-        let file = ModelFile::parse(include_str!("../../replay/models/puma-like.toml")).unwrap();
+        let mut file = ModelFile::parse(include_str!("../../replay/models/puma-like.toml")).unwrap();
+        // In sideslip, where the coupling is stronger.
+        file.linear.trim.v = 4.0;
         let mut whole = WholeDerivatives::of(&file.linear);
         let mut lateral = LateralDerivatives::of(&file.linear);
         for (axis, (values, cov)) in whole.values.iter().zip(&mut whole.cov).enumerate() {
@@ -126,6 +137,7 @@ mod tests {
         let between = 0.4 * (lateral.cov[3][3] * lateral.cov[6][6]).sqrt();
         (lateral.cov[3][6], lateral.cov[6][3]) = (between, between);
         lateral.trim_std = [0.2, 0.1];
+        whole.v0_std = 0.15;
         (whole, lateral, file)
     }
 
@@ -166,7 +178,11 @@ mod tests {
                 *entry = slope(&|whole, _, step| whole.values[a][i] += step);
             }
         }
-        let trim = [slope(&|_, lateral, step| lateral.u0 += step), slope(&|_, lateral, step| lateral.w0 += step)];
+        let trim = [
+            slope(&|_, lateral, step| lateral.u0 += step),
+            slope(&|_, lateral, step| lateral.w0 += step),
+            slope(&|whole, _, step| whole.v0 += step),
+        ];
         let place = |axis: usize, variable: usize| {
             LateralDerivatives::NAMES.iter().position(|(a, v)| (a.index(), v.index()) == (axis, variable))
         };
@@ -180,7 +196,7 @@ mod tests {
                 };
                 sum += slopes[a][i][k] * cov * slopes[b][j][k];
             }
-            sum += (trim[0][k] * 0.2).powi(2) + (trim[1][k] * 0.1).powi(2);
+            sum += (trim[0][k] * 0.2).powi(2) + (trim[1][k] * 0.1).powi(2) + (trim[2][k] * 0.15).powi(2);
             assert!((found / sum.sqrt() - 1.0).abs() < 1e-5, "{found} {}", sum.sqrt());
         }
     }

@@ -229,6 +229,10 @@ pub struct WholeDerivatives {
     pub values: [[f64; MOTION]; AXES],
     /// Covariance within each equation, corrected for coloured residuals; zero rows where a term is not in it.
     pub cov: [[[f64; MOTION]; MOTION]; AXES],
+    /// Trim velocity v along body y, m/s.
+    pub v0: f64,
+    /// Its standard deviation, m/s.
+    pub v0_std: f64,
 }
 
 impl WholeDerivatives {
@@ -238,7 +242,8 @@ impl WholeDerivatives {
     /// Those of a model, exactly.
     pub fn of(model: &LinearModel) -> Self {
         let row = |axis: Axis| core::array::from_fn(|i| model.derivative(axis, Variable::ALL[i]));
-        WholeDerivatives { values: Axis::ALL.map(row), cov: [[[0.0; MOTION]; MOTION]; AXES] }
+        let cov = [[[0.0; MOTION]; MOTION]; AXES];
+        WholeDerivatives { values: Axis::ALL.map(row), cov, v0: model.trim.v, v0_std: 0.0 }
     }
 }
 

@@ -210,7 +210,7 @@ impl Recursive {
             self.statuses[i] = status;
         }
         let lateral = self.lateral(&fits);
-        self.whole = whole(&fits, &equations);
+        self.whole = self.trim.as_ref().and_then(|trim| whole(trim, &fits, &equations));
         DerivativesRecord { time_s, equations, lateral, excited: self.excited }
     }
 
@@ -388,13 +388,16 @@ impl Recursive {
 }
 
 /// The derivatives of every equation, where each has numbers and the longitudinal ones that the coupling needs are among them.
-fn whole(fits: &[Option<Fit>; AXES], equations: &[EquationRecord; AXES]) -> Option<WholeDerivatives> {
+fn whole(trim: &TrimRecord, fits: &[Option<Fit>; AXES], equations: &[EquationRecord; AXES]) -> Option<WholeDerivatives> {
     let has_numbers = |equation: &EquationRecord| equation.status.rank() >= Status::Stale.rank();
     let missing = |&(axis, variable): &(Axis, Variable)| equations[axis.index()].term(variable).is_none();
     if !equations.iter().all(has_numbers) || WholeDerivatives::NEEDED.iter().any(missing) {
         return None;
     }
-    let mut whole = WholeDerivatives { values: [[0.0; MOTION]; AXES], cov: [[[0.0; MOTION]; MOTION]; AXES] };
+    let [_, v0, _] = trim.velocity;
+    let [_, v0_std, _] = trim.velocity_std;
+    let (values, cov) = ([[0.0; MOTION]; AXES], [[[0.0; MOTION]; MOTION]; AXES]);
+    let mut whole = WholeDerivatives { values, cov, v0, v0_std };
     for ((fit, values), cov) in fits.iter().zip(&mut whole.values).zip(&mut whole.cov) {
         let fit = fit.as_ref()?;
         for i in 0..MOTION {

@@ -154,7 +154,9 @@ impl Flight {
     pub fn fly(&self) -> Result<Flown, Refused> {
         let (start_s, end_s) = self.check()?;
         let model = with_effects(&self.model, &self.effects).map_err(|_| Refused::TooManyTerms)?;
-        let longest = self.level1.as_ref().map_or_else(|| longest_step(&model), |trimmed| longest_level1_step(trimmed));
+        // Beside a Level-1 aircraft the linear model holds what the effects add; either may be the faster.
+        let added = longest_step(&model);
+        let longest = self.level1.as_ref().map_or(added, |trimmed| Some(longest_level1_step(trimmed)?.min(added?)));
         let step_s = longest.ok_or(Refused::NoModes)?.min(self.max_step_s.unwrap_or(f64::INFINITY));
         let deviations = Control::ALL
             .map(|control| self.inputs.controls[control.index()].clone().shifted(-self.model.trim.controls[control.index()]));

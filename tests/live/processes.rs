@@ -71,8 +71,8 @@ fn private_roots_go_with_their_process_and_those_of_the_killed_with_the_next() {
     let left = roots();
     assert_eq!(left.len(), 1);
     // Once its telemetry has ended too, and it is older than a minute.
-    let telemetry = left[0].join(".sideslip/telemetry");
-    soon("its telemetry ends", SOON, || std::fs::File::open(&telemetry).is_ok_and(|file| file.try_lock().is_ok()));
+    let inside = left[0].join(".sideslip/inside");
+    soon("its telemetry has left", SOON, || std::fs::File::open(&inside).is_ok_and(|file| file.try_lock().is_ok()));
     let old = std::time::SystemTime::now() - Duration::from_secs(100);
     std::fs::File::open(&left[0]).unwrap().set_modified(old).unwrap();
     assert!(program(&replay).status().unwrap().success());

@@ -139,7 +139,8 @@ impl Problem<'_> {
                     break;
                 }
                 for cuts in 0..1_u32 << (length - 1) {
-                    let judged = self.judge(&pulses(length, cuts), clock_s);
+                    let Some(pattern) = pulses(length, cuts) else { continue };
+                    let judged = self.judge(&pattern, clock_s);
                     if !each(&judged) {
                         return best;
                     }
@@ -155,17 +156,18 @@ impl Problem<'_> {
 
 /// To three significant digits: a hand knows no more.
 fn rounded_down(amplitude: f64) -> f64 {
-    let unit = libm::exp10(libm::floor(libm::log10(amplitude)) - 2.0);
-    libm::floor(amplitude / unit) * unit
+    // Divided by a whole power of ten, so that it prints as short as it is.
+    let per_unit = libm::exp10(2.0 - libm::floor(libm::log10(amplitude)));
+    if per_unit >= 1.0 { libm::floor(amplitude * per_unit) / per_unit } else { libm::floor(amplitude) }
 }
 
-/// Lengths of the pulses of a sequence: bit k of `cuts` changes the sign behind clock k. None is longer than nine clocks,
-/// which is what a digit holds; a longer one is written as what it is to the aircraft: cut at nine.
-fn pulses(length: u32, cuts: u32) -> Vec<u32> {
+/// Lengths of the pulses of a sequence: bit k of `cuts` changes the sign behind clock k. `None` where one is longer than nine
+/// clocks, which is what a digit holds.
+fn pulses(length: u32, cuts: u32) -> Option<Vec<u32>> {
     let mut pulses = Vec::new();
     let mut run = 1;
     for k in 0..length - 1 {
-        if cuts & (1 << k) == 0 && run < 9 {
+        if cuts & (1 << k) == 0 {
             run += 1;
         } else {
             pulses.push(run);
@@ -173,7 +175,7 @@ fn pulses(length: u32, cuts: u32) -> Vec<u32> {
         }
     }
     pulses.push(run);
-    pulses
+    pulses.iter().all(|&run| run <= 9).then_some(pulses)
 }
 
 #[cfg(test)]
@@ -187,10 +189,21 @@ mod tests {
 
     #[test]
     fn every_pattern_comes_once() {
-        let all: BTreeSet<Vec<u32>> = (0..1 << 6).map(|cuts| pulses(7, cuts)).collect();
+        let all: BTreeSet<Vec<u32>> = (0..1 << 6).filter_map(|cuts| pulses(7, cuts)).collect();
         assert_eq!(all.len(), 64);
         assert!(all.contains(&vec![3, 2, 1, 1]) && all.contains(&vec![7]) && all.contains(&vec![1; 7]));
         assert!(all.iter().all(|pattern| pattern.iter().sum::<u32>() == 7));
+        // A pulse of ten clocks or more has no digit.
+        let named = (0..1 << 11).filter(|&cuts| pulses(12, cuts).is_some()).count();
+        let longest = |cuts: u32| {
+            (0..11)
+                .fold((1, 1), |(most, run), k| {
+                    let run = if cuts & (1 << k) == 0 { run + 1 } else { 1 };
+                    (std::cmp::max(most, run), run)
+                })
+                .0
+        };
+        assert_eq!(named, (0..1 << 11).filter(|&cuts| longest(cuts) <= 9).count());
     }
 
     #[test]

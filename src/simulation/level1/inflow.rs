@@ -13,8 +13,12 @@
 /// Most iterations; bisection alone would end within them.
 const ITERATIONS: usize = 80;
 
-/// The lambda of (1), for c1 > 0. Its sign is that of c0.
+/// The lambda of (1). Its sign is that of c0. NaN where there is none: for numbers that are not finite, and for c1 of zero or
+/// less (a tail rotor far faster than it can fly, whose blades would thrust the more the more air comes through).
 pub(crate) fn uniform(mu: f64, mu_z: f64, c0: f64, c1: f64) -> f64 {
+    if !(c1 > 0.0 && (mu + mu_z + c0 + c1).is_finite()) {
+        return f64::NAN;
+    }
     // Upside down (1) is the same equation.
     if c0 < 0.0 { -lifting(mu, -mu_z, -c0, c1) } else { lifting(mu, mu_z, c0, c1) }
 }
@@ -59,6 +63,15 @@ pub(crate) fn harmonic(mu: f64, mu_z: f64, lambda: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn where_there_is_no_inflow_it_says_so() {
+        for (mu, c0, c1) in
+            [(1.9, 0.01, -0.02), (0.2, 0.01, 0.0), (f64::NAN, 0.01, 0.1), (0.1, f64::INFINITY, 0.1), (0.1, 0.1, f64::NAN)]
+        {
+            assert!(uniform(mu, 0.0, c0, c1).is_nan());
+        }
+    }
 
     #[test]
     fn axial_flight_is_the_quadratic_of_momentum_theory() {
