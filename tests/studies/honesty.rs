@@ -245,10 +245,11 @@ fn error_against_measurement_noise() {
     let points = Points { name: "noise", along, x: factors, scores, bounds, truth, seeds: seeds_run, logarithmic: false };
     points.write();
     points.judge();
-    for quantity in 0..5 {
-        let at = |factor: f64| points.scores[factors.iter().position(|&x| x == factor).unwrap()][quantity].scatter;
+    for (quantity, (name, _)) in QUANTITIES.into_iter().enumerate() {
+        let at =
+            |factor: f64| points.scores[factors.iter().position(|x| x.total_cmp(&factor).is_eq()).unwrap()][quantity].scatter;
         let growth = at(4.0) / at(1.0);
-        assert!((2.0..8.0).contains(&growth), "{}: four times the noise scatters {growth} times as much", QUANTITIES[quantity].0);
+        assert!((2.0..8.0).contains(&growth), "{name}: four times the noise scatters {growth} times as much");
     }
 }
 
@@ -273,8 +274,8 @@ fn error_against_record_length() {
     let points = Points { name: "length", along, x: lengths, scores, bounds, truth, seeds: seeds_run, logarithmic: true };
     points.write();
     points.judge();
-    for quantity in 0..5 {
+    for (quantity, (name, _)) in QUANTITIES.into_iter().enumerate() {
         let (first, last) = (points.scores[0][quantity], points.scores[lengths.len() - 1][quantity]);
-        assert!(last.scatter < 0.5 * first.scatter, "{}: a longer record knows more", QUANTITIES[quantity].0);
+        assert!(last.scatter < 0.5 * first.scatter, "{name}: a longer record knows more");
     }
 }
