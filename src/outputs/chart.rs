@@ -1,4 +1,4 @@
-//! Charts as SVG text: curves over a common axis, panels below each other.
+//! Charts as SVG text: curves and points with error bars over a common axis, panels below each other.
 //!
 //! Consumes numbers with names and units; produces one self-contained SVG, no fonts, no scripts, no network. What is not finite
 //! is left out of a curve. The colours differ in lightness too, for eyes and printers that see no hue (after Okabe and Ito).
@@ -18,6 +18,9 @@ const COLOURS: [RGBColor; 7] = [
 
 /// Size of a panel, pixels.
 const PANEL: (u32, u32) = (900, 330);
+
+/// Width of a legend beside a panel, pixels.
+const LEGEND: u32 = 230;
 
 /// A curve.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,6 +44,24 @@ pub struct Panel {
     pub curves: Vec<Curve>,
 }
 
+/// A point with its error bar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mark {
+    /// Where it stands, and its value.
+    pub point: (f64, f64),
+    /// Half the length of its bar; what is not finite or not more than zero draws none.
+    pub either_way: f64,
+}
+
+/// Points with error bars, in the colour of the curve of the same name where there is one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Marks {
+    /// Their name in the legend.
+    pub name: String,
+    /// The points.
+    pub marks: Vec<Mark>,
+}
+
 /// Why there is no picture.
 #[derive(Debug, thiserror::Error)]
 #[error("the picture cannot be drawn: {0}")]
@@ -51,13 +72,31 @@ pub struct ChartError(String);
 /// # Errors
 /// [`ChartError`] where a panel holds no finite point.
 pub fn svg(panels: &[Panel]) -> Result<String, ChartError> {
+    let bare: Vec<(Panel, Vec<Marks>)> = panels.iter().map(|panel| (panel.clone(), Vec::new())).collect();
+    stacked(&bare, 0)
+}
+
+/// The panels with points on them, one below the other; the legend stands beside each.
+///
+/// # Errors
+/// [`ChartError`] where a panel holds no finite point.
+pub fn svg_with_marks(panels: &[(Panel, Vec<Marks>)]) -> Result<String, ChartError> {
+    stacked(panels, LEGEND)
+}
+
+/// The panels with so much room for a legend beside them; without any it stands inside.
+fn stacked(panels: &[(Panel, Vec<Marks>)], legend: u32) -> Result<String, ChartError> {
     let mut text = String::new();
     {
         let height = PANEL.1 * u32::try_from(panels.len().max(1)).unwrap_or(1);
-        let area = SVGBackend::with_string(&mut text, (PANEL.0, height)).into_drawing_area();
+        let area = SVGBackend::with_string(&mut text, (PANEL.0 + legend, height)).into_drawing_area();
         area.fill(&WHITE).map_err(|error| ChartError(error.to_string()))?;
         for (part, panel) in area.split_evenly((panels.len().max(1), 1)).iter().zip(panels) {
-            draw(part, panel)?;
+            let (panel, marks) = panel;
+            let entries = draw(part, panel, marks, legend)?;
+            if legend > 0 {
+                beside(part, &entries)?;
+            }
         }
         area.present().map_err(|error| ChartError(error.to_string()))?;
     }
@@ -66,35 +105,92 @@ pub fn svg(panels: &[Panel]) -> Result<String, ChartError> {
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
-fn draw(area: &Area<'_>, panel: &Panel) -> Result<(), ChartError> {
+/// What may be drawn.
+fn finite(point: &&(f64, f64)) -> bool {
+    point.0.is_finite() && point.1.is_finite()
+}
+
+/// The ends of a mark's bar, or its point twice.
+fn ends(mark: &Mark) -> [(f64, f64); 2] {
+    let (x, y) = mark.point;
+    let half = if mark.either_way.is_finite() { mark.either_way.max(0.0) } else { 0.0 };
+    [(x, y - half), (x, y + half)]
+}
+
+/// Smallest and largest.
+fn range(numbers: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    let (low, high) = numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+    (low <= high).then_some((low, high))
+}
+
+/// An entry of the legend: its name and colour, and whether it is a point.
+type Entry<'p> = (&'p str, RGBColor, bool);
+
+/// The legend, from the top of its column down.
+fn beside(area: &Area<'_>, entries: &[Entry<'_>]) -> Result<(), ChartError> {
+    let (width, _) = area.dim_in_pixel();
+    let x = i32::try_from(width.saturating_sub(LEGEND)).unwrap_or(0) + 14;
+    let wrong = |error: &dyn std::fmt::Display| ChartError(error.to_string());
+    for ((name, colour, is_point), y) in entries.iter().zip((50..).step_by(20)) {
+        let sign = if *is_point {
+            area.draw(&Circle::new((x + 9, y), 3, colour.filled()))
+        } else {
+            area.draw(&PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)))
+        };
+        sign.map_err(|error| wrong(&error))?;
+        area.draw(&Text::new(*name, (x + 26, y - 5), ("sans-serif", 12))).map_err(|error| wrong(&error))?;
+    }
+    Ok(())
+}
+
+/// Draws a panel and gives the entries of its legend; where no room is left for those, it has the legend inside.
+fn draw<'p>(area: &Area<'_>, panel: &'p Panel, marks: &'p [Marks], legend: u32) -> Result<Vec<Entry<'p>>, ChartError> {
     let wrong = |error: &dyn std::fmt::Display| ChartError(format!("{}: {error}", panel.title));
-    let finite = |point: &&(f64, f64)| point.0.is_finite() && point.1.is_finite();
-    let points = || panel.curves.iter().flat_map(|curve| &curve.points).filter(finite);
-    let range = |of: fn(&(f64, f64)) -> f64| {
-        let (low, high) = points().map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
-        (low <= high).then_some((low, high))
-    };
-    let (Some((left, right)), Some((bottom, top))) = (range(|point| point.0), range(|point| point.1)) else {
+    let bars: Vec<(f64, f64)> = marks.iter().flat_map(|marks| &marks.marks).flat_map(ends).collect();
+    let points = || panel.curves.iter().flat_map(|curve| &curve.points).chain(&bars).filter(finite);
+    let (Some((left, right)), Some((bottom, top))) = (range(points().map(|point| point.0)), range(points().map(|point| point.1)))
+    else {
         return Err(wrong(&"expected a finite point, found none"));
     };
     let margin = if top > bottom { 0.05 * (top - bottom) } else { 0.5 };
     let right = if right > left { right } else { left + 1.0 };
+    // A point on the very edge would stand on the axis.
+    let aside = if marks.is_empty() { 0.0 } else { 0.02 * (right - left) };
     let mut chart = ChartBuilder::on(area)
         .caption(&panel.title, ("sans-serif", 18))
         .margin(12)
+        .margin_right(12 + legend)
         .x_label_area_size(42)
         .y_label_area_size(74)
-        .build_cartesian_2d(left..right, bottom - margin..top + margin)
+        .build_cartesian_2d(left - aside..right + aside, bottom - margin..top + margin)
         .map_err(|error| wrong(&error))?;
     chart.configure_mesh().x_desc(&panel.x).y_desc(&panel.y).light_line_style(WHITE).draw().map_err(|error| wrong(&error))?;
-    for (curve, colour) in panel.curves.iter().zip(COLOURS.iter().cycle()) {
+    let mut colours = COLOURS.iter().cycle();
+    let mut drawn_as: Vec<Entry<'p>> = Vec::new();
+    for (curve, colour) in panel.curves.iter().zip(&mut colours) {
+        drawn_as.push((&curve.name, *colour, false));
         let style = colour.stroke_width(2);
         let line = LineSeries::new(curve.points.iter().filter(finite).copied(), style);
         let drawn = chart.draw_series(line).map_err(|error| wrong(&error))?;
         drawn.label(&curve.name).legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
     }
-    let legend = chart.configure_series_labels().background_style(WHITE.mix(0.8)).border_style(BLACK).draw();
-    legend.map_err(|error| wrong(&error))
+    for Marks { name, marks } in marks {
+        let of_curve = drawn_as.iter().find(|(curve, ..)| curve == name).map(|&(_, colour, _)| colour);
+        let colour = of_curve.or_else(|| colours.next().copied()).unwrap_or(BLACK);
+        let there = || marks.iter().filter(|mark| finite(&&mark.point));
+        let bars = there().map(|mark| PathElement::new(ends(mark), colour.stroke_width(1)));
+        chart.draw_series(bars).map_err(|error| wrong(&error))?;
+        let dots = there().map(|mark| Circle::new(mark.point, 3, colour.filled()));
+        chart.draw_series(dots).map_err(|error| wrong(&error))?;
+        if of_curve.is_none() {
+            drawn_as.push((name, colour, true));
+        }
+    }
+    if legend == 0 {
+        let inside = chart.configure_series_labels().background_style(WHITE.mix(0.8)).border_style(BLACK).draw();
+        inside.map_err(|error| wrong(&error))?;
+    }
+    Ok(drawn_as)
 }
 
 #[cfg(test)]
@@ -120,5 +216,25 @@ mod tests {
         assert!(text.starts_with("<svg") && text.trim_end().ends_with("</svg>") && !text.contains("NaN"));
         let empty = Panel { curves: vec![curve("none", &[(f64::NAN, 1.0)])], ..panel };
         assert!(svg(&[empty]).unwrap_err().to_string().contains("expected a finite point"));
+    }
+
+    #[test]
+    fn marks_stand_within_the_axes_with_their_bars_and_share_the_colour_of_their_curve() {
+        let line = Curve { name: "known".into(), points: vec![(0.0, 0.0), (1.0, 1.0)] };
+        let mark = |x: f64, y: f64, either_way: f64| Mark { point: (x, y), either_way };
+        let marks = |name: &str, marks: Vec<Mark>| Marks { name: name.into(), marks };
+        let panel = Panel { title: "T".into(), x: "x".into(), y: "y".into(), curves: vec![line] };
+        let known = marks("known", vec![mark(0.5, 0.5, 0.1), mark(0.6, f64::NAN, 0.1)]);
+        let found = marks("found", vec![mark(0.5, 50.0, 100.0), mark(1.0, 0.0, f64::NAN)]);
+        let text = svg_with_marks(&[(panel.clone(), vec![known, found])]).unwrap();
+        // Two marks of the second set, one of the first, and the legend's.
+        assert_eq!(text.matches("<circle").count(), 4);
+        assert_eq!(text.matches("known").count(), 1, "one entry in the legend for curve and marks");
+        assert_eq!(text.matches("found").count(), 1);
+        assert!(text.contains("150.0"), "the axis reaches the end of the bar: {text}");
+        assert!(!text.contains("NaN"));
+        let empty = Panel { curves: Vec::new(), ..panel };
+        assert!(svg_with_marks(&[(empty.clone(), vec![marks("one", vec![mark(0.0, 1.0, 0.0)])])]).is_ok());
+        assert!(svg_with_marks(&[(empty, Vec::new())]).is_err());
     }
 }

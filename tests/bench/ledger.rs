@@ -19,11 +19,19 @@ struct Comparison {
     remark: &'static str,
 }
 
-/// Durations and comparisons.
+/// A piece without a partner: how many of what it is one of, and what is asked of it.
+struct Alone {
+    ours: String,
+    parts: f64,
+    remark: &'static str,
+}
+
+/// Durations, comparisons, and pieces that stand alone.
 #[derive(Default)]
 pub(crate) struct Ledger {
     entries: RefCell<Vec<Entry>>,
     comparisons: RefCell<Vec<Comparison>>,
+    alone: RefCell<Vec<Alone>>,
 }
 
 /// A group of pieces in flat sampling: every sample is the same number of iterations.
@@ -69,6 +77,11 @@ impl Ledger {
         self.comparisons.borrow_mut().push(comparison);
     }
 
+    /// Notes that the time of `ours` over `parts` is to be told.
+    pub(crate) fn tell(&self, ours: &str, parts: f64, remark: &'static str) {
+        self.alone.borrow_mut().push(Alone { ours: ours.to_owned(), parts, remark });
+    }
+
     /// Quartiles of the time an iteration, ns; `None` where the piece was not run.
     fn quartiles(&self, name: &str) -> Option<[f64; 3]> {
         let entries = self.entries.borrow();
@@ -82,12 +95,17 @@ impl Ledger {
         Some([at(1), at(2), at(3)])
     }
 
-    /// The table of ratios.
+    /// The tables of ratios and of pieces alone.
     pub(crate) fn print(&self) {
         println!("\nours/theirs, medians of this run (quartiles in brackets, ns):");
         for Comparison { ours, theirs, remark } in self.comparisons.borrow().iter() {
             let (Some(a), Some(b)) = (self.quartiles(ours), self.quartiles(theirs)) else { continue };
             println!("  {:6.3}  {ours} {} / {theirs} {}{remark}", a[1] / b[1], written(a), written(b));
+        }
+        println!("\nalone, medians of this run (quartiles in brackets, ns):");
+        for Alone { ours, parts, remark } in self.alone.borrow().iter() {
+            let Some(times) = self.quartiles(ours) else { continue };
+            println!("  {ours} {}{remark}", written(times.map(|time| time / parts)));
         }
     }
 }

@@ -1,0 +1,20 @@
+//! Studies of the method on simulated data, whose truth is known: numbers and pictures, see README.md.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stderr,
+    reason = "a study stops where it cannot go on, and says what it measured"
+)]
+
+#[path = "../support/manoeuvre.rs"]
+mod manoeuvre;
+
+mod amplitude;
+mod bound;
+mod budget;
+mod flown;
+mod honesty;
+mod score;
+mod sheet;
+mod steps;
