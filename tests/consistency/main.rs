@@ -13,3 +13,4 @@ mod manoeuvre;
 mod puma;
 
 mod filter;
+mod instruments;
