@@ -73,11 +73,14 @@ impl Instrument {
 
     /// The word that stands for a value.
     pub fn word(&self, value: f64) -> f64 {
-        let [least, most] = self.range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+        let Some([least, most]) = self.range else {
+            return self.quantum.map_or(value, |quantum| libm::round(value / quantum) * quantum);
+        };
         let bounded = value.clamp(least, most);
         let Some(quantum) = self.quantum else { return bounded };
-        let origin = if self.range.is_some() { least } else { 0.0 };
-        origin + libm::round((bounded - origin) / quantum) * quantum
+        // The last count that the range holds; a whole range of counts is not to lose its last to rounding.
+        let last = libm::floor((most - least) / quantum * (1.0 + 1e-12));
+        least + libm::round((bounded - least) / quantum).min(last) * quantum
     }
 }
 

@@ -28,7 +28,7 @@
 use super::dropout::Dropouts;
 use super::instrument::{Instrument, Instruments};
 use super::refused::MOST_DROPOUTS;
-use crate::flight::channel::{CHANNELS, Channel};
+use crate::flight::channel::{CHANNELS, Channel, ControlNames};
 use crate::flight::document::{Entry, Misread, Table, Text};
 
 /// What a file says of the instruments.
@@ -157,16 +157,13 @@ fn place_of(instruments: &mut Instruments, channel: Channel) -> &mut Instrument 
 
 fn named(entry: &Entry<'_>, gives: &impl Fn(Channel) -> bool, offered: &[Channel]) -> Result<Channel, Misread> {
     match Channel::from_name(entry.key) {
-        Some((channel, _)) if !offered.contains(&channel) => Err(refused_name(entry, offered)),
-        Some((channel, _)) if !gives(channel) => Err(entry.misread("the model gives no such channel")),
-        Some((channel, _)) => Ok(channel),
-        None => Err(refused_name(entry, offered)),
+        Some((channel, _)) if offered.contains(&channel) && gives(channel) => Ok(channel),
+        _ => {
+            let given = offered.iter().filter(|channel| gives(**channel));
+            let names: Vec<&str> = given.map(|channel| channel.name(ControlNames::Rotorcraft)).collect();
+            Err(entry.unknown_key("a channel that the model gives", &names))
+        }
     }
-}
-
-fn refused_name(entry: &Entry<'_>, offered: &[Channel]) -> Misread {
-    let names: Vec<&str> = offered.iter().map(|channel| channel.name(Default::default())).collect();
-    entry.unknown_key("a channel", &names)
 }
 
 fn described(channel: Channel, table: &Table<'_>) -> Result<Described, Misread> {
@@ -275,7 +272,7 @@ mod tests {
             ("rate_hz = 1e9", 1, 11, "expected 0.01 to 10000 Hz"),
             ("vane_position_m = [1, 2]", 1, 19, "three finite numbers"),
             ("[channel.pp]", 1, 10, "nearest is `p`"),
-            ("[channel.torque]", 1, 1, "gives no such channel"),
+            ("[channel.torque]", 1, 10, "expected a channel that the model gives, found `torque`"),
             ("[channel.p]\nnoice = 1", 2, 1, "nearest is `noise`"),
             ("[channel.p]\nnoise = -1", 2, 9, "zero or more"),
             ("[channel.p]\nlag = inf", 2, 7, "finite number"),

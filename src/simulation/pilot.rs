@@ -9,6 +9,7 @@
 //! at those times holds exactly what he did; his dead time is why what he sees is always past.
 //! With [`Pilot::ATTITUDE`] 0.1 rad of bank of the 100 kn Puma is worth 1.1 mrad of lateral cyclic: a tenth of a usual test
 //! input.
+//! He holds an attitude, not a speed: in the hover, where nothing but he would stop a drift, the aircraft still leaves its trim.
 //! Refused: an aircraft whose control has no power.
 
 use super::control_path::Lag;
