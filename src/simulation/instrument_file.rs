@@ -290,7 +290,7 @@ mod tests {
             ("[vibration]\naz = [1, -1]", 2, 6, "zero or more"),
             ("[vibration]\nblades = 0", 2, 10, "whole number"),
             ("channel = 3", 1, 11, "expected a table"),
-            ("[channel", 1, 1, "not TOML"),
+            ("[channel", 1, 9, "not TOML"),
         ] {
             let misread = read(text).unwrap_err();
             assert!(misread.what.contains(part), "{text}: {misread}");
