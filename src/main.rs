@@ -2,6 +2,14 @@
 
 mod command;
 
+#[cfg(test)]
+#[path = "../tests/support/allocations.rs"]
+mod allocations;
+
+#[cfg(test)]
+#[global_allocator]
+static ALLOCATOR: allocations::Counted = allocations::Counted;
+
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 

@@ -154,7 +154,7 @@ impl Pipeline {
         self.published_s = Some(time_s);
         let derivatives = self.recursive.record(time_s, elapsed_s, &self.estimator.instrumentation());
         self.tick.regression_events = self.recursive.take_events();
-        self.tick.modes = Some(stage::step(&derivatives));
+        self.tick.modes = Some(stage::step(&derivatives, self.recursive.whole()));
         self.tick.derivatives = Some(derivatives);
     }
 }

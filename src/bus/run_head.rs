@@ -15,6 +15,9 @@ pub(super) const HEADS: &str = "runs";
 /// When telemetry began.
 const PLAYING: &str = "playing";
 
+/// What the next telemetry needs to go on with the vehicle.
+const VEHICLE: &str = "vehicle";
+
 /// How many heads are kept.
 const KEPT: usize = 8;
 
@@ -101,7 +104,36 @@ pub fn playing_since(root: &Root, now_ns: u64) -> Result<u64, BusError> {
     }
 }
 
-/// Forgets what was played before.
+/// Forgets what was played before, and the vehicle.
 pub fn play_anew(root: &Root) {
-    let _ = std::fs::remove_file(root.ours().join(HEADS).join(PLAYING));
+    for name in [PLAYING, VEHICLE] {
+        let _ = std::fs::remove_file(root.ours().join(HEADS).join(name));
+    }
+}
+
+/// Writes down what a live vehicle's clock is known to be, by name: for telemetry that takes the place of one that died.
+///
+/// # Errors
+/// [`BusError::Root`] where the file cannot be written.
+pub fn write_vehicle(root: &Root, numbers: &BTreeMap<&str, i64>) -> Result<(), BusError> {
+    let place = root.ours().join(HEADS).join(VEHICLE);
+    let wrong = |what: String| BusError::Root { path: place.clone(), what };
+    let text = serde_json::to_vec(numbers).map_err(|error| wrong(error.to_string()))?;
+    let partial = place.with_file_name(format!("{}.partial", std::process::id()));
+    let written = std::fs::write(&partial, text).and_then(|()| std::fs::rename(&partial, &place));
+    written.map_err(|error| wrong(error.to_string()))
+}
+
+/// What was written down of the vehicle; `None` where nothing was.
+///
+/// # Errors
+/// [`BusError::Root`] where it cannot be understood.
+pub fn read_vehicle(root: &Root) -> Result<Option<BTreeMap<String, i64>>, BusError> {
+    let place = root.ours().join(HEADS).join(VEHICLE);
+    let wrong = |what: String| BusError::Root { path: place.clone(), what };
+    match std::fs::read(&place) {
+        Ok(text) => serde_json::from_slice(&text).map(Some).map_err(|error| wrong(error.to_string())),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(wrong(error.to_string())),
+    }
 }

@@ -64,19 +64,29 @@ fn variance(gradient: &[f64; LATERAL], cov: &[[f64; LATERAL]; LATERAL]) -> f64 {
     sum
 }
 
+/// d omega and d zeta of a root that moves by d lambda; (3).
+pub(super) fn d_omega_zeta(root: Complex<f64>, d: Complex<f64>) -> [f64; 2] {
+    let omega = libm::hypot(root.re, root.im);
+    let zeta = -root.re / omega;
+    let d_omega = (root.re * d.re + root.im * d.im) / omega;
+    [d_omega, -(d.re + zeta * d_omega) / omega]
+}
+
+/// Of the pairs among the roots the one nearest to `guide`, imaginary part positive.
+pub(super) fn nearest(roots: &[Complex<f64>], guide: Complex<f64>) -> Option<Complex<f64>> {
+    let pairs = roots.iter().filter(|root| root.im > REAL * libm::hypot(root.re, root.im));
+    pairs.copied().min_by(|one, other| (one - guide).norm_sqr().total_cmp(&(other - guide).norm_sqr()))
+}
+
 /// A complex pair with its standard errors, (2) to (4).
 fn oscillation(a: &[[f64; 4]; 4], cov: &[[f64; LATERAL]; LATERAL], root: Complex<f64>) -> Oscillation {
     let omega = libm::hypot(root.re, root.im);
     let zeta = -root.re / omega;
     let (mut std_omega, mut std_zeta) = (f64::NAN, f64::NAN);
     if let Some(slope) = gradient(a, root) {
-        let d_omega = slope.map(|d| (root.re * d.re + root.im * d.im) / omega);
-        let mut d_zeta = [0.0; LATERAL];
-        for ((d_zeta, d), d_omega) in d_zeta.iter_mut().zip(&slope).zip(&d_omega) {
-            *d_zeta = -(d.re + zeta * d_omega) / omega;
-        }
-        std_omega = libm::sqrt(variance(&d_omega, cov));
-        std_zeta = libm::sqrt(variance(&d_zeta, cov));
+        let moved = slope.map(|d| d_omega_zeta(root, d));
+        std_omega = libm::sqrt(variance(&moved.map(|[d_omega, _]| d_omega), cov));
+        std_zeta = libm::sqrt(variance(&moved.map(|[_, d_zeta]| d_zeta), cov));
     }
     Oscillation { real: root.re, imag: root.im, omega, zeta, std_omega, std_zeta }
 }
@@ -95,7 +105,8 @@ pub fn modes(time_s: f64, status: Status, lateral: &LateralDerivatives) -> Optio
     for (trim_std, place) in lateral.trim_std.into_iter().zip([Y_R, Y_P]) {
         cov[place][place] += trim_std * trim_std;
     }
-    let mut record = ModesRecord { time_s, status, dutch_roll: None, roll: None, spiral: None, lateral_phugoid: None };
+    let mut record =
+        ModesRecord { time_s, status, dutch_roll: None, roll: None, spiral: None, lateral_phugoid: None, coupled: None };
     let mut pairs: [Option<Complex<f64>>; 2] = [None; 2];
     for root in roots {
         let size = libm::hypot(root.re, root.im);

@@ -1,9 +1,11 @@
 //! Modes: derivatives become Dutch roll, roll and spiral, with standard errors.
 //!
-//! In: the lateral derivatives with their joint covariance. Out: exact eigenvalues of the lateral subsystem.
-//! Assumed: the lateral motion stands for itself (v p phi r); coupling with the longitudinal motion is left out.
+//! In: the lateral derivatives with their joint covariance, and those of all six equations once they are there. Out: exact
+//! eigenvalues of the lateral subsystem v p phi r, and the Dutch roll of the whole aircraft beside it.
+//! Assumed: small deviations about a trim without sideslip.
 //! Refused: modes of derivatives that have no number.
 
+pub mod coupled;
 pub mod lateral;
 pub mod record;
 pub mod stage;

@@ -43,4 +43,6 @@ pub struct ModesRecord {
     pub spiral: Option<RealRoot>,
     /// The slower pair where roll and spiral have joined into a second oscillation.
     pub lateral_phugoid: Option<Oscillation>,
+    /// Dutch roll of the whole aircraft, coupled to u, w and q; `None` until all six equations have numbers.
+    pub coupled: Option<Oscillation>,
 }

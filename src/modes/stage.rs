@@ -1,17 +1,17 @@
 //! The modes stage: derivatives in, modes out, with a status of their own.
 
-use super::lateral;
 use super::record::ModesRecord;
+use super::{coupled, lateral};
 use crate::flight::derivative::{Axis, Variable};
-use crate::regression::record::{DerivativesRecord, LateralDerivatives, Reason, Status};
+use crate::regression::record::{DerivativesRecord, LateralDerivatives, Reason, Status, WholeDerivatives};
 
 /// Standard error of omega, relative, below which the Dutch roll is known.
 const OMEGA_KNOWN: f64 = 0.05;
 /// Standard error of zeta below which the Dutch roll is known.
 const ZETA_KNOWN: f64 = 0.02;
 
-/// The modes of these derivatives.
-pub fn step(derivatives: &DerivativesRecord) -> ModesRecord {
+/// The modes of these derivatives; `whole` where all six equations have what the whole aircraft's need.
+pub fn step(derivatives: &DerivativesRecord, whole: Option<&WholeDerivatives>) -> ModesRecord {
     let time_s = derivatives.time_s;
     let status = match (least(derivatives), lacking(derivatives)) {
         (Status::Converging | Status::Converged | Status::Stale, Some(reason)) => Status::NotIdentifiable(reason),
@@ -19,8 +19,11 @@ pub fn step(derivatives: &DerivativesRecord) -> ModesRecord {
     };
     let record = derivatives.lateral.as_ref().and_then(|lateral| lateral::modes(time_s, status, lateral));
     let Some(mut record) = record else {
-        return ModesRecord { time_s, status, dutch_roll: None, roll: None, spiral: None, lateral_phugoid: None };
+        return ModesRecord { time_s, status, dutch_roll: None, roll: None, spiral: None, lateral_phugoid: None, coupled: None };
     };
+    if let (Some(whole), Some(lateral), Some(alone)) = (whole, &derivatives.lateral, &record.dutch_roll) {
+        record.coupled = coupled::dutch_roll(whole, lateral, alone);
+    }
     if record.status == Status::Converged {
         let known = record.dutch_roll.is_some_and(|pair| pair.std_omega < OMEGA_KNOWN * pair.omega && pair.std_zeta < ZETA_KNOWN);
         if !known {

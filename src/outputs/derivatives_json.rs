@@ -147,6 +147,7 @@ struct AllModes {
     roll: Option<RootJson>,
     spiral: Option<RootJson>,
     lateral_phugoid: Option<OscillationJson>,
+    coupled_dutch_roll: Option<OscillationJson>,
 }
 
 impl AllModes {
@@ -158,6 +159,7 @@ impl AllModes {
             roll: modes.roll.map(Into::into),
             spiral: modes.spiral.map(Into::into),
             lateral_phugoid: modes.lateral_phugoid.map(Into::into),
+            coupled_dutch_roll: modes.coupled.map(Into::into),
         }
     }
 }
@@ -179,8 +181,15 @@ mod tests {
             .unwrap();
         let derivatives = DerivativesRecord { time_s: 9.0, equations, lateral: None, excited: true };
         let spiral = Some(RealRoot { value: -0.01, std: f64::NAN });
-        let modes =
-            ModesRecord { time_s: 9.0, status: Status::Converged, dutch_roll: None, roll: None, spiral, lateral_phugoid: None };
+        let modes = ModesRecord {
+            time_s: 9.0,
+            status: Status::Converged,
+            dutch_roll: None,
+            roll: None,
+            spiral,
+            lateral_phugoid: None,
+            coupled: None,
+        };
         let warnings = ["sideslip (beta) is rejected".to_owned()];
         let run = RunEstimates {
             run: "467/10/11",

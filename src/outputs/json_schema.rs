@@ -217,6 +217,7 @@ fn modes() -> Value {
         "roll": root("roll subsidence; absent where there is no number"),
         "spiral": root("spiral; absent where there is no number"),
         "lateral_phugoid": oscillation("roll and spiral joined into a slow oscillation; mostly absent"),
+        "coupled_dutch_roll": oscillation("Dutch roll of the whole aircraft, coupled to u w q; absent until all axes have numbers"),
     })
 }
 

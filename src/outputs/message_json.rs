@@ -299,6 +299,8 @@ pub(super) struct ModesJson {
     spiral: Option<RootJson>,
     #[serde(skip_serializing_if = "Option::is_none")]
     lateral_phugoid: Option<OscillationJson>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    coupled_dutch_roll: Option<OscillationJson>,
 }
 
 impl ModesJson {
@@ -311,6 +313,7 @@ impl ModesJson {
             roll: record.roll.map(Into::into),
             spiral: record.spiral.map(Into::into),
             lateral_phugoid: record.lateral_phugoid.map(Into::into),
+            coupled_dutch_roll: record.coupled.map(Into::into),
         }
     }
 }

@@ -153,7 +153,7 @@ impl Table<'_> {
         self.heading(f, 0, &format!("Lateral modes at {:.2} s: {status}", modes.time_s))?;
         let numbers = matches!(modes.status, Status::Converging | Status::Converged | Status::Stale);
         if modes.dutch_roll.is_some() || modes.roll.is_some() {
-            writeln!(f, "  (of the lateral subsystem v p phi r: coupling to u w q is left out)")?;
+            writeln!(f, "  (of the lateral subsystem v p phi r, where it does not say whole)")?;
         }
         match &modes.dutch_roll {
             Some(pair) => oscillation(f, "Dutch roll", pair)?,
@@ -168,6 +168,13 @@ impl Table<'_> {
         }
         if let Some(root) = &modes.spiral {
             real_root(f, "spiral", root)?;
+        }
+        match &modes.coupled {
+            Some(pair) => oscillation(f, "Dutch roll whole", pair)?,
+            None if modes.dutch_roll.is_some() => {
+                writeln!(f, "  Dutch roll whole not known yet, for not all six equations have what its coupling to u w q needs")?;
+            }
+            None => {}
         }
         Ok(())
     }
@@ -300,6 +307,7 @@ mod tests {
             roll: Some(RealRoot { value: -2.0, std: 0.1 }),
             spiral: Some(RealRoot { value: 0.01, std: 0.004 }),
             lateral_phugoid: None,
+            coupled: None,
         };
         let event = |event| FoldedEvent { first_s: 1.0, last_s: 2.0, count: 7, kind: EventKind::Estimation(event) };
         let events =

@@ -219,6 +219,29 @@ impl LateralDerivatives {
     }
 }
 
+/// Variables of the motion: u v w p q r, the first of [`Variable::ALL`].
+pub const MOTION: usize = 6;
+
+/// The derivatives of all six equations with respect to the motion, for the modes of the whole aircraft.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WholeDerivatives {
+    /// By axis and variable; zero where a term is not in its equation.
+    pub values: [[f64; MOTION]; AXES],
+    /// Covariance within each equation, corrected for coloured residuals; zero rows where a term is not in it.
+    pub cov: [[[f64; MOTION]; MOTION]; AXES],
+}
+
+impl WholeDerivatives {
+    /// Those besides the lateral subsystem's own without which the coupling cannot be told.
+    pub const NEEDED: [(Axis, Variable); 3] = [(Axis::Z, Variable::W), (Axis::M, Variable::W), (Axis::M, Variable::Q)];
+
+    /// Those of a model, exactly.
+    pub fn of(model: &LinearModel) -> Self {
+        let row = |axis: Axis| core::array::from_fn(|i| model.derivative(axis, Variable::ALL[i]));
+        WholeDerivatives { values: Axis::ALL.map(row), cov: [[[0.0; MOTION]; MOTION]; AXES] }
+    }
+}
+
 /// All equations at one time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DerivativesRecord {

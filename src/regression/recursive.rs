@@ -9,7 +9,8 @@ use super::config::Config;
 use super::excitation::Excitation;
 use super::information::{Information, LAGS};
 use super::record::{
-    DerivativesRecord, EquationRecord, LATERAL, LateralDerivatives, Reason, RegressionEvent, Status, TermRecord,
+    DerivativesRecord, EquationRecord, LATERAL, LateralDerivatives, MOTION, Reason, RegressionEvent, Status, TermRecord,
+    WholeDerivatives,
 };
 use super::status::Settling;
 use super::stepwise::{Fit, Offer, Thresholds, fit};
@@ -63,6 +64,7 @@ pub struct Recursive {
     age_s: f64,
     settling: [Settling; AXES],
     statuses: [Status; AXES],
+    whole: Option<WholeDerivatives>,
     /// Channels whose absence has been said.
     said: u32,
     events: Vec<RegressionEvent, EVENTS>,
@@ -92,6 +94,7 @@ impl Recursive {
             age_s: 0.0,
             settling: [Settling::new(config.settled_s); AXES],
             statuses: [Status::Waiting; AXES],
+            whole: None,
             said: 0,
             events: Vec::new(),
             config,
@@ -207,7 +210,13 @@ impl Recursive {
             self.statuses[i] = status;
         }
         let lateral = self.lateral(&fits);
+        self.whole = whole(&fits, &equations);
         DerivativesRecord { time_s, equations, lateral, excited: self.excited }
+    }
+
+    /// The derivatives of all six equations as of the last record, where all have numbers.
+    pub fn whole(&self) -> Option<&WholeDerivatives> {
+        self.whole.as_ref()
     }
 
     /// Why the axis can have no number from these instruments.
@@ -376,4 +385,25 @@ impl Recursive {
         let trim_std = [trim.velocity_std[0], trim.velocity_std[2]];
         Some(LateralDerivatives { values, cov, u0, w0, trim_std, phi0, theta0 })
     }
+}
+
+/// The derivatives of every equation, where each has numbers and the longitudinal ones that the coupling needs are among them.
+fn whole(fits: &[Option<Fit>; AXES], equations: &[EquationRecord; AXES]) -> Option<WholeDerivatives> {
+    let has_numbers = |equation: &EquationRecord| equation.status.rank() >= Status::Stale.rank();
+    let missing = |&(axis, variable): &(Axis, Variable)| equations[axis.index()].term(variable).is_none();
+    if !equations.iter().all(has_numbers) || WholeDerivatives::NEEDED.iter().any(missing) {
+        return None;
+    }
+    let mut whole = WholeDerivatives { values: [[0.0; MOTION]; AXES], cov: [[[0.0; MOTION]; MOTION]; AXES] };
+    for ((fit, values), cov) in fits.iter().zip(&mut whole.values).zip(&mut whole.cov) {
+        let fit = fit.as_ref()?;
+        for i in 0..MOTION {
+            let row = regressor(Variable::ALL[i]);
+            values[i] = fit.theta[row];
+            for (entry, variable) in cov[i].iter_mut().zip(Variable::ALL) {
+                *entry = fit.cov[row][regressor(variable)];
+            }
+        }
+    }
+    Some(whole)
 }

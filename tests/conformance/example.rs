@@ -91,6 +91,7 @@ fn modes(time_s: f64, with_numbers: bool) -> Message {
         roll: with_numbers.then_some(root),
         spiral: with_numbers.then_some(root),
         lateral_phugoid: None,
+        coupled: None,
     })
 }
 

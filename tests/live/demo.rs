@@ -10,12 +10,15 @@ fn the_demo_ends_with_truth_and_estimate_and_its_log_gives_the_same_numbers() {
     let (status, printed, said) = ended(&sideslip(&["demo", "--speed", "6", "--out", path(&out)]));
     assert_eq!(status, 0, "{said}");
     let rows: Vec<&str> = printed.lines().filter(|line| line.ends_with("  converged")).collect();
-    assert_eq!(rows.len(), 23, "{printed}");
-    assert!(printed.contains("23 of 23 estimates are within 3 standard errors"), "{printed}");
-    // Its roots are those of the model's lateral matrix, computed elsewhere: -0.155 +- 1.043i.
-    let omega = 0.155_f64.hypot(1.043);
-    let truth: f64 = rows[0].split_whitespace().nth(3).unwrap().parse().unwrap();
-    assert!(rows[0].contains("Dutch roll omega") && (truth - omega).abs() < 5e-4, "{}", rows[0]);
+    assert_eq!(rows.len(), 25, "{printed}");
+    assert!(printed.contains("25 of 25 estimates are within 3 standard errors"), "{printed}");
+    // Roots of the model's matrices, computed elsewhere: -0.0852 +- 0.9861i of the whole, -0.155 +- 1.043i of the lateral one.
+    for (row, name, (real, imag)) in
+        [(rows[0], "Dutch roll omega", (0.0852_f64, 0.9861)), (rows[2], "lateral omega", (0.155, 1.043))]
+    {
+        let truth: f64 = row.trim_start().trim_start_matches(name).split_whitespace().next().unwrap().parse().unwrap();
+        assert!((truth - real.hypot(imag)).abs() < 5e-4, "{row}");
+    }
     let numbers = std::fs::read_to_string(out.join("derivatives.json")).unwrap();
     let numbers: Value = serde_json::from_str(&numbers).unwrap();
     let (status, again, said) = replayed(&out.join("live.mcap"), &[]);

@@ -3,18 +3,21 @@
 use crate::program::{ended, folder, own, path, puma, sideslip};
 use crate::sender::{Vehicle, samples};
 use crate::stage::{Running, left_behind, signal, soon, stage, times};
+use mavlink::dialects::ardupilotmega::{GLOBAL_POSITION_INT_DATA, HEARTBEAT_DATA, MavMessage};
 use serde_json::Value;
 use sideslip::bus::reader::Reader;
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::model_file::ModelFile;
-use sideslip::telemetry::mavlink::encode::{Encoder, ME};
+use sideslip::regression::record::Status;
+use sideslip::telemetry::mavlink::encode::{Encoder, Frames, ME};
 use sideslip::telemetry::mavlink::mapping::Config;
+use sideslip::telemetry::record::Sample;
 use std::io::Write;
 use std::net::UdpSocket;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 const SOON: Duration = Duration::from_secs(10);
 
@@ -88,10 +91,7 @@ fn telemetry_killed_on_a_link_loses_next_to_nothing_and_the_run_goes_on() {
         Running::start(&["live", "--source", vehicle.url(), "--root", path(&root), "--out", path(&logs), "--set", "run=killed"]);
     for _ in 0..3 {
         std::thread::sleep(Duration::from_millis(700));
-        let mark = "sideslip: ingest is process ";
-        let number = |(_, line): &(_, String)| line.strip_prefix(mark).and_then(|number| number.parse().ok());
-        let newest: u32 = live.said().iter().filter_map(number).next_back().unwrap();
-        assert!(signal("KILL", newest));
+        assert!(signal("KILL", newest_ingest(&live)));
     }
     assert_eq!(vehicle.flown(Duration::from_secs(20)), flight.len());
     std::thread::sleep(Duration::from_millis(300));
@@ -194,4 +194,105 @@ fn a_connection_that_breaks_is_opened_again_and_noise_is_counted() {
     assert!(signal("TERM", estimate.number()));
     assert_eq!(estimate.ended(SOON), 0, "{:?}", estimate.said());
     assert_eq!(times(&log).len(), flight.len(), "both connections, one run");
+}
+
+/// The newest `ingest` of a supervisor.
+fn newest_ingest(live: &Running) -> u32 {
+    let mark = "sideslip: ingest is process ";
+    let number = |(_, line): &(_, String)| line.strip_prefix(mark).and_then(|number| number.parse().ok());
+    live.said().iter().filter_map(number).next_back().unwrap()
+}
+
+#[test]
+fn what_waited_in_the_socket_while_telemetry_was_paused_is_not_taken_for_new() {
+    let stage = stage("paused");
+    let root = stage.join("root");
+    let vehicle = Vehicle::start(samples(&puma()), 1.0);
+    let mut estimate = Running::start(&["estimate", "--root", path(&root)]);
+    soon("an estimator", SOON, || root.join(".sideslip/estimator").exists());
+    let mut ingest = Running::start(&["ingest", "--source", vehicle.url(), "--root", path(&root)]);
+    let mut reader = Reader::open(&root).unwrap();
+    soon("an estimate", SOON, || reader.latest().unwrap().is_some());
+    // Now less age less the sample's own time is the same for every sample, if ages are true.
+    let begun = Instant::now();
+    let mut origin_s = |pause: bool| {
+        reader.latest().unwrap().map(|estimate| {
+            assert!(!pause || estimate.age < Duration::from_millis(200) || estimate.status == Status::Stale);
+            (begun.elapsed().as_secs_f64() - estimate.age.as_secs_f64() - estimate.derivatives.time_s, estimate.age)
+        })
+    };
+    std::thread::sleep(Duration::from_secs(2));
+    let (before_s, fresh) = origin_s(false).unwrap();
+    assert!(fresh < Duration::from_millis(200), "{fresh:?}");
+    assert!(signal("STOP", ingest.number()));
+    std::thread::sleep(Duration::from_secs(2));
+    assert!(signal("CONT", ingest.number()));
+    let mut worst_s = 0.0_f64;
+    let since = Instant::now();
+    while since.elapsed() < Duration::from_secs(1) {
+        let (origin_s, _) = origin_s(true).unwrap();
+        worst_s = worst_s.max((origin_s - before_s).abs());
+    }
+    let (_, fresh) = origin_s(false).unwrap();
+    eprintln!("ages after a pause of 2 s are true within {worst_s:.4} s; then {fresh:?} again");
+    assert!(worst_s < 0.1 && fresh < Duration::from_millis(200), "{worst_s} {fresh:?}");
+    assert!(ingest.said().iter().all(|(_, line)| !line.contains("nothing has come")), "{:?}", ingest.said());
+    for process in [&mut ingest, &mut estimate] {
+        assert!(signal("TERM", process.number()));
+        process.ended(SOON);
+    }
+    drop(vehicle);
+}
+
+#[test]
+fn telemetry_killed_after_the_vehicle_has_started_again_goes_on_with_the_second_run() {
+    let stage = stage("boots-killed");
+    let (root, logs) = (stage.join("root"), stage.join("logs"));
+    let late = |mut sample: Sample| {
+        sample.time_s += 600.0;
+        sample
+    };
+    let first: Vec<_> = samples(&puma()).into_iter().take(200).map(late).collect();
+    let flight: Vec<_> = first.into_iter().chain(samples(&puma())).collect();
+    let mut vehicle = Vehicle::start(flight, 4.0);
+    let mut live = Running::start(&["live", "--source", vehicle.url(), "--root", path(&root), "--out", path(&logs)]);
+    soon("a second run", SOON, || live.said().iter().any(|(_, line)| line.contains("started again: a new run")));
+    std::thread::sleep(Duration::from_millis(500));
+    assert!(signal("KILL", newest_ingest(&live)));
+    vehicle.flown(SOON);
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(signal("TERM", live.number()));
+    live.ended(SOON);
+    assert!(live.said().iter().any(|(_, line)| line.contains("telemetry began again; the run goes on")), "{:?}", live.said());
+    assert!(!logs.join("live-3.mcap").exists(), "two boots, two logs: {:?}", live.said());
+    let (one, two) = (times(&logs.join("live.mcap")), times(&logs.join("live-2.mcap")));
+    let gap_s = two.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+    assert!(one.len() == 200 && two.len() + 10 >= samples(&puma()).len() && gap_s <= 0.3, "{} {} {gap_s}", one.len(), two.len());
+}
+
+#[test]
+fn messages_without_motion_are_named_and_a_connection_refused_at_first_is_tried_again() {
+    let stage = stage("wordless");
+    let root = stage.join("root");
+    let server = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = server.local_addr().unwrap();
+    drop(server);
+    let mut ingest = Running::start(&["ingest", "--source", &format!("tcp://{address}"), "--root", path(&root)]);
+    let said = |ingest: &Running, word: &str| ingest.said().iter().any(|(_, line)| line.contains(word));
+    soon("refused", SOON, || said(&ingest, "refused"));
+    let server = std::net::TcpListener::bind(address).unwrap();
+    let (mut connection, _) = server.accept().unwrap();
+    let mut frames = Frames::new(ME);
+    soon("said what is needed", SOON, || {
+        let heartbeat = MavMessage::HEARTBEAT(HEARTBEAT_DATA::default());
+        let position = MavMessage::GLOBAL_POSITION_INT(GLOBAL_POSITION_INT_DATA::default());
+        let bytes: Vec<u8> = [heartbeat, position].iter().flat_map(|message| frames.frame(message).to_vec()).collect();
+        connection.write_all(&bytes).unwrap();
+        std::thread::sleep(Duration::from_millis(50));
+        said(&ingest, "ATTITUDE_QUATERNION")
+    });
+    assert!(said(&ingest, "GLOBAL_POSITION_INT of 1/1"), "{:?}", ingest.said());
+    assert!(signal("TERM", ingest.number()));
+    assert_eq!(ingest.ended(SOON), 3, "{:?}", ingest.said());
+    assert!(said(&ingest, "0 samples"), "{:?}", ingest.said());
 }

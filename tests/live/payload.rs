@@ -151,7 +151,7 @@ fn codes_that_there_are_not_are_refused_with_the_field() {
     derivatives.equations[0].count = 1;
     derivatives.equations[0].terms[0].variable = 10;
     refused(derivatives.record().unwrap_err().to_string(), "variable");
-    refused(ModesPayload { present: 16, ..ModesPayload::default() }.record().unwrap_err().to_string(), "present");
+    refused(ModesPayload { present: 32, ..ModesPayload::default() }.record().unwrap_err().to_string(), "present");
     refused(InnovationsPayload { count: 8, ..InnovationsPayload::default() }.records().unwrap_err().to_string(), "count");
     refused(StatePayload { fused: 256, ..StatePayload::default() }.record().unwrap_err().to_string(), "fused");
 }

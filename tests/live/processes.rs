@@ -49,9 +49,34 @@ fn the_logs_of_both_ways_hold_the_same_samples_and_nothing_is_left() {
         (out, inspected)
     };
     assert_eq!(run(&here, &[]), run(&there, &["--bus"]), "samples and the columns that nobody knows");
-    let roots = std::fs::read_dir(std::env::temp_dir()).unwrap().flatten();
-    let own: Vec<_> = roots.filter(|entry| entry.file_name().to_string_lossy().starts_with("sideslip-replay-")).collect();
-    assert!(own.len() < 4, "private roots go with their replay: {own:?}");
+}
+
+#[test]
+fn private_roots_go_with_their_process_and_those_of_the_killed_with_the_next() {
+    let temporary = stage("private-roots");
+    let program = |args: &[&str]| {
+        let mut program = std::process::Command::new(env!("CARGO_BIN_EXE_sideslip"));
+        program.args(args).env("TMPDIR", &temporary).stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null());
+        program
+    };
+    let roots = || std::fs::read_dir(&temporary).unwrap().flatten().map(|entry| entry.path()).collect::<Vec<_>>();
+    let replay = ["replay", path(&puma()), "--bus"].map(str::to_owned);
+    let replay: Vec<&str> = replay.iter().map(String::as_str).collect();
+    assert!(program(&replay).status().unwrap().success());
+    assert!(roots().is_empty(), "{:?}", roots());
+    let mut killed = program(&[replay.as_slice(), &["--speed", "1"]].concat()).spawn().unwrap();
+    soon("a private root with somebody in it", SOON, || roots().iter().any(|root| root.join(".sideslip/telemetry").exists()));
+    killed.kill().unwrap();
+    killed.wait().unwrap();
+    let left = roots();
+    assert_eq!(left.len(), 1);
+    // Once its telemetry has ended too, and it is older than a minute.
+    let telemetry = left[0].join(".sideslip/telemetry");
+    soon("its telemetry ends", SOON, || std::fs::File::open(&telemetry).is_ok_and(|file| file.try_lock().is_ok()));
+    let old = std::time::SystemTime::now() - Duration::from_secs(100);
+    std::fs::File::open(&left[0]).unwrap().set_modified(old).unwrap();
+    assert!(program(&replay).status().unwrap().success());
+    assert!(roots().is_empty(), "{:?}", roots());
 }
 
 #[test]

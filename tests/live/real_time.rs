@@ -1,4 +1,5 @@
-//! From a sample on the bus to its estimate on the bus nothing of ours is allocated once everybody has been found.
+//! From a sample on the bus to its estimate on the bus nothing of ours is allocated once everybody has been found: by the
+//! library's parts alone (the program's own path, log included, is held to it in `command/estimate/run.rs`).
 //!
 //! The middleware itself (iceoryx2 0.10) takes and gives back one small block for each message that is sent, none for one
 //! that is received; the test holds it to that.

@@ -38,7 +38,7 @@ pub struct ModesPayload {
     pub header: Header,
     /// How far they are.
     pub status: StatusBody,
-    /// What is there: 1 Dutch roll, 2 roll, 4 spiral, 8 lateral phugoid; zeros in what is not.
+    /// What is there: 1 Dutch roll, 2 roll, 4 spiral, 8 lateral phugoid, 16 coupled Dutch roll; zeros in what is not.
     pub present: u64,
     /// Dutch roll.
     pub dutch_roll: OscillationBody,
@@ -48,6 +48,8 @@ pub struct ModesPayload {
     pub spiral: RootBody,
     /// The slower pair where roll and spiral have joined.
     pub lateral_phugoid: OscillationBody,
+    /// Dutch roll of the whole aircraft.
+    pub coupled: OscillationBody,
 }
 service!(ModesPayload, "sideslip/modes", "sideslip.Modes.1", buffer 64, history 1);
 
@@ -79,8 +81,13 @@ impl From<RootBody> for RealRoot {
 
 impl From<&ModesRecord> for ModesPayload {
     fn from(record: &ModesRecord) -> Self {
-        let there =
-            [record.dutch_roll.is_some(), record.roll.is_some(), record.spiral.is_some(), record.lateral_phugoid.is_some()];
+        let there = [
+            record.dutch_roll.is_some(),
+            record.roll.is_some(),
+            record.spiral.is_some(),
+            record.lateral_phugoid.is_some(),
+            record.coupled.is_some(),
+        ];
         ModesPayload {
             header: Header { time_s: record.time_s, ..Header::default() },
             status: record.status.into(),
@@ -89,6 +96,7 @@ impl From<&ModesRecord> for ModesPayload {
             roll: record.roll.map(Into::into).unwrap_or_default(),
             spiral: record.spiral.map(Into::into).unwrap_or_default(),
             lateral_phugoid: record.lateral_phugoid.map(Into::into).unwrap_or_default(),
+            coupled: record.coupled.map(Into::into).unwrap_or_default(),
         }
     }
 }
@@ -100,9 +108,9 @@ impl ModesPayload {
     /// [`BusError::Payload`] for a code that there is not.
     pub fn record(&self) -> Result<ModesRecord, BusError> {
         let there = |bit: u64| self.present & bit != 0;
-        if self.present > 15 {
+        if self.present > 31 {
             let found = self.present;
-            return Err(BusError::Payload { schema: "sideslip.Modes.1", field: "present", expected: "0 to 15", found });
+            return Err(BusError::Payload { schema: "sideslip.Modes.1", field: "present", expected: "0 to 31", found });
         }
         Ok(ModesRecord {
             time_s: self.header.time_s,
@@ -111,6 +119,7 @@ impl ModesPayload {
             roll: there(2).then_some(self.roll.into()),
             spiral: there(4).then_some(self.spiral.into()),
             lateral_phugoid: there(8).then_some(self.lateral_phugoid.into()),
+            coupled: there(16).then_some(self.coupled.into()),
         })
     }
 }

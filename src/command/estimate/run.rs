@@ -204,7 +204,65 @@ fn free_name(out: &Path) -> PathBuf {
 
 #[cfg(test)]
 mod tests {
-    use super::free_name;
+    use super::super::outlet::Outlet;
+    use super::super::voice::Voice;
+    use super::{LiveRun, free_name};
+    use crate::allocations::during;
+    use sideslip::bus::payload::{
+        DerivativesPayload, EventPayload, InnovationsPayload, ModesPayload, Payload, SAMPLE, SamplePayload, StatePayload,
+    };
+    use sideslip::bus::service::{Bus, Subscriber};
+    use sideslip::flight::channel::ControlNames;
+    use sideslip::flight::log_head::LogHead;
+    use sideslip::pipeline::Config;
+    use sideslip::telemetry::recording::Recording;
+    use std::path::Path;
+
+    fn heard<P: Payload>(subscriber: &mut Subscriber<P>) -> u64 {
+        let mut count = 0;
+        while subscriber.receive().unwrap().is_some() {
+            count += 1;
+        }
+        count
+    }
+
+    /// The middleware takes and gives back one block for each message that it sends; nothing else is allocated.
+    #[test]
+    fn from_a_sample_to_its_estimates_on_the_bus_and_in_the_log_nothing_of_ours_is_allocated() {
+        let folder = std::env::temp_dir().join(format!("sideslip-no-allocation-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let bus = Bus::enter(&folder.join("root")).unwrap();
+        let mut outlet = Outlet::new(&bus).unwrap();
+        let (mut states, mut innovations) = (bus.subscriber::<StatePayload>().unwrap(), bus.subscriber().unwrap());
+        let (mut derivatives, mut modes) = (bus.subscriber::<DerivativesPayload>().unwrap(), bus.subscriber().unwrap());
+        let mut events = bus.subscriber::<EventPayload>().unwrap();
+        let head = LogHead::every_channel(String::new(), ControlNames::Rotorcraft);
+        let log = folder.join("flight.mcap");
+        let voice = Voice::start().unwrap();
+        let mut run = LiveRun::begin(head, &Config::default(), Some(&log), false, &voice).unwrap();
+        let puma = Path::new(env!("CARGO_MANIFEST_DIR")).join("replay/recordings/puma-100kn-pedal-3211.csv");
+        let mut recording = Recording::open(&puma).unwrap();
+        let (mut rows, mut sent) = (0, 0);
+        while let Some(row) = recording.next_row().unwrap() {
+            let payload = SamplePayload::new(&row.sample, std::iter::empty(), SAMPLE);
+            let allocated = during(|| run.sample(&payload, &mut outlet).unwrap());
+            rows += 1;
+            let published = heard(&mut states)
+                + heard::<InnovationsPayload>(&mut innovations)
+                + heard(&mut derivatives)
+                + heard::<ModesPayload>(&mut modes)
+                + heard(&mut events);
+            // Everybody has found everybody by then.
+            if rows > 50 {
+                sent += published;
+                assert_eq!(allocated, 2 * published, "sample {rows}");
+            }
+        }
+        assert!(sent > 3000, "{sent}");
+        run.end(&mut outlet).unwrap();
+        drop((states, innovations, derivatives, modes, events, outlet, bus));
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
 
     #[test]
     fn no_log_is_written_over() {

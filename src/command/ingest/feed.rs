@@ -32,14 +32,21 @@ impl Feed {
         Ok(Feed { publisher: bus.publisher()?, taken, incarnation: bus.incarnation() })
     }
 
-    /// Publishes a sample with its other columns; false where it was stopped while it waited for room.
-    pub(super) fn sample(&mut self, sample: &Sample, others: &[Option<f64>], stop: &AtomicBool) -> Result<bool, Failure> {
+    /// Publishes a sample with its other columns; it was measured at `sampled_ns`, monotonic clock, or now where that is
+    /// `None`. False where it was stopped while it waited for room.
+    pub(super) fn sample(
+        &mut self,
+        sample: &Sample,
+        others: &[Option<f64>],
+        sampled_ns: Option<u64>,
+        stop: &AtomicBool,
+    ) -> Result<bool, Failure> {
         if !self.room_for(IN_FLIGHT, stop)? {
             return Ok(false);
         }
         let others = others.iter().map(|other| other.unwrap_or(f64::NAN));
         let kind = if self.taken.is_some() { SAMPLE_TO_ACKNOWLEDGE } else { SAMPLE };
-        self.publisher.publish(&SamplePayload::new(sample, others, kind), None)?;
+        self.publisher.publish(&SamplePayload::new(sample, others, kind), sampled_ns)?;
         Ok(true)
     }
 

@@ -3,6 +3,8 @@
 mod feed;
 mod link;
 mod play;
+mod quiet;
+mod vehicle_file;
 
 use super::live::supervised;
 use super::replay::stopped_by_signals;

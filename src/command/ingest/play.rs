@@ -51,7 +51,7 @@ pub(super) fn play(args: &Args, file: &Path, stop: &AtomicBool) -> Result<Outcom
             missed += 1;
             continue;
         }
-        if !player.wait_for(time_s, || !stop.load(Ordering::Relaxed)) || !feed.sample(&row.sample, &row.others, stop)? {
+        if !player.wait_for(time_s, || !stop.load(Ordering::Relaxed)) || !feed.sample(&row.sample, &row.others, None, stop)? {
             break;
         }
         if time_s.is_finite() {

@@ -6,9 +6,12 @@
 //! 2001) on are time since 1970; they are tied to the boot clock once, and tied anew where they jump. A time that is
 //! more than [`LATE_US`] behind the newest or [`AHEAD_US`] before it is in doubt and not used, until [`CONFIRMED`] in a
 //! row agree with each other: then the sender has booted again (a new segment, set behind the last one by host time, at
-//! least [`BETWEEN_BOOTS_US`]), or was not heard for that long.
+//! least [`BETWEEN_BOOTS_US`]), or was not heard for that long. Live, host time is a
+//! [`witness`](super::witness), and says what counts as a boot ([`restart`](super::restart)) and when a message was sent
+//! ([`host_time`](super::host_time)); what has no boot time of its own waits where the clock is in doubt.
 
 use super::message::Stamp;
+use super::witness::{Remembered, Witness};
 
 /// A message may come so much later than the newest, us.
 pub const LATE_US: i64 = 2_000_000;
@@ -39,6 +42,8 @@ pub enum Placed {
     InDoubt,
     /// No clock is known yet.
     NoClock,
+    /// Live: a new boot has begun with the messages in doubt. Nothing is placed: place them again, and then this one.
+    Restarted,
 }
 
 /// One sender's clock.
@@ -59,9 +64,57 @@ pub struct Clock {
     waited: u32,
     in_doubt: u64,
     retied: u64,
+    witness: Option<Box<Witness>>,
 }
 
 impl Clock {
+    /// A clock that is judged by host time, where a message has it; boots count from that number.
+    pub fn live(boot: u32) -> Self {
+        Clock { boot, witness: Some(Box::default()), ..Clock::default() }
+    }
+
+    /// A live clock as another process left it.
+    pub fn resumed(from: &Remembered) -> Self {
+        Clock {
+            boot: from.boot,
+            newest_us: Some(from.newest_us),
+            segment_us: from.segment_us,
+            host_us: Some(from.offset_us),
+            first_host_us: Some(from.first_offset_us),
+            witness: Some(Box::new(Witness::resumed(from))),
+            ..Clock::default()
+        }
+    }
+
+    /// What the next process needs; `None` before the first message, or not live.
+    pub fn remembered(&self) -> Option<Remembered> {
+        let witness = self.witness()?;
+        Some(Remembered {
+            boot: self.boot,
+            segment_us: self.segment_us,
+            newest_us: self.newest_us?,
+            heard_us: witness.heard_us()?,
+            offset_us: witness.offset().least_us()?,
+            first_offset_us: self.first_host_us?,
+        })
+    }
+
+    /// Live, what host time says.
+    pub fn witness(&self) -> Option<&Witness> {
+        self.witness.as_deref()
+    }
+
+    /// Live, the host time at which that time on the axis was sent, us, of a message that arrived then.
+    pub fn sent_us(&self, time_us: i64, host_us: Option<u64>) -> Option<i64> {
+        let arrived_us = host_us.and_then(|host| i64::try_from(host).ok())?;
+        Some(self.witness()?.offset().host_of(time_us - self.segment_us, arrived_us))
+    }
+
+    /// The boot that it is in, or begins with.
+    pub fn boot(&self) -> u32 {
+        self.boot
+    }
+
     /// How many boots were seen.
     pub fn boots(&self) -> u32 {
         if self.newest_us.is_some() { self.boot + 1 } else { 0 }
@@ -83,6 +136,11 @@ impl Clock {
         self.host_us.map(|host_us| (host_us - self.segment_us) as f64 / 1e6)
     }
 
+    /// Newest boot time, us.
+    pub fn newest_boot_us(&self) -> Option<i64> {
+        self.newest_us
+    }
+
     /// Newest time on the axis, us.
     pub fn newest_us(&self) -> Option<i64> {
         self.newest_us.map(|newest| newest + self.segment_us)
@@ -90,6 +148,13 @@ impl Clock {
 
     /// Places one message that arrived at that host time.
     pub fn place(&mut self, stamp: Stamp, host_us: Option<u64>) -> Placed {
+        if let Some(witness) = self.witness.as_deref_mut() {
+            if has_boot_time(stamp) {
+                witness.note_boot_time();
+            } else if witness.is_in_doubt() {
+                return Placed::InDoubt;
+            }
+        }
         let Some(boot_us) = self.boot_time(stamp) else {
             return match (stamp, self.newest_us) {
                 // What has no time of its own belongs to the newest.
@@ -102,6 +167,15 @@ impl Clock {
             return Placed::InDoubt;
         }
         let host_us = host_us.and_then(|host| i64::try_from(host).ok()).filter(|host| *host < LONGEST_US);
+        if let Some(host_us) = host_us.filter(|_| self.witness.is_some()) {
+            let alone = has_boot_time(stamp) || self.witness().is_some_and(|witness| !witness.has_boot_time());
+            let step_us = self.newest_us.map_or(0, |newest| boot_us - newest);
+            if !alone && !self.witness().is_some_and(|witness| witness.agrees(step_us, host_us)) {
+                self.in_doubt += 1;
+                return Placed::InDoubt;
+            }
+            return self.place_live(boot_us, host_us);
+        }
         let Some(newest) = self.newest_us else {
             self.newest_us = Some(boot_us);
             self.hear(boot_us, host_us);
@@ -132,6 +206,29 @@ impl Clock {
         self.newest_us = Some(boot_us);
         self.hear(boot_us, host_us);
         self.at(boot_us)
+    }
+
+    fn place_live(&mut self, boot_us: i64, host_us: i64) -> Placed {
+        let newest = self.newest_us;
+        let Some(witness) = self.witness.as_deref_mut() else { return Placed::NoClock };
+        let series = match (witness.take(boot_us, newest, host_us), newest) {
+            (Ok(()), _) => {
+                self.newest_us = newest.max(Some(boot_us));
+                self.hear(boot_us, Some(host_us));
+                self.first_host_us = self.first_host_us.or(self.host_us);
+                return self.at(boot_us);
+            }
+            (Err(Some(series)), Some(newest)) if self.begin_boot(newest, series.first_boot_us, Some(series.first_host_us)) => {
+                series
+            }
+            (Err(_), _) => {
+                self.in_doubt += 1;
+                return Placed::InDoubt;
+            }
+        };
+        self.in_doubt = self.in_doubt.saturating_sub(u64::from(series.count - 1));
+        self.newest_us = Some(series.first_boot_us);
+        Placed::Restarted
     }
 
     fn at(&self, boot_us: i64) -> Placed {
@@ -196,6 +293,11 @@ impl Clock {
         self.waited += 1;
         self.waited > PATIENCE
     }
+}
+
+/// Whether a stamp counts from the boot, and says alone where in it; microseconds that wrap after an hour do not.
+pub(super) fn has_boot_time(stamp: Stamp) -> bool {
+    matches!(stamp, Stamp::BootMs(_) | Stamp::Us(..UNIX_US))
 }
 
 /// The number nearest to `near` whose low 32 bits are these.

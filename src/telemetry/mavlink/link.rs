@@ -12,12 +12,12 @@ use std::io::{Error, ErrorKind, Read, Result as IoResult, Write};
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, TcpStream, ToSocketAddrs, UdpSocket};
 use std::os::fd::OwnedFd;
 use std::path::PathBuf;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Baud rate where a URL names none: that of telemetry radios.
 pub const BAUD: u32 = 57_600;
 /// The longest wait for a connection.
-const CONNECT: Duration = Duration::from_secs(5);
+const CONNECT: Duration = Duration::from_secs(2);
 /// Bytes of datagrams that may wait; the system doubles it for its own needs and may allow less.
 const WAITING_BYTES: usize = 1 << 20;
 /// The longest datagram.
@@ -127,7 +127,7 @@ impl std::fmt::Display for Url {
 /// What a read came to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Received {
-    /// So many bytes.
+    /// So many bytes; none where a datagram was empty.
     Bytes(usize),
     /// Nothing within the time limit.
     Silence,
@@ -137,10 +137,20 @@ pub enum Received {
 
 #[derive(Debug)]
 enum Channel {
-    Udp { socket: UdpSocket, peer: Option<SocketAddr>, listens: bool },
+    Udp {
+        socket: UdpSocket,
+        peer: Option<SocketAddr>,
+        listens: bool,
+    },
     Tcp(TcpStream),
-    Serial(File),
+    /// With how many reads in a row ended at once and empty.
+    Serial(File, u32),
 }
+
+/// A serial line that waits ends its read after a tenth of a second; one that has hung up at once.
+const AT_ONCE: Duration = Duration::from_millis(20);
+/// So many in a row are no chance.
+const HUNG_UP: u32 = 3;
 
 /// An open link.
 #[derive(Debug)]
@@ -159,7 +169,7 @@ impl Link {
             Url::UdpIn(address) => listen(address, patience),
             Url::UdpOut(address) => call(address, patience),
             Url::Tcp(address) => connect(address, patience),
-            Url::Serial { device, baud } => serial::open(device, *baud).map(Channel::Serial),
+            Url::Serial { device, baud } => serial::open(device, *baud).map(|file| Channel::Serial(file, 0)),
         };
         match channel {
             Ok(channel) => Ok(Link { url, channel }),
@@ -197,7 +207,7 @@ impl Link {
         match &self.channel {
             Channel::Udp { socket, .. } => socket.local_addr().ok(),
             Channel::Tcp(stream) => stream.local_addr().ok(),
-            Channel::Serial(_) => None,
+            Channel::Serial(..) => None,
         }
     }
 
@@ -206,21 +216,26 @@ impl Link {
     /// # Errors
     /// What the system says, save that nothing came or the end has gone.
     pub fn receive(&mut self, buffer: &mut [u8]) -> IoResult<Received> {
-        let (read, ends_with_nothing) = match &mut self.channel {
+        let (read, empty) = match &mut self.channel {
+            // A datagram may be empty.
             Channel::Udp { socket, peer, listens: true } => {
                 let read = socket.recv_from(buffer).map(|(count, from)| {
                     *peer = Some(from);
                     count
                 });
-                (read, false)
+                (read, Received::Bytes(0))
             }
-            Channel::Udp { socket, .. } => (socket.recv(buffer), false),
-            Channel::Tcp(stream) => (stream.read(buffer), true),
-            Channel::Serial(file) => (file.read(buffer), false),
+            Channel::Udp { socket, .. } => (socket.recv(buffer), Received::Bytes(0)),
+            Channel::Tcp(stream) => (stream.read(buffer), Received::Closed),
+            Channel::Serial(file, at_once) => {
+                let begun = Instant::now();
+                let read = file.read(buffer);
+                *at_once = if matches!(read, Ok(0)) && begun.elapsed() < AT_ONCE { *at_once + 1 } else { 0 };
+                (read, if *at_once >= HUNG_UP { Received::Closed } else { Received::Silence })
+            }
         };
         match read {
-            Ok(0) if ends_with_nothing => Ok(Received::Closed),
-            Ok(0) => Ok(Received::Silence),
+            Ok(0) => Ok(empty),
             Ok(count) => Ok(Received::Bytes(count)),
             Err(error) => match error.kind() {
                 // A refused datagram comes back as an error of the next read: nobody listens there yet.
@@ -246,7 +261,7 @@ impl Link {
                 sent => sent.map(|_| true),
             },
             Channel::Tcp(stream) => stream.write_all(bytes).map(|()| true),
-            Channel::Serial(file) => file.write_all(bytes).map(|()| true),
+            Channel::Serial(file, _) => file.write_all(bytes).map(|()| true),
         }
     }
 }
@@ -330,6 +345,8 @@ mod tests {
         assert!(listening.send(b"heard").unwrap());
         assert_eq!(calling.receive(&mut buffer).unwrap(), Received::Bytes(5));
         assert_eq!(&buffer[..5], b"heard");
+        assert!(calling.send(b"").unwrap());
+        assert_eq!(listening.receive(&mut buffer).unwrap(), Received::Bytes(0), "an empty one is no silence");
     }
 
     #[test]
@@ -347,6 +364,14 @@ mod tests {
         drop(server);
     }
 
+    #[test]
+    fn a_line_whose_reads_are_empty_at_once_has_hung_up() {
+        let channel = Channel::Serial(File::open("/dev/null").unwrap(), 0);
+        let mut link = Link { url: Url::parse("serial:///dev/null").unwrap(), channel };
+        let reads = [(); 3].map(|()| link.receive(&mut [0; 8]).unwrap());
+        assert_eq!(reads, [Received::Silence, Received::Silence, Received::Closed]);
+    }
+
     #[cfg(unix)]
     #[test]
     fn a_serial_line_is_opened_raw_and_what_is_none_is_refused() {
@@ -362,6 +387,13 @@ mod tests {
         rustix::io::write(&master, &[0xFD, 3, 13, 10, 0]).unwrap();
         assert_eq!(link.receive(&mut buffer).unwrap(), Received::Bytes(5));
         assert_eq!(&buffer[..5], &[0xFD, 3, 13, 10, 0]);
+        // Silence is no end; the end, as an error or as reads that are empty at once, is one.
+        for _ in 0..5 {
+            assert_eq!(link.receive(&mut buffer).unwrap(), Received::Silence);
+        }
+        drop(master);
+        let ended = (0..5).find(|_| !matches!(link.receive(&mut buffer), Ok(Received::Silence)));
+        assert!(ended.is_some_and(|reads| reads < 3), "{ended:?}");
         let none = Link::open(Url::Serial { device: "/dev/null".into(), baud: 57_600 }, PATIENCE);
         assert!(none.unwrap_err().to_string().contains("serial:///dev/null"));
     }

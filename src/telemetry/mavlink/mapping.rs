@@ -110,7 +110,8 @@ pub struct Config {
     pub controls: [ControlScale; 4],
     /// How the controls are called; `None`: after the kind of aircraft that the vehicle's heartbeat names.
     pub names: Option<ControlNames>,
-    /// The vehicle, where it is not who sends most messages of motion: system id, component id.
+    /// System id of the vehicle, where it is not who sends most messages of motion: in all of a recording, live in the
+    /// first second (see [`choice`](super::choice)).
     pub system: Option<u8>,
     /// Component id of the vehicle.
     pub component: Option<u8>,

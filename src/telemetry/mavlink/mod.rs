@@ -3,7 +3,8 @@
 //! In: bytes in any chunks ([`packet`]), tlog records ([`tlog`]), sockets and serial lines ([`link`]).
 //! Out: samples on the vehicle's own boot clock ([`stream`], [`clock`]), channels by a configuration with defaults
 //! ([`mapping`], [`config_file`]), counts of everything by sender and type ([`senders`]); the same as a recording
-//! ([`recording`]). The other way, samples as frames ([`encode`]).
+//! ([`recording`]). Live ([`live`]) the vehicle is chosen among the senders ([`choice`]), and host time is a witness of its
+//! clock ([`witness`], [`restart`], [`host_time`]). The other way, samples as frames ([`encode`]).
 //! Assumed: body axes and signs of MAVLink, which are ours; RAW_IMU in milli-g and mrad/s; airspeeds as true airspeed;
 //! a message without a time of its own is as new as the newest of its sender.
 //! Refused, counted and never fatal: bytes that are no frame, wrong checksums, messages that the dialect does not know,
@@ -26,16 +27,20 @@
 //! }
 //! ```
 
+pub mod choice;
 pub mod clock;
 pub mod config_file;
 pub mod encode;
+pub mod host_time;
 pub mod link;
 pub mod live;
 pub mod mapping;
 pub mod message;
 pub mod packet;
 pub mod recording;
+pub mod restart;
 pub mod senders;
 pub mod serial;
 pub mod stream;
 pub mod tlog;
+pub mod witness;

@@ -69,7 +69,9 @@ impl MavlinkRecording {
         let mut candidates: BTreeMap<Sender, Candidate> = BTreeMap::new();
         let mut sticks = BTreeMap::new();
         while let Some(packet) = reader.next_packet().map_err(io)? {
-            senders.count(&packet);
+            if let Some(gone) = senders.count(&packet) {
+                candidates.remove(&gone);
+            }
             let sender = Sender::of(&packet);
             if senders.of(sender).is_some() && admits(&config, sender) {
                 candidates.entry(sender).or_default().take(&packet, sender, &config);
@@ -195,7 +197,7 @@ impl Candidate {
 /// What was damaged or not used, in words; `None` where there was nothing.
 pub fn passed_over(tally: Tally, unused: Unused) -> Option<String> {
     let Tally { bad_checksum, garbage_bytes, first_damage_at, .. } = tally;
-    let Unused { late, in_doubt, no_clock } = unused;
+    let Unused { late, in_doubt, no_clock, overrun } = unused;
     let mut parts = Vec::new();
     if bad_checksum > 0 {
         parts.push(format!("{bad_checksum} frames with a wrong checksum"));
@@ -210,6 +212,7 @@ pub fn passed_over(tally: Tally, unused: Unused) -> Option<String> {
         (late, "messages of the vehicle too late for their place"),
         (in_doubt, "whose time contradicts the others"),
         (no_clock, "before its clock was known"),
+        (overrun, "that nobody took in time"),
     ] {
         if count > 0 {
             parts.push(format!("{count} {what}"));
