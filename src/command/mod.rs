@@ -3,8 +3,10 @@
 pub(crate) mod demo;
 pub(crate) mod design;
 pub(crate) mod estimate;
+mod flown_inputs;
 pub(crate) mod ingest;
 pub(crate) mod inspect;
+mod instrument_input;
 pub(crate) mod linearise;
 pub(crate) mod live;
 mod mapping_input;

@@ -1,28 +1,55 @@
 //! `sideslip simulate`: a model flown on given controls, recorded as a run file.
 
+use super::flown_inputs::{inputs_of_run, inputs_of_specs, warn_of_still_rotor};
+use super::instrument_input::read_instruments;
 use super::message;
 use super::model_input::read_model;
 use super::output_file::refuse_to_overwrite;
-use super::run_controls::{ControlHistory, read_controls};
+use super::run_controls::read_controls;
 use super::simulated_run::{Format, write_run};
 use sideslip::error::{Failure, Outcome};
-use sideslip::flight::channel::{Channel, ControlNames};
-use sideslip::flight::control::Control;
 use sideslip::flight::effect::Effect;
-use sideslip::flight::model::LinearModel;
 use sideslip::flight::model_file::ModelFile;
 use sideslip::flight::run_file::RunInfo;
 use sideslip::simulation::flight_model::Asked;
-use sideslip::simulation::fly::{Flight, Inputs, uniform_times};
-use sideslip::simulation::input::InputSpec;
+use sideslip::simulation::fly::{Flight, uniform_times};
+use sideslip::simulation::input::{HAND_RATE, InputSpec};
 use sideslip::simulation::instrument::Instruments;
+use sideslip::simulation::instrument_file::InstrumentFile;
+use sideslip::simulation::pilot::Pilot;
 use sideslip::simulation::turbulence::MEDIUM_HEIGHT_LENGTH_M;
-use std::path::{Path, PathBuf};
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Examples:
+  sideslip simulate --model puma --input pedal:doublet:0.02:1.0 --noise --out run.csv
+  sideslip simulate --model puma-100kn.toml --input pedal:3211:0.02:0.7 --noise flight --seed 1 --out run.csv
+  sideslip simulate --model puma --input pedal:prbs6:0.02:0.5 --pilot attitude --turbulence 1 --instruments flight-test.toml \
+--out run.mcap
+
+An instruments file (TOML) says what differs from flight-test quality; every key may be left out:
+  rate_hz = 100                           of every channel without its own rate, Hz
+  accelerometer_position_m = [0.4, 0, -0.2]    where they stand, from the centre of mass; also vane_position_m
+  [channel.p]                             one table a channel, in its SI unit
+  rate_hz = 256                           rows at its own times
+  noise = 0.001                           standard deviation of white noise
+  bias = 0.002                            reads that much too much; bias_std draws one a run instead
+  scale = 1.01                            reads that many times the truth
+  lag = 0.02                              first-order lag, s
+  delay = 0.01                            reads late by, s
+  bits = 12                               PCM word: 2^bits counts over the range, held at its ends; or quantum = 0.001
+  range = [-1.0, 1.0]
+  dropouts = { rate = 0.1, mean_length = 0.2 }   its own losses: a second of reception, s
+  [dropouts]                              of the link, all channels at once: rate, mean_length
+  [vibration]                             amplitudes at rotor speed times blades and twice that
+  blades = 4                              those of a Level-1 model if left out
+  az = [1.0, 0.3]                         of ax ay az p q r
+An example stands in replay/instruments/flight-test.toml.";
 
 /// Fly a model on given controls and record it
 #[derive(clap::Args)]
-#[command(after_help = "Examples:\n  sideslip simulate --model puma --input pedal:doublet:0.02:1.0 --noise --out run.csv\n  \
-                  sideslip simulate --model puma-100kn.toml --input pedal:3211:0.02:0.7 --noise flight --seed 1 --out run.csv")]
+#[command(after_help = EXAMPLES)]
 #[command(group(clap::ArgGroup::new("flown").required(true).args(["controls", "input"])))]
 pub(crate) struct Args {
     /// Model file (TOML), or puma, the Level-1 Puma that is built in
@@ -32,7 +59,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "RUN", conflicts_with_all = ["lead"])]
     controls: Option<PathBuf>,
     /// Fly a test input, control:shape:amplitude:clock[:start]: rad, s; shape step, doublet, 3211 or other digits
-    /// (pulse lengths in clocks, signs alternating); start in s, after the lead if left out. Repeatable: inputs add up
+    /// (pulse lengths in clocks, signs alternating), prbs3 to prbs8 (7 to 255 clocks, pseudo-random); start in s, after the
+    /// lead if left out. Repeatable: inputs add up
     #[arg(long, value_name = "SPEC")]
     input: Vec<String>,
     /// Where the recording goes: a run file (.csv), a log (.mcap) or MAVLink (.tlog), by the name
@@ -49,9 +77,20 @@ pub(crate) struct Args {
     /// Samples a second [default: 100, or the run's own times]
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     rate: Option<f64>,
-    /// Instrument noise and bias: none, flight (flight-test quality), or that quality times a factor
-    #[arg(long, value_name = "none|flight|FACTOR", default_value = "none", num_args = 0..=1, default_missing_value = "flight", value_parser = noise_factor, allow_negative_numbers = true)]
-    noise: f64,
+    /// How fast the hand moves a control, rad of blade pitch a second
+    #[arg(long, value_name = "RAD/S", default_value_t = HAND_RATE, conflicts_with = "controls", allow_negative_numbers = true)]
+    hand_rate: f64,
+    /// Who flies besides: a pilot who slowly holds bank and pitch attitude (attitude), heading too (heading), by gains far below
+    /// a test input, so that a long flight of an unstable aircraft stays near its trim; the recorded controls hold what he does
+    #[arg(long, value_name = "none|attitude|heading", default_value = "none")]
+    pilot: Habit,
+    /// Instruments by a file (TOML): rates, errors, PCM words, dropouts, vibration; see below
+    #[arg(long, value_name = "FILE")]
+    instruments: Option<PathBuf>,
+    /// Instrument noise and bias: none, flight (flight-test quality), or that quality times a factor; with --instruments the
+    /// factor of all random errors [default: none, or flight with --instruments]
+    #[arg(long, value_name = "none|flight|FACTOR", num_args = 0..=1, default_missing_value = "flight", value_parser = noise_factor, allow_negative_numbers = true)]
+    noise: Option<f64>,
     /// Gusts with this standard deviation, m/s (Dryden, scale 533 m)
     #[arg(long, value_name = "SIGMA", allow_negative_numbers = true)]
     turbulence: Option<f64>,
@@ -61,6 +100,24 @@ pub(crate) struct Args {
     /// Seconds in trim before the first input
     #[arg(long, value_name = "S", default_value_t = 2.0, allow_negative_numbers = true)]
     lead: f64,
+}
+
+/// Who flies besides the test input.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum Habit {
+    None,
+    Attitude,
+    Heading,
+}
+
+impl Habit {
+    fn pilot(self) -> Option<Pilot> {
+        match self {
+            Habit::None => None,
+            Habit::Attitude => Some(Pilot::ATTITUDE),
+            Habit::Heading => Some(Pilot::ATTITUDE_AND_HEADING),
+        }
+    }
 }
 
 fn noise_factor(text: &str) -> Result<f64, String> {
@@ -81,8 +138,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         refuse_to_overwrite("--out", &args.out, std::slice::from_ref(controls))?;
     }
     refuse_to_overwrite("--out", &args.out, std::slice::from_ref(&args.model))?;
+    if let Some(instruments) = &args.instruments {
+        refuse_to_overwrite("--out", &args.out, std::slice::from_ref(instruments))?;
+    }
     let lead_s = within("--lead", args.lead, 0.0, 1e4)?;
-    let rate_hz = args.rate.map(|rate| within("--rate", rate, 0.01, 1e4)).transpose()?;
+    let hand_rate = within("--hand-rate", args.hand_rate, 1e-4, 1e4)?;
     let duration_s = args.duration.map(|duration| within("--duration", duration, 0.0, 1e6)).transpose()?;
     let (of_model, of_run): (Vec<String>, Vec<String>) = args.set.iter().cloned().partition(|set| set.starts_with("level1."));
     let read = read_model(&args.model, &Asked { set: of_model, ..Asked::default() })?;
@@ -93,6 +153,10 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if let Some(sigma) = args.turbulence {
         effects.push(Effect::Turbulence { sigma: within("--turbulence", sigma, 0.0, 100.0)?, length: MEDIUM_HEIGHT_LENGTH_M });
     }
+    let described = args.instruments.as_deref().map(|path| read_instruments(path, &in_trim)).transpose()?;
+    let rate_hz = args.rate.map(|rate| within("--rate", rate, 0.01, 1e4)).transpose()?;
+    let rate_hz = rate_hz.or(described.as_ref().and_then(|described| described.rate_hz));
+    let instruments = instruments(args, in_trim.level1.is_some(), described.as_ref());
     let times = |start_s, duration_s, rate_hz| {
         uniform_times(start_s, duration_s, rate_hz).map_err(|refused| Failure::Input(refused.to_string()))
     };
@@ -116,22 +180,23 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             let specs = specs.map_err(|error| Failure::Input(format!("--input: {error}")))?;
             let end_s = specs.iter().map(|spec| spec.end_s(lead_s)).fold(lead_s, f64::max);
             let times_s = times(0.0, duration_s.unwrap_or(end_s + 10.0), rate_hz.unwrap_or(100.0))?;
-            (inputs_of_specs(&specs, lead_s, model)?.sampled(&times_s), times_s, args.input.join(" "))
+            let inputs = inputs_of_specs(&specs, lead_s, hand_rate, model)?.sampled_by(&instruments, &times_s);
+            (inputs.map_err(|refused| Failure::Input(refused.to_string()))?, times_s, args.input.join(" "))
         }
     };
     if times_s.len() < 2 {
         return Err(Failure::Input(format!("expected a flight of two samples or more, found {}", times_s.len())));
     }
     warn_of_still_rotor(&effects, model, &inputs);
-    let info = run_info(args, file, &of_run, &manoeuvre)?;
-    let of_quality = Instruments::flight_quality(args.noise);
-    let of_quality = if in_trim.level1.is_some() { of_quality.with_rotor(args.noise) } else { of_quality };
+    let info = run_info(args, file, &of_run, &manoeuvre, &instruments)?;
     let instruments = Instruments {
         accelerometer_position_m: info.geometry().accelerometer_position_m,
         vane_position_m: info.geometry().vane_position_m,
-        ..of_quality
+        blades: info.geometry().blades.map(f64::from).or(instruments.blades),
+        ..instruments
     };
-    let flight = Flight { effects, inputs, instruments, times_s, seed: args.seed, ..in_trim.clone() };
+    let pilot = args.pilot.pilot();
+    let flight = Flight { effects, inputs, pilot, instruments, times_s, seed: args.seed, ..in_trim.clone() };
     let flown = flight.fly().map_err(|refused| Failure::file(&args.model, refused))?;
     write_run(&args.out, format, &info, &flown.samples)?;
     let last_s = flown.samples.last().map_or(0.0, |sample| sample.time_s);
@@ -154,56 +219,32 @@ fn within(option: &str, value: f64, least: f64, most: f64) -> Result<f64, Failur
     }
 }
 
-/// The run's controls; one that it lacks stays at the model's trim, and it is said.
-fn inputs_of_run(path: &Path, run: ControlHistory, model: &LinearModel) -> Inputs {
-    let mut inputs = Inputs::at_trim(model);
-    for ((control, place), history) in Control::ALL.into_iter().zip(&mut inputs.controls).zip(run.controls) {
-        match history {
-            Some(history) => *place = history,
-            None => {
-                let name = control.name(ControlNames::Rotorcraft);
-                message(format_args!("note: {} has no `{name}`; it stays at the model's trim", path.display()));
-            }
-        }
-    }
-    inputs.rotor_speed = run.rotor_speed.filter(|_| model.trim.rotor_speed.is_some());
-    inputs
+/// Factor of all random errors.
+fn noise_of(args: &Args) -> f64 {
+    args.noise.unwrap_or(if args.instruments.is_some() { 1.0 } else { 0.0 })
 }
 
-fn inputs_of_specs(specs: &[InputSpec], lead_s: f64, model: &LinearModel) -> Result<Inputs, Failure> {
-    let mut inputs = Inputs::at_trim(model);
-    for spec in specs {
-        let deviation = spec.deviation(lead_s);
-        if spec.channel == Channel::RotorSpeed {
-            let at_trim = model.trim.rotor_speed.ok_or_else(|| {
-                Failure::Input(format!("--input: {spec}: an input of rotor speed needs `rotor_speed` in the model's [trim]"))
-            })?;
-            inputs.rotor_speed = Some(match inputs.rotor_speed.take() {
-                None => deviation.clone().shifted(at_trim),
-                Some(earlier) => earlier.plus(1.0, &deviation),
-            });
-        }
-        for (control, history) in Control::ALL.into_iter().zip(&mut inputs.controls) {
-            if control.channel() == spec.channel {
-                *history = history.plus(1.0, &deviation);
-            }
-        }
+/// What measures the flight.
+fn instruments(args: &Args, with_rotor: bool, described: Option<&InstrumentFile>) -> Instruments {
+    let factor = noise_of(args);
+    let of_quality = Instruments::flight_quality(factor);
+    let mut instruments = if with_rotor { of_quality.with_rotor(factor) } else { of_quality };
+    if let Some(described) = described {
+        instruments = described.applied_to(instruments, factor);
+        instruments.accelerometer_position_m = described.accelerometer_position_m.unwrap_or_default();
+        instruments.vane_position_m = described.vane_position_m.unwrap_or_default();
     }
-    Ok(inputs)
-}
-
-fn warn_of_still_rotor(effects: &[Effect], model: &LinearModel, inputs: &Inputs) {
-    let matters = model.rotor_speed.iter().any(|&derivative| derivative != 0.0)
-        || effects.iter().any(|effect| matches!(effect, Effect::RotorSpeed { .. }));
-    if matters && inputs.rotor_speed.is_none() {
-        message(format_args!(
-            "note: the rotor speed stays at trim, so its effect does nothing (fly --input rotor_speed:... or a run that has it)"
-        ));
-    }
+    instruments
 }
 
 /// What the recording says of itself, with what `--set` makes of it.
-fn run_info(args: &Args, file: &ModelFile, of_run: &[String], manoeuvre: &str) -> Result<RunInfo, Failure> {
+fn run_info(
+    args: &Args,
+    file: &ModelFile,
+    of_run: &[String],
+    manoeuvre: &str,
+    instruments: &Instruments,
+) -> Result<RunInfo, Failure> {
     let quoted = |text: &str| toml::Value::String(text.to_owned()).to_string();
     let gamma = file.linear.trim.flight_path_angle();
     let flight_path = match gamma {
@@ -212,15 +253,26 @@ fn run_info(args: &Args, file: &ModelFile, of_run: &[String], manoeuvre: &str) -
         _ => "level",
     };
     let name = args.out.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-    let text = format!(
+    let mut text = format!(
         "run = {}\naircraft = {}\nmanoeuvre = {}\nflight_path = \"{flight_path}\"\n\
-         accelerometer_position_m = [0.0, 0.0, 0.0]\nvane_position_m = [0.0, 0.0, 0.0]\nsimulated = true\nseed = {}\nnoise = {:?}\n",
+         accelerometer_position_m = {:?}\nvane_position_m = {:?}\nsimulated = true\nseed = {}\nnoise = {:?}\n",
         quoted(&name),
         quoted(&file.name),
         quoted(manoeuvre),
+        instruments.accelerometer_position_m,
+        instruments.vane_position_m,
         args.seed.min(i64::MAX as u64),
-        args.noise,
+        noise_of(args),
     );
+    if let Some(blades) = instruments.blades {
+        let _ = writeln!(text, "blades = {blades}");
+    }
+    if let Some(path) = &args.instruments {
+        let _ = writeln!(text, "instruments = {}", quoted(&path.file_name().unwrap_or_default().to_string_lossy()));
+    }
+    if args.pilot.pilot().is_some() {
+        let _ = writeln!(text, "pilot = {}", quoted(if matches!(args.pilot, Habit::Heading) { "heading" } else { "attitude" }));
+    }
     let mut info = RunInfo::from_toml(&text).map_err(|place| Failure::Running(place.to_string()))?;
     for assignment in of_run {
         info.set(assignment).map_err(|what| Failure::Input(format!("--set: {what}")))?;

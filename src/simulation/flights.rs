@@ -204,8 +204,7 @@ fn one_channel_more_changes_nothing_in_the_others_and_a_seed_repeats() {
 #[test]
 fn channels_at_rates_of_their_own_are_in_the_samples_of_their_times_only() {
     let mut mixed = flight(&[]);
-    let at =
-        |channel, rate_hz| Instrument { channel, rate_hz: Some(rate_hz), noise_std: 0.0, bias_std: 0.0, quantum: Some(1e-3) };
+    let at = |channel, rate_hz| Instrument { rate_hz: Some(rate_hz), quantum: Some(1e-3), ..Instrument::perfect(channel) };
     mixed.instruments.channels = vec![at(Channel::P, 32.0), at(Channel::R, 256.0), at(Channel::Phi, 50.0)];
     let flown = mixed.fly().unwrap();
     let counts = [Channel::P, Channel::R, Channel::Phi].map(|channel| readings(&flown, channel).len());

@@ -3,17 +3,20 @@
 //! Consumes a model, effects, inputs and instruments; produces what the instruments would have recorded, and the truth.
 //! It starts in the model's trim at the first sample's time, heading zero, unless told otherwise.
 
-use super::control_path::ControlPath;
 use super::history::History;
-use super::instrument::{Instruments, Reading, Stands, gather, read};
-use super::integrate::{Drive, Nonlinear, TrueState, longest_level1_step, longest_step, nodes};
+use super::instrument::{Instruments, Reading, Seen, Stands, gather, read, sent};
+use super::integrate::{Nonlinear, TrueState, longest_level1_step, longest_step};
+use super::leg::Course;
 use super::level1::trim::Trimmed;
 use super::linear::with_effects;
 use super::motion::Motion;
+use super::pilot::{Holding, Pilot};
+pub use super::refused::Refused;
 use super::turbulence::gusts;
-use crate::flight::channel::{Channel, ControlNames};
+use super::vibration::Azimuth;
+use crate::flight::channel::Channel;
 use crate::flight::control::{CONTROLS, Control};
-use crate::flight::effect::{Effect, EffectKind};
+use crate::flight::effect::Effect;
 use crate::flight::model::LinearModel;
 use crate::telemetry::record::Sample;
 
@@ -44,6 +47,27 @@ impl Inputs {
         let controls = Control::ALL.map(|control| self.controls[control.index()].sampled(times_s));
         Inputs { controls, rotor_speed: self.rotor_speed.as_ref().map(|history| history.sampled(times_s)) }
     }
+
+    /// As [`Inputs::sampled`], each channel at its instrument's own rate where that has one.
+    ///
+    /// # Errors
+    /// [`Refused`] where such a rate makes no times.
+    pub fn sampled_by(&self, instruments: &Instruments, times_s: &[f64]) -> Result<Self, Refused> {
+        let mut sampled = self.sampled(times_s);
+        let (Some(&first_s), Some(&last_s)) = (times_s.first(), times_s.last()) else { return Ok(sampled) };
+        for instrument in &instruments.channels {
+            let Some(rate_hz) = instrument.rate_hz else { continue };
+            let again =
+                |history: &History| uniform_times(first_s, last_s - first_s, rate_hz).map(|times| history.sampled(&times));
+            if instrument.channel == Channel::RotorSpeed {
+                sampled.rotor_speed = self.rotor_speed.as_ref().map(again).transpose()?;
+            }
+            for control in Control::ALL.into_iter().filter(|control| control.channel() == instrument.channel) {
+                sampled.controls[control.index()] = again(&self.controls[control.index()])?;
+            }
+        }
+        Ok(sampled)
+    }
 }
 
 /// A flight to be flown.
@@ -55,8 +79,10 @@ pub struct Flight {
     pub level1: Option<Box<Trimmed>>,
     /// The effects that it is flown with.
     pub effects: Vec<Effect>,
-    /// What the pilot does.
+    /// What the pilot does, whatever the aircraft does.
     pub inputs: Inputs,
+    /// The pilot who holds the attitude besides, if any.
+    pub pilot: Option<Pilot>,
     /// What measures it.
     pub instruments: Instruments,
     /// Times of samples and true states, s, increasing; instruments with a rate of their own sample at theirs.
@@ -80,41 +106,6 @@ pub struct Flown {
     pub diverged_at_s: Option<f64>,
 }
 
-/// Why a flight cannot be flown.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum Refused {
-    /// An effect that stands for no model.
-    #[error("an effect of kind `{}` cannot be flown: it names no cause", .0.name())]
-    NotFlown(EffectKind),
-    /// An instrument or an effect on it that the simulation has nothing to say about.
-    #[error("the simulation gives no channel `{}`", .0.name(ControlNames::Rotorcraft))]
-    NoChannel(Channel),
-    /// Rotor speed matters and the model's trim has none.
-    #[error("the effect of rotor speed needs `rotor_speed` in the model's [trim]")]
-    NoRotorSpeed,
-    /// Rotor speed is given to a model whose engine makes it.
-    #[error("the model's governor holds the rotor speed: it cannot be an input as well")]
-    Governed,
-    /// The model's modes cannot be computed.
-    #[error("the model's modes cannot be computed from its derivatives")]
-    NoModes,
-    /// More nonlinear terms than a model may have.
-    #[error("the effects add more nonlinear terms than a model may have")]
-    TooManyTerms,
-    /// Times of samples that are not finite or do not increase.
-    #[error("times of samples must be finite and increase, found {0} s")]
-    Times(f64),
-    /// A rate that is not positive and finite.
-    #[error("a rate must be finite and more than zero, found {0} Hz")]
-    Rate(f64),
-    /// Too long a flight for its steps.
-    #[error("the flight needs about {needed} steps, at most {MAX_MESH_POINTS} are flown: shorten it or lower the rates")]
-    TooLong {
-        /// Steps that it needs.
-        needed: u64,
-    },
-}
-
 impl Flight {
     /// The model in its trim, perfect instruments, no time yet.
     pub fn of(model: LinearModel) -> Self {
@@ -123,6 +114,7 @@ impl Flight {
             model,
             level1: None,
             effects: Vec::new(),
+            pilot: None,
             instruments: Instruments::perfect(),
             times_s: Vec::new(),
             seed: 0,
@@ -158,10 +150,7 @@ impl Flight {
         let added = longest_step(&model);
         let longest = self.level1.as_ref().map_or(added, |trimmed| Some(longest_level1_step(trimmed)?.min(added?)));
         let step_s = longest.ok_or(Refused::NoModes)?.min(self.max_step_s.unwrap_or(f64::INFINITY));
-        let deviations = Control::ALL
-            .map(|control| self.inputs.controls[control.index()].clone().shifted(-self.model.trim.controls[control.index()]));
-        let path = ControlPath::new(&deviations, &self.effects);
-        let readings: Vec<Reading> = self.instruments.channels.iter().map(|i| Reading::of(i.channel, &self.effects)).collect();
+        let readings: Vec<Reading> = self.instruments.channels.iter().map(|i| Reading::of(i, &self.effects)).collect();
         let early_s = readings.iter().map(|reading| -reading.delay_s).fold(0.0, f64::max);
         let last_s = end_s + early_s;
         refuse_long((last_s - start_s) / step_s)?;
@@ -174,94 +163,58 @@ impl Flight {
         for (times, reading) in channel_times.iter().zip(&readings) {
             wanted.extend(times.iter().map(|time_s| time_s - reading.delay_s));
         }
-        wanted.extend(path.bends());
         wanted.extend(self.inputs.rotor_speed.iter().flat_map(History::times));
         wanted.extend(air.iter().flatten().flat_map(History::times));
         wanted.retain(|time_s| (start_s..=last_s).contains(time_s));
         refuse_long(wanted.len() as f64 + (last_s - start_s) / step_s)?;
+        wanted.sort_by(f64::total_cmp);
 
-        let nodes_s = nodes(wanted, step_s);
-        let blade = path.blade(&nodes_s);
-        let level1 = self.level1.as_ref().map(|trimmed| Nonlinear {
-            trimmed,
-            effectiveness: effectiveness(&self.effects),
-            added: model != self.model,
-        });
-        let drive = Drive {
+        let start = self.start.unwrap_or_else(|| Flight::trim_motion(&self.model));
+        let course = Course {
+            flight: self,
             model: &model,
-            level1,
-            nodes_s: &nodes_s,
-            blade: &blade,
-            controls: &self.inputs.controls,
-            gusts: air.as_ref(),
-            rotor_speed: self.inputs.rotor_speed.as_ref(),
+            level1: self.level1.as_ref().map(|trimmed| Nonlinear {
+                trimmed,
+                effectiveness: effectiveness(&self.effects),
+                added: model != self.model,
+            }),
+            air: air.as_ref(),
+            wanted_s: &wanted,
+            step_s,
         };
-        let (states, diverged_at_s) = drive.fly(self.start.unwrap_or_else(|| Flight::trim_motion(&self.model)));
+        let (states, diverged_at_s) = match self.holding(&start, start_s)? {
+            None => course.fly(start, last_s),
+            Some((pilot, holding)) => course.fly_held(start, &pilot.acts_s(&self.times_s, last_s), holding),
+        };
 
-        let stands = Stands::of(&self.instruments, &self.effects);
+        let vibrates = self.instruments.channels.iter().any(|instrument| instrument.vibration.is_some());
+        let azimuth = if vibrates { Azimuth::of(&states) } else { None };
+        let seen = Seen {
+            stands: Stands::of(&self.instruments, &self.effects),
+            states: &states,
+            rotor: azimuth.as_ref().zip(self.blades()),
+            start_s,
+            seed: self.seed,
+        };
         let mut recorded = Vec::new();
         for ((instrument, reading), times) in self.instruments.channels.iter().zip(&readings).zip(&channel_times) {
-            recorded.push((instrument.channel, read(instrument, reading, &stands, &states, times, self.seed)));
+            recorded.push((instrument.channel, read(instrument, reading, &seen, times)));
         }
         let at = |time_s: &f64| {
             states.binary_search_by(|state| state.time_s.total_cmp(time_s)).ok().and_then(|place| states.get(place))
         };
         let truth = self.times_s.iter().map_while(|time_s| at(time_s).copied()).collect();
-        Ok(Flown { samples: gather(&recorded), truth, diverged_at_s })
+        let samples = sent(gather(&recorded), self.instruments.dropouts, start_s, self.seed);
+        Ok(Flown { samples, truth, diverged_at_s })
     }
 
-    /// Refuses what cannot be flown; gives the first and the last time, s.
-    fn check(&self) -> Result<(f64, f64), Refused> {
-        for effect in &self.effects {
-            match *effect {
-                Effect::Unknown { .. } => return Err(Refused::NotFlown(effect.kind())),
-                Effect::SensorBias { channel, .. }
-                | Effect::SensorScale { channel, .. }
-                | Effect::SensorLag { channel, .. }
-                | Effect::SensorDelay { channel, .. }
-                    if !self.gives(channel) =>
-                {
-                    return Err(Refused::NoChannel(channel));
-                }
-                Effect::RotorSpeed { .. } if self.model.trim.rotor_speed.is_none() => return Err(Refused::NoRotorSpeed),
-                _ => {}
-            }
-        }
-        if self.inputs.rotor_speed.is_some() && self.level1.as_ref().is_some_and(|trimmed| trimmed.aircraft.options.governed) {
-            return Err(Refused::Governed);
-        }
-        let on_rotor_speed =
-            self.inputs.rotor_speed.is_some() || self.model.rotor_speed.iter().any(|&derivative| derivative != 0.0);
-        if on_rotor_speed && self.model.trim.rotor_speed.is_none() {
-            return Err(Refused::NoRotorSpeed);
-        }
-        for instrument in &self.instruments.channels {
-            if !self.gives(instrument.channel) && instrument.channel != Channel::RotorSpeed {
-                return Err(Refused::NoChannel(instrument.channel));
-            }
-            if let Some(rate_hz) = instrument.rate_hz.filter(|rate_hz| !(rate_hz.is_finite() && *rate_hz > 0.0)) {
-                return Err(Refused::Rate(rate_hz));
-            }
-        }
-        for (&before, &time_s) in self.times_s.iter().zip(self.times_s.iter().skip(1)) {
-            if !(time_s > before && time_s.is_finite()) {
-                return Err(Refused::Times(time_s));
-            }
-        }
-        match (self.times_s.first(), self.times_s.last()) {
-            (Some(&first), Some(&last)) if first.is_finite() => Ok((first, last)),
-            (Some(&first), _) => Err(Refused::Times(first)),
-            _ => Err(Refused::Times(f64::NAN)),
-        }
-    }
-
-    fn gives(&self, channel: Channel) -> bool {
-        match channel {
-            Channel::RotorSpeed => self.model.trim.rotor_speed.is_some(),
-            Channel::Torque | Channel::Flap0 | Channel::Flap1c | Channel::Flap1s => self.level1.is_some(),
-            Channel::Rho => false,
-            _ => true,
-        }
+    /// The pilot with his hands on the controls, where there is one.
+    fn holding(&self, start: &Motion, start_s: f64) -> Result<Option<(Pilot, Holding)>, Refused> {
+        let Some(pilot) = self.pilot else { return Ok(None) };
+        let [_, _, heading] = start.attitude;
+        let linear = self.level1.as_ref().map(|trimmed| trimmed.linear());
+        let holding = Holding::of(pilot, linear.as_ref().unwrap_or(&self.model), heading, start_s).map_err(Refused::NoPower)?;
+        Ok(Some((pilot, holding)))
     }
 
     fn times_of(&self, rate_hz: Option<f64>, start_s: f64, end_s: f64) -> Result<Vec<f64>, Refused> {

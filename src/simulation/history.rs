@@ -133,39 +133,100 @@ impl History {
 
     /// Equation (3), with breakpoints where the limit takes hold and where it lets go.
     pub fn with_rate_limit(&self, rate: f64) -> Self {
-        let Some(&(first_time, first)) = self.points.first() else { return self.clone() };
+        let mut limiter = RateLimiter::new(rate);
+        let mut limited = limiter.follow(self);
+        // Past the last breakpoint the input is held and the output still catches up.
+        limited.points.extend(limiter.catches_up());
+        limited
+    }
+
+    /// The part up to that time, which becomes its last breakpoint; what is held before the first stays so.
+    pub(crate) fn until(&self, end_s: f64) -> Self {
+        let mut points: Vec<(f64, f64)> = self.points.iter().copied().take_while(|&(time_s, _)| time_s < end_s).collect();
+        points.push((end_s, self.at(end_s)));
+        History { points }
+    }
+
+    /// The part between two times, which become its first and last breakpoints.
+    pub(crate) fn within(&self, start_s: f64, end_s: f64) -> Self {
+        let inside = |&&(time_s, _): &&(f64, f64)| time_s > start_s && time_s < end_s;
+        let first = self.points.partition_point(|&(time_s, _)| time_s <= start_s);
+        let mut points = vec![(start_s, self.at(start_s))];
+        points.extend(self.points.iter().skip(first).take_while(inside));
+        points.push((end_s, self.at(end_s)));
+        History { points }
+    }
+
+    /// Adds to each breakpoint what `by` says of its time, s.
+    pub(crate) fn bent_by(mut self, by: impl Fn(f64) -> f64) -> Self {
+        self.points.iter_mut().for_each(|(time_s, value)| *value += by(*time_s));
+        self
+    }
+
+    /// Goes on as the other does after this one's last breakpoint.
+    pub(crate) fn append(&mut self, other: &History) {
+        let last_s = self.points.last().map_or(f64::NEG_INFINITY, |&(time_s, _)| time_s);
+        self.points.extend(other.points.iter().filter(|&&(time_s, _)| time_s > last_s));
+    }
+}
+
+/// Equation (3) as its input comes in, piece after piece.
+#[derive(Clone, Debug)]
+pub(crate) struct RateLimiter {
+    rate: f64,
+    /// Time, input and output at the end of what came in.
+    last: Option<(f64, f64, f64)>,
+}
+
+impl RateLimiter {
+    /// Nothing has come in.
+    pub(crate) fn new(rate: f64) -> Self {
+        RateLimiter { rate, last: None }
+    }
+
+    /// The output over the next piece of input; the first piece starts settled, each later one where the last ended.
+    pub(crate) fn follow(&mut self, piece: &History) -> History {
         let mut lines = Lines::default();
-        lines.add(first_time, first);
-        let (mut t, mut x, mut y) = (first_time, first, first);
-        for &(t1, x1) in self.points.iter().skip(1) {
+        for &(t1, x1) in &piece.points {
+            let Some((mut t, mut x, mut y)) = self.last else {
+                lines.add(t1, x1);
+                self.last = Some((t1, x1, x1));
+                continue;
+            };
+            if t1 <= t {
+                lines.add(t, y);
+                continue;
+            }
             let slope = (x1 - x) / (t1 - t);
             // At most one meeting a line where the input is slow, two where the input overtakes.
             while t < t1 {
                 let error = x - y;
-                if error == 0.0 && slope.abs() <= rate {
+                if error == 0.0 && slope.abs() <= self.rate {
                     (t, x, y) = (t1, x1, x1);
                     break;
                 }
                 let toward = if error == 0.0 { slope.signum() } else { error.signum() };
-                let closing = rate - slope * toward;
+                let closing = self.rate - slope * toward;
                 let meets = if error != 0.0 && closing > 0.0 { t + error.abs() / closing } else { f64::INFINITY };
                 if meets < t1 {
                     x += slope * (meets - t);
                     (t, y) = (meets.max(t), x);
                     lines.add(t, y);
                 } else {
-                    y += toward * rate * (t1 - t);
+                    y += toward * self.rate * (t1 - t);
                     (t, x) = (t1, x1);
                 }
             }
             lines.add(t1, y);
-        }
-        // Past the last breakpoint the input is held and the output still catches up.
-        if (x - y).abs() > 0.0 {
-            let settled = t + (x - y).abs() / rate;
-            lines.add(settled, x);
+            self.last = Some((t, x, y));
         }
         History { points: lines.points }
+    }
+
+    /// Where the output meets an input that is held from now on, if it has not.
+    fn catches_up(&self) -> Option<(f64, f64)> {
+        let (t, x, y) = self.last?;
+        ((x - y).abs() > 0.0).then(|| (t + (x - y).abs() / self.rate, x))
     }
 }
 
@@ -217,6 +278,26 @@ mod tests {
             let wanted = x.at(t) - x.at(t).clamp(-0.75, 0.75);
             assert!((y.at(t) - wanted).abs() < 1e-12, "{t}: {} is not {wanted}", y.at(t));
         }
+    }
+
+    #[test]
+    fn pieces_put_together_are_the_whole() {
+        let x = zigzag();
+        let cuts = [0.3, 1.0, 1.2, 3.9, 6.0, 8.0];
+        for rate in [0.7, 4.0] {
+            let mut limiter = RateLimiter::new(rate);
+            let mut y = limiter.follow(&x.until(cuts[0]));
+            for cut in cuts.windows(2) {
+                y.append(&limiter.follow(&x.within(cut[0], cut[1])));
+            }
+            let whole = x.with_rate_limit(rate);
+            for step in 0..=800 {
+                let t = f64::from(step) * 0.01;
+                assert!((y.at(t) - whole.at(t)).abs() < 1e-12, "rate {rate}, {t}");
+            }
+        }
+        assert_eq!(x.within(1.0, 1.25).points(), [(1.0, 3.0), (1.25, 0.5)]);
+        assert_eq!(x.until(1.25).points(), [(0.0, 0.0), (1.0, 3.0), (1.25, 0.5)]);
     }
 
     #[test]

@@ -3,10 +3,13 @@
 //! Consumes `control:shape:amplitude:clock[:start]` (rad, s, s); produces the control's deviation over time. Shapes:
 //! `step` moves to the amplitude and stays there (its clock may be left out: it has none); `doublet` is the multistep
 //! `11`; a multistep is a pattern of digits, each the length of one pulse in clocks, pulses of alternating sign, the
-//! first positive. After the last pulse the control is back at trim. The hand moves at no more than [`HAND_RATE`],
-//! starting at each switching time, so a pulse shorter than that takes does not reach its amplitude.
+//! first positive; `prbs3` to `prbs8` is the multistep of a pseudo-random binary sequence (`prbs`), 7 to 255 clocks long (the
+//! first of them is the 3211).
+//! After the last pulse the control is back at trim. The hand moves at no more than its rate, [`HAND_RATE`] unless told
+//! otherwise, starting at each switching time, so a pulse shorter than that takes does not reach its amplitude.
 
 use super::history::History;
+use super::prbs;
 use crate::flight::channel::Channel;
 use std::fmt;
 
@@ -59,8 +62,8 @@ impl InputSpec {
             _ => Err(refuse(format!("expected a finite number as {name}, found `{part}`"))),
         };
         let amplitude = number("amplitude", amplitude)?;
-        let pattern =
-            pattern(shape).ok_or_else(|| refuse(format!("expected step, doublet or digits 1 to 9, found `{shape}`")))?;
+        let pattern = pattern(shape)
+            .ok_or_else(|| refuse(format!("expected step, doublet, digits 1 to 9 or prbs3 to prbs8, found `{shape}`")))?;
         let clock_s = match rest.first() {
             Some(part) => number("clock", part)?,
             None if pattern.is_empty() => 0.0,
@@ -81,8 +84,14 @@ impl InputSpec {
         self.start_s.unwrap_or(lead_s) + self.clock_s * f64::from(self.pattern.iter().sum::<u32>())
     }
 
-    /// The deviation from trim over time.
+    /// The deviation from trim over time, by a hand of the usual rate.
     pub fn deviation(&self, lead_s: f64) -> History {
+        self.deviation_by_hand(lead_s, HAND_RATE)
+    }
+
+    /// The deviation from trim over time, by a hand that moves a control at no more than that rate, rad/s; a rotor speed is
+    /// moved by no hand.
+    pub fn deviation_by_hand(&self, lead_s: f64, hand_rate: f64) -> History {
         let start_s = self.start_s.unwrap_or(lead_s);
         let mut targets = Vec::new();
         let (mut time_s, mut sign) = (start_s, 1.0);
@@ -92,7 +101,7 @@ impl InputSpec {
             sign = -sign;
         }
         targets.push((time_s, if self.pattern.is_empty() { self.amplitude } else { 0.0 }));
-        by_hand(start_s, &targets, if self.channel == Channel::RotorSpeed { f64::MAX } else { HAND_RATE })
+        by_hand(start_s, &targets, if self.channel == Channel::RotorSpeed { f64::MAX } else { hand_rate })
     }
 }
 
@@ -102,7 +111,10 @@ impl fmt::Display for InputSpec {
         match self.pattern.as_slice() {
             [] => f.write_str("step")?,
             [1, 1] => f.write_str("doublet")?,
-            digits => digits.iter().try_for_each(|digit| write!(f, "{digit}"))?,
+            pattern => match prbs::order_of(pattern) {
+                Some(order) if order > 3 => write!(f, "prbs{order}")?,
+                _ => pattern.iter().try_for_each(|digit| write!(f, "{digit}"))?,
+            },
         }
         write!(f, ":{}:{}", self.amplitude, self.clock_s)?;
         self.start_s.map_or(Ok(()), |start| write!(f, ":{start}"))
@@ -114,6 +126,7 @@ fn pattern(shape: &str) -> Option<Vec<u32>> {
         "step" => Some(Vec::new()),
         "doublet" => Some(vec![1, 1]),
         "" => None,
+        sequence if sequence.starts_with("prbs") => prbs::pattern(sequence.get(4..)?.parse().ok()?),
         digits => digits.chars().map(|digit| digit.to_digit(10).filter(|&length| length > 0)).collect(),
     }
 }
@@ -175,8 +188,20 @@ mod tests {
     }
 
     #[test]
+    fn the_rate_is_the_hand_s() {
+        let spec = InputSpec::parse("pedal:prbs3:0.02:0.5:0").unwrap();
+        let x = spec.deviation_by_hand(0.0, 0.1);
+        let steepest = x.points().windows(2).map(|p| ((p[1].1 - p[0].1) / (p[1].0 - p[0].0)).abs()).fold(0.0, f64::max);
+        assert!((steepest - 0.1).abs() < 1e-12, "{steepest}");
+        // 1 1 1 -1 -1 1 -1: up for 1.5 s, down for 1 s, up and down for half a second each.
+        for (time, wanted) in [(0.1, 0.01), (1.4, 0.02), (2.4, -0.02), (2.9, 0.02), (3.4, -0.02), (4.0, 0.0)] {
+            assert!((x.at(time) - wanted).abs() < 1e-12, "{time}: {}", x.at(time));
+        }
+    }
+
+    #[test]
     fn specs_come_back_and_wrong_ones_say_why() {
-        for text in ["pedal:3211:0.02:0.7", "lat_cyclic:doublet:-0.01:1:3.5", "collective:2112:0.1:2"] {
+        for text in ["pedal:3211:0.02:0.7", "lat_cyclic:doublet:-0.01:1:3.5", "collective:2112:0.1:2", "pedal:prbs5:0.02:0.4"] {
             assert_eq!(InputSpec::parse(text).unwrap().to_string(), text);
         }
         for (text, part) in [
@@ -184,6 +209,9 @@ mod tests {
             ("pdal:3211:0.02:0.7", "`pdal`"),
             ("beta:3211:0.02:0.7", "`beta`"),
             ("pedal:wave:0.02:0.7", "`wave`"),
+            ("pedal:prbs2:0.02:0.7", "`prbs2`"),
+            ("pedal:prbs9:0.02:0.7", "`prbs9`"),
+            ("pedal:prbs:0.02:0.7", "prbs3 to prbs8"),
             ("pedal:3011:0.02:0.7", "`3011`"),
             ("pedal::0.02:0.7", "digits"),
             ("pedal:3211:nan:0.7", "amplitude"),

@@ -4,14 +4,21 @@
 //!     accelerometers  a + dw/dt x r + w x (w x r)                                        (1)
 //!     vanes           u + q z - r y,  v + r x - p z,  w + p y - q x                      (2)
 //!     alpha = atan2(w, u),  beta = asin(v / V) = atan2(v, sqrt(u^2 + w^2))               (3)
-//! with velocities through the air. `tas` is at the centre of mass. Then, in this order: lag, delay (steady before the
-//! start), `reading = factor * true + bias`, the run's own constant bias, white noise, quantisation.
+//! with velocities through the air. `tas` is at the centre of mass. Then, in this order: vibration of its place, lag, delay
+//! (steady before the start), `reading = factor * true + bias`, the run's own constant bias, white noise, the word that it
+//! is sent as, and dropouts: of the instrument, and of the link that sends all of them. What the instrument itself does and
+//! what an effect does to it add up: one lag follows the other, delays and biases are summed, factors multiplied.
+//!
+//! A word counts steps of `quantum` from the lower end of its range and holds at both ends (saturation); without a range the
+//! steps are counted from zero.
 //! Refused: a channel that the simulation has nothing to say about (density; torque and flapping of a linear model).
 
-use super::control_path::lag;
+use super::control_path::Lag;
+use super::dropout::{Dropouts, Link};
 use super::integrate::TrueState;
 use super::noise::NormalNoise;
-use crate::flight::channel::Channel;
+use super::vibration::{Azimuth, Vibration};
+use crate::flight::channel::{CHANNELS, Channel};
 use crate::flight::control::Control;
 use crate::flight::effect::{Effect, PositionedSensor};
 use crate::telemetry::record::Sample;
@@ -27,8 +34,54 @@ pub struct Instrument {
     pub noise_std: f64,
     /// Standard deviation of the bias that it keeps for a run.
     pub bias_std: f64,
+    /// What it reads too much, at every time.
+    pub bias: f64,
+    /// It reads that many times the true value.
+    pub factor: f64,
+    /// First-order lag, s; zero has none.
+    pub lag_s: f64,
+    /// Time by which it reads late, s.
+    pub delay_s: f64,
     /// Step of its readings; `None` reads continuously.
     pub quantum: Option<f64>,
+    /// The least and the most that it reads; `None` has no bounds.
+    pub range: Option<[f64; 2]>,
+    /// Vibration that it reads: amplitude at blade passing and at twice that.
+    pub vibration: Option<[f64; 2]>,
+    /// Its own dropouts.
+    pub dropouts: Option<Dropouts>,
+}
+
+impl Instrument {
+    /// One that reads the truth.
+    pub const fn perfect(channel: Channel) -> Self {
+        Instrument {
+            channel,
+            rate_hz: None,
+            noise_std: 0.0,
+            bias_std: 0.0,
+            bias: 0.0,
+            factor: 1.0,
+            lag_s: 0.0,
+            delay_s: 0.0,
+            quantum: None,
+            range: None,
+            vibration: None,
+            dropouts: None,
+        }
+    }
+
+    /// The word that stands for a value.
+    pub fn word(&self, value: f64) -> f64 {
+        let Some([least, most]) = self.range else {
+            return self.quantum.map_or(value, |quantum| libm::round(value / quantum) * quantum);
+        };
+        let bounded = value.clamp(least, most);
+        let Some(quantum) = self.quantum else { return bounded };
+        // The last count that the range holds; a whole range of counts is not to lose its last to rounding.
+        let last = libm::floor((most - least) / quantum * (1.0 + 1e-12));
+        least + libm::round((bounded - least) / quantum).min(last) * quantum
+    }
 }
 
 /// The instruments of an aircraft, and where those stand whose position matters.
@@ -40,10 +93,14 @@ pub struct Instruments {
     pub accelerometer_position_m: [f64; 3],
     /// Position of the vanes from the centre of mass, body axes, m.
     pub vane_position_m: [f64; 3],
+    /// Blades of the main rotor, for vibration; `None` takes those of a Level-1 aircraft.
+    pub blades: Option<f64>,
+    /// Dropouts of the link that sends every channel.
+    pub dropouts: Option<Dropouts>,
 }
 
 const fn instrument(channel: Channel, noise_std: f64, bias_std: f64) -> Instrument {
-    Instrument { channel, rate_hz: None, noise_std, bias_std, quantum: None }
+    Instrument { noise_std, bias_std, ..Instrument::perfect(channel) }
 }
 
 /// What good flight-test instruments do: noise and bias in the channel's unit. The rotor speed is read where there is one.
@@ -91,6 +148,8 @@ impl Instruments {
             channels: FLIGHT_QUALITY.map(scaled).to_vec(),
             accelerometer_position_m: [0.0; 3],
             vane_position_m: [0.0; 3],
+            blades: None,
+            dropouts: None,
         }
     }
 
@@ -100,7 +159,7 @@ impl Instruments {
     }
 }
 
-/// The effects on one channel's reading.
+/// What an instrument and the effects on its channel make of its reading.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Reading {
     lags_s: Vec<f64>,
@@ -111,8 +170,14 @@ pub(crate) struct Reading {
 }
 
 impl Reading {
-    pub(crate) fn of(channel: Channel, effects: &[Effect]) -> Self {
-        let mut reading = Reading { lags_s: Vec::new(), delay_s: 0.0, factor: 1.0, bias: 0.0 };
+    pub(crate) fn of(instrument: &Instrument, effects: &[Effect]) -> Self {
+        let channel = instrument.channel;
+        let mut reading = Reading {
+            lags_s: if instrument.lag_s > 0.0 { vec![instrument.lag_s] } else { Vec::new() },
+            delay_s: instrument.delay_s,
+            factor: instrument.factor,
+            bias: instrument.bias,
+        };
         for effect in effects {
             match *effect {
                 Effect::SensorBias { channel: c, value } if c == channel => reading.bias += value,
@@ -199,33 +264,50 @@ impl Stands {
     }
 }
 
+/// What readings are taken of.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seen<'s> {
+    pub(crate) stands: Stands,
+    pub(crate) states: &'s [TrueState],
+    /// The rotor's turning and its blades, where anything vibrates with them.
+    pub(crate) rotor: Option<(&'s Azimuth, f64)>,
+    pub(crate) start_s: f64,
+    pub(crate) seed: u64,
+}
+
 /// One instrument's reading at each of its times, s.
-pub(crate) fn read(
-    instrument: &Instrument,
-    reading: &Reading,
-    stands: &Stands,
-    states: &[TrueState],
-    times_s: &[f64],
-    seed: u64,
-) -> Vec<(f64, f64)> {
-    let mesh_s: Vec<f64> = states.iter().map(|state| state.time_s).collect();
-    let Some(mut truth) = states.iter().map(|state| stands.true_value(instrument.channel, state)).collect::<Option<Vec<f64>>>()
-    else {
-        return Vec::new();
-    };
+pub(crate) fn read(instrument: &Instrument, reading: &Reading, seen: &Seen<'_>, times_s: &[f64]) -> Vec<(f64, f64)> {
+    let channel = instrument.channel;
+    let mesh_s: Vec<f64> = seen.states.iter().map(|state| state.time_s).collect();
+    let truth: Option<Vec<f64>> = seen.states.iter().map(|state| seen.stands.true_value(channel, state)).collect();
+    let Some(mut truth) = truth else { return Vec::new() };
     for &tau in &reading.lags_s {
-        lag(&mesh_s, &mut truth, tau);
+        Lag::new(tau).follow(&mesh_s, &mut truth);
     }
-    let mut noise = NormalNoise::new(seed, instrument.channel.index() as u64);
+    let mut noise = NormalNoise::new(seen.seed, channel.index() as u64);
     let bias = reading.bias + instrument.bias_std * noise.draw();
+    let shaken = instrument.vibration.zip(seen.rotor);
+    let shaken = shaken.map(|(lines, (azimuth, blades))| (Vibration::new(channel, lines, blades, seen.seed), azimuth));
+    let mut link = instrument.dropouts.map(|dropouts| Link::new(dropouts, channel.index() as u64, seen.start_s, seen.seed));
     let until_s = mesh_s.last().copied().unwrap_or(f64::NEG_INFINITY);
     let mut values = Vec::with_capacity(times_s.len());
     for &time_s in times_s.iter().take_while(|&&time_s| time_s - reading.delay_s <= until_s) {
-        let exact = between(&mesh_s, &truth, time_s - reading.delay_s);
+        let felt_s = time_s - reading.delay_s;
+        let shaking = shaken.as_ref().map_or(0.0, |(lines, azimuth)| lines.at(felt_s, azimuth, reading.lags_s.iter().copied()));
+        let exact = between(&mesh_s, &truth, felt_s) + shaking;
         let value = reading.factor * exact + bias + instrument.noise_std * noise.draw();
-        values.push((time_s, instrument.quantum.map_or(value, |quantum| libm::round(value / quantum) * quantum)));
+        if !link.as_mut().is_some_and(|link| link.loses(time_s)) {
+            values.push((time_s, instrument.word(value)));
+        }
     }
     values
+}
+
+/// The samples that a link with dropouts lets through.
+pub(crate) fn sent(samples: Vec<Sample>, dropouts: Option<Dropouts>, start_s: f64, seed: u64) -> Vec<Sample> {
+    let Some(dropouts) = dropouts else { return samples };
+    let mut link = Link::new(dropouts, CHANNELS as u64, start_s, seed);
+    samples.into_iter().filter(|sample| !link.loses(sample.time_s)).collect()
 }
 
 /// Samples out of every instrument's readings; readings closer than a nanosecond are of one time.

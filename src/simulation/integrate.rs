@@ -85,7 +85,7 @@ pub(crate) struct Nonlinear<'d> {
 }
 
 /// The motion and the states beside it.
-type State = ([f64; MOTION_STATES], [f64; INNER]);
+pub(crate) type State = ([f64; MOTION_STATES], [f64; INNER]);
 
 /// What drives the motion.
 pub(crate) struct Drive<'d> {
@@ -130,22 +130,23 @@ pub(crate) fn longest_level1_step(trimmed: &Trimmed) -> Option<f64> {
 }
 
 impl Drive<'_> {
-    /// True states at the mesh points from this start on, and the time at which the motion diverged, where it did.
-    pub(crate) fn fly(&self, start: Motion) -> (Vec<TrueState>, Option<f64>) {
-        let mut states = Vec::with_capacity(self.nodes_s.len() / 2 + 1);
-        let inner = self.level1.map_or([0.0; INNER], |level1| level1.trimmed.inner.to_vector());
-        let mut now: State = (start.to_vector(), inner);
+    /// Flies on from the state at the first mesh point, which becomes that at the last; adds the true states at the mesh
+    /// points after those that are there. The time at which the motion diverged, where it did.
+    pub(crate) fn fly(&self, now: &mut State, states: &mut Vec<TrueState>) -> Option<f64> {
+        let known_s = states.last().map_or(f64::NEG_INFINITY, |state| state.time_s);
         let mut node = 0;
-        while let Some((state, inner_rates)) = self.state_at(node, &now) {
+        while let Some((state, inner_rates)) = self.state_at(node, now) {
             if !carries(&state.motion) {
-                return (states, Some(state.time_s));
+                return Some(state.time_s);
             }
-            states.push(state);
-            let Some(next) = self.step(node, &now, (state.rate_of_change(), inner_rates)) else { break };
-            now = next;
+            if state.time_s > known_s {
+                states.push(state);
+            }
+            let Some(next) = self.step(node, now, (state.rate_of_change(), inner_rates)) else { break };
+            *now = next;
             node += 2;
         }
-        (states, None)
+        None
     }
 
     /// One Runge-Kutta step from a mesh point, where the slope is known, to the next; `None` past the last.

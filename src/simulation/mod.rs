@@ -8,23 +8,31 @@
 //! Refused: an effect that names no cause, a channel that nothing is known of, times that do not increase. A motion
 //! that diverges is a result, cut where it leaves the kinematics.
 //!
-//! The way of a control: `input` (hand) -> `control_path` (dead zone, mixing, delay, rate limit, lag) -> `linear` or [`level1`]
-//! (forces) -> `integrate` (`motion`) -> `instrument` (position, lag, delay, scale, bias, noise).
+//! The way of a control: `input` (hand) and `pilot` -> `control_path` (dead zone, mixing, delay, rate limit, lag) -> `linear` or
+//! [`level1`] (forces) -> `integrate` (`motion`), one `leg` after the other -> `instrument` (position, `vibration`, lag, delay,
+//! scale, bias, noise, word, `dropout`).
 
 mod control_path;
 pub mod design;
+pub mod dropout;
 pub mod eigenmodes;
 pub mod flight_model;
 pub mod fly;
 pub mod history;
 pub mod input;
 pub mod instrument;
+pub mod instrument_file;
 pub mod integrate;
+mod leg;
 pub mod level1;
 pub mod linear;
 pub mod motion;
 pub mod noise;
+pub mod pilot;
+mod prbs;
+pub mod refused;
 pub mod turbulence;
+mod vibration;
 
 #[cfg(test)]
 mod flights;

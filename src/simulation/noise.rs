@@ -36,7 +36,7 @@ impl NormalNoise {
     }
 
     /// Uniform on [0, 1), 53 bits.
-    fn uniform(&mut self) -> f64 {
+    pub(crate) fn uniform(&mut self) -> f64 {
         const STEP: f64 = 1.0 / (1u64 << 53) as f64;
         (self.generator.next_u64() >> 11) as f64 * STEP
     }

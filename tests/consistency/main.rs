@@ -13,3 +13,5 @@ mod manoeuvre;
 mod puma;
 
 mod filter;
+mod gusts;
+mod instruments;

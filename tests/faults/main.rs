@@ -12,6 +12,7 @@ mod program;
 
 mod design;
 mod inspect;
+mod instrument_files;
 mod level1_files;
 mod mavlink;
 mod model_files;

@@ -12,5 +12,6 @@ mod manoeuvre;
 #[path = "../support/puma.rs"]
 mod puma;
 
+mod pilot;
 mod puma_100kn;
 mod tlog;
