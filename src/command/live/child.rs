@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 /// Pause before another start; doubles with each death that follows soon, up to [`LONGEST`].
 const SHORTEST: Duration = Duration::from_millis(10);
-const LONGEST: Duration = Duration::from_secs(1);
+const LONGEST: Duration = Duration::from_millis(250);
 /// Who lived that long died of something new.
 const LIVED: Duration = Duration::from_millis(250);
 
