@@ -1,27 +1,31 @@
 //! Instruments as a file describes them (TOML): what differs from flight-test quality, channel by channel.
 //!
 //! Consumes a text such as
-//!     rate_hz = 100                        # of every channel without one of its own, Hz
-//!     accelerometer_position_m = [0.4, 0.0, -0.2]    # where they stand; the run says so
-//!     vane_position_m = [6.5, 0.0, 0.5]
-//!     [channel.p]                          # by a channel's name; any of these
-//!     rate_hz = 256                        # its own rate: rows at its own times
-//!     noise = 0.001                        # standard deviation of white noise, channel's unit
-//!     bias = 0.002                         # reads that much too much
-//!     bias_std = 0.0005                    # standard deviation of a bias that is drawn once a run
-//!     scale = 1.01                         # reads that many times the true value
-//!     lag = 0.02                           # first-order lag, s
-//!     delay = 0.01                         # reads late by, s
-//!     bits = 12                            # a PCM word: 2^bits counts from one end of the range to the other, held there
-//!     range = [-1.0, 1.0]
-//!     # quantum = 0.001                    # or steps of this size, with or without a range
-//!     dropouts = { rate = 0.1, mean_length = 0.2 }   # its own; losses a second of reception, s
-//!     [dropouts]                           # of the link: every channel at once
-//!     rate = 0.05
-//!     mean_length = 0.3
-//!     [vibration]                          # amplitudes at rotor speed times blades, and at twice that
-//!     blades = 4                           # those of a Level-1 aircraft where left out
-//!     az = [1.0, 0.3]                      # of ax ay az p q r
+//!
+//! ```toml
+//! rate_hz = 100                        # of every channel without one of its own, Hz
+//! accelerometer_position_m = [0.4, 0.0, -0.2]    # where they stand; the run says so
+//! vane_position_m = [6.5, 0.0, 0.5]
+//! [channel.p]                          # by a channel's name; any of these
+//! rate_hz = 256                        # its own rate: rows at its own times
+//! noise = 0.001                        # standard deviation of white noise, channel's unit
+//! bias = 0.002                         # reads that much too much
+//! bias_std = 0.0005                    # standard deviation of a bias that is drawn once a run
+//! scale = 1.01                         # reads that many times the true value
+//! lag = 0.02                           # first-order lag, s
+//! delay = 0.01                         # reads late by, s
+//! bits = 12                            # a PCM word: 2^bits counts from one end of the range to the other, held there
+//! range = [-1.0, 1.0]
+//! # quantum = 0.001                    # or steps of this size, with or without a range
+//! dropouts = { rate = 0.1, mean_length = 0.2 }   # its own; losses a second of reception, s
+//! [dropouts]                           # of the link: every channel at once
+//! rate = 0.05
+//! mean_length = 0.3
+//! [vibration]                          # amplitudes at rotor speed times blades, and at twice that
+//! blades = 4                           # those of a Level-1 aircraft where left out
+//! az = [1.0, 0.3]                      # of ax ay az p q r
+//! ```
+//!
 //! Produces instruments. What is left out is as in `FLIGHT_QUALITY`, or not there: a `bias` without `bias_std` is the whole bias.
 //! Refused, with line and column: a key, channel or number that is none, a channel that the flight does not give.
 

@@ -4,7 +4,7 @@
 //! travelled fastest. So what waited in a socket is as old as it is. With d = host - boot of each message,
 //!     offset <- min(offset + elapsed / 10^4, d)                                                               (1)
 //! the offset creeps up, so that two clocks of different rate (crystals: 2 10^-4 at most) do not make ages grow for ever.
-//! A lower difference counts once [`CONFIRMED`] messages in a row have it: one wrong stamp is not believed. A delay that
+//! A lower difference counts once `CONFIRMED` messages in a row have it: one wrong stamp is not believed. A delay that
 //! does not let up for [`WINDOW_US`] is the clock's own (a simulation that paused) and is taken as such; twice in a row
 //! and the clock runs slower than the host's: then ages count from arrival.
 
