@@ -3,7 +3,7 @@
 use super::message;
 use super::model_input::read_model;
 use super::output_file::{print, refuse_to_overwrite, write_json, write_whole};
-use super::replay::stopped_by_signals;
+use super::stop::stopped_by_signals;
 use serde_json::{Value, json};
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::ControlNames;

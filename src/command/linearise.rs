@@ -233,7 +233,7 @@ fn to_table(file: &ModelFile, model: &LinearModel, effects: &[Effect], modes: &E
     for mode in &modes.others {
         write_mode(&mut text, "other", mode);
     }
-    text.push_str("\nmodes of the lateral subsystem v p phi r alone (1/s), which estimates from flight are compared with\n");
+    text.push_str("\nmodes of the lateral subsystem v p phi r alone (1/s), as estimates from flight name them too\n");
     match subsystem(model) {
         None => text.push_str("none\n"),
         Some(modes) => {

@@ -16,6 +16,7 @@ pub(crate) mod replay;
 mod run_controls;
 pub(crate) mod simulate;
 mod simulated_run;
+mod stop;
 pub(crate) mod watch;
 
 use std::fmt::Arguments;

@@ -1,8 +1,8 @@
 //! `sideslip watch`: the newest estimates out of shared memory, once a second, for a person or a program.
 
 use super::output_file::print_while_read;
-use super::replay::stopped_by_signals;
 use super::root_path;
+use super::stop::stopped_by_signals;
 use serde_json::{Value, json};
 use sideslip::bus::reader::{Estimate, Reader};
 use sideslip::bus::run_head::newest_head;

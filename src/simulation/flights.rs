@@ -69,11 +69,10 @@ fn the_trim_stays_the_trim() {
     assert!((altitude[500] - altitude[0] - 10.0 * climb).abs() < 1e-8);
 }
 
-#[test]
-fn every_effect_is_flown_or_refused() {
+/// One effect of each kind, in the order of [`EffectKind::ALL`], each large enough to be seen.
+pub(super) fn one_of_each() -> [Effect; 18] {
     let pedal = Control::Pedal;
-    let plain = flight(&[]).fly().unwrap();
-    let effects = [
+    [
         Effect::Derivative { axis: Axis::N, variable: Variable::P, delta: -0.1 },
         Effect::Nonlinear { axis: Axis::N, term: Term::SignedSquare(Variable::V), coefficient: 0.005 },
         Effect::ControlEffectiveness { control: pedal, factor: 0.8 },
@@ -92,7 +91,13 @@ fn every_effect_is_flown_or_refused() {
         Effect::SensorPosition { sensor: PositionedSensor::Vane, offset_m: [5.0, 0.0, 0.0] },
         Effect::None,
         Effect::Unknown { axis: Axis::L },
-    ];
+    ]
+}
+
+#[test]
+fn every_effect_is_flown_or_refused() {
+    let effects = one_of_each();
+    let plain = flight(&[]).fly().unwrap();
     assert_eq!(effects.map(|effect| effect.kind()).as_slice(), EffectKind::ALL);
     for effect in effects {
         let flown = flight(&[effect]).fly();

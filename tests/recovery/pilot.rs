@@ -1,6 +1,7 @@
 //! The built-in Puma with a pilot who holds its attitude: long flights stay near the trim, and its derivatives are what they
 //! are without him.
 
+use crate::WANTED;
 use crate::manoeuvre::{DURATION_S, INPUTS, LEAD_S, over_seeds, seeds};
 use crate::puma::puma_100kn;
 use nalgebra::{DMatrix, DVector};
@@ -140,16 +141,6 @@ fn derivatives_by_least_squares_are_the_model_s_with_him_and_without() {
 #[test]
 fn the_pipeline_s_derivatives_are_within_their_standard_errors_with_him() {
     let Some(model) = puma_100kn() else { return };
-    let wanted = [
-        (Axis::N, Variable::V),
-        (Axis::N, Variable::P),
-        (Axis::N, Variable::R),
-        (Axis::N, Variable::Pedal),
-        (Axis::L, Variable::V),
-        (Axis::L, Variable::P),
-        (Axis::L, Variable::R),
-        (Axis::L, Variable::LatCyclic),
-    ];
     let mut held = with_inputs(Flight::of(model.clone()), &INPUTS, DURATION_S);
     (held.pilot, held.instruments) = (Some(Pilot::ATTITUDE), Instruments::flight_quality(1.0));
     let all = over_seeds(seeds(40), |seed| {
@@ -158,12 +149,12 @@ fn the_pipeline_s_derivatives_are_within_their_standard_errors_with_him() {
             pipeline.step(sample);
         }
         let last = pipeline.finish().derivatives.clone().unwrap();
-        wanted.map(|(axis, variable)| {
+        WANTED.map(|(axis, variable)| {
             let term = last.equations[axis.index()].term(variable);
             term.map_or(f64::INFINITY, |term| (term.value - model.derivative(axis, variable)) / term.std)
         })
     });
-    for (place, (axis, variable)) in wanted.into_iter().enumerate() {
+    for (place, (axis, variable)) in WANTED.into_iter().enumerate() {
         let scores: Vec<f64> = all.iter().map(|one| one[place]).collect();
         let within = scores.iter().filter(|score| score.abs() < 3.0).count();
         let mean = scores.iter().sum::<f64>() / scores.len() as f64;

@@ -4,6 +4,7 @@
 //! standard errors a seed misses with probability 0.0027, and a quantity misses the gate (6 or more of 100) once in 10^8;
 //! were the standard errors a third too small, three in a hundred would miss and a quantity would fail once in 12.
 
+use crate::WANTED;
 use crate::manoeuvre::{INPUTS, fly, over_seeds, seeds};
 use crate::puma::puma_100kn;
 use sideslip::flight::derivative::{Axis, Variable};
@@ -16,17 +17,6 @@ use sideslip::regression::record::{DerivativesRecord, LateralDerivatives, Status
 use sideslip::simulation::eigenmodes::eigenmodes;
 use sideslip::simulation::instrument::Instruments;
 use sideslip::simulation::linear::state_matrix;
-
-const WANTED: [(Axis, Variable); 8] = [
-    (Axis::N, Variable::V),
-    (Axis::N, Variable::P),
-    (Axis::N, Variable::R),
-    (Axis::N, Variable::Pedal),
-    (Axis::L, Variable::V),
-    (Axis::L, Variable::P),
-    (Axis::L, Variable::R),
-    (Axis::L, Variable::LatCyclic),
-];
 
 /// Last word of the pipeline on one flight.
 fn estimate(model: &LinearModel, inputs: &[&str], instruments: &Instruments, seed: u64) -> (DerivativesRecord, ModesRecord) {

@@ -3,10 +3,10 @@
 //! What the messages cost: single precision, milliseconds of attitude, and pulses of whole microseconds, 0.35 mrad of
 //! control. Gate as without MAVLink: 95 % of the seeds for each quantity.
 
+use crate::WANTED;
 use crate::manoeuvre::{INPUTS, fly, over_seeds, seeds};
 use crate::puma::puma_100kn;
 use sideslip::flight::channel::{Channel, ControlNames};
-use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::run::RunGeometry;
 use sideslip::pipeline::{Config, Pipeline};
 use sideslip::simulation::instrument::Instruments;
@@ -15,17 +15,6 @@ use sideslip::telemetry::mavlink::mapping::Config as Mapping;
 use sideslip::telemetry::mavlink::packet::{Framer, Framing};
 use sideslip::telemetry::mavlink::stream::Stream;
 use sideslip::telemetry::record::Sample;
-
-const WANTED: [(Axis, Variable); 8] = [
-    (Axis::N, Variable::V),
-    (Axis::N, Variable::P),
-    (Axis::N, Variable::R),
-    (Axis::N, Variable::Pedal),
-    (Axis::L, Variable::V),
-    (Axis::L, Variable::P),
-    (Axis::L, Variable::R),
-    (Axis::L, Variable::LatCyclic),
-];
 
 /// The samples as they come out of the frames that they went into.
 fn telemetered(samples: &[Sample]) -> Vec<Sample> {

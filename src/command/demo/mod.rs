@@ -10,7 +10,7 @@ mod table;
 
 use super::message;
 use super::output_file::{print, write_json};
-use super::replay::stopped_by_signals;
+use super::stop::stopped_by_signals;
 use flight::{TestFlight, Vehicle};
 use live::LiveChild;
 use sideslip::bus::reader::{Estimate, Reader};

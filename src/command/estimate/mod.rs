@@ -4,9 +4,8 @@ pub(crate) mod outlet;
 mod run;
 mod voice;
 
-use super::live::supervised;
 use super::output_file::write_json;
-use super::replay::stopped_by_signals;
+use super::stop::{stopped_by_signals, supervised};
 use super::{patience, root_path};
 use outlet::Outlet;
 use run::{Ended, LiveRun};

@@ -177,16 +177,8 @@ impl Ended {
 
     /// What was lost or not used, a sentence each.
     pub(super) fn losses(&self) -> Vec<String> {
-        let mut losses = Vec::new();
-        if self.sink.dropped_samples > 0 {
-            losses.push(format!("{} of {} samples dropped for their time", self.sink.dropped_samples, self.rows));
-        }
-        if self.sink.unused_values > 0 {
-            losses.push(format!("{} values not used: no number, or none that an aircraft reaches", self.sink.unused_values));
-        }
-        if let Some(log) = self.log.as_ref().filter(|log| log.lost > 0) {
-            losses.push(format!("{} of {} messages are not in the log {}", log.lost, log.lost + log.written, log.path.display()));
-        }
+        let mut losses = self.sink.losses(self.rows);
+        losses.extend(self.log.as_ref().and_then(Logged::loss));
         losses.extend(self.unlogged.iter().map(|why| format!("no log was written: {why}")));
         losses.into_iter().map(|loss| format!("run {}: {loss}", self.name)).collect()
     }

@@ -6,8 +6,7 @@ mod play;
 mod quiet;
 mod vehicle_file;
 
-use super::live::supervised;
-use super::replay::stopped_by_signals;
+use super::stop::{stopped_by_signals, supervised};
 use ::replay::Pace;
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::log_head::LogHead;

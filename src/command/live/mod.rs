@@ -7,7 +7,7 @@
 mod child;
 
 use super::ingest::Source;
-use super::replay::stopped_by_signals;
+use super::stop::{stopped_by_signals, supervised};
 use super::{message, root_path};
 use ::replay::Pace;
 use child::{Child, Died};
@@ -17,9 +17,7 @@ use sideslip::bus::root::Role;
 use sideslip::bus::run_head::play_anew;
 use sideslip::bus::service::{Bus, Subscriber};
 use sideslip::error::{Failure, Outcome};
-use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -78,21 +76,6 @@ pub(crate) struct Args {
     /// End when standard input ends
     #[arg(long, hide = true)]
     supervised: bool,
-}
-
-/// In a process that another started: stop where standard input ends.
-pub(crate) fn supervised(is: bool, stop: &Arc<AtomicBool>) -> Result<(), Failure> {
-    if is {
-        let stop = Arc::clone(stop);
-        let listen = move || {
-            let mut bytes = [0; 64];
-            while std::io::stdin().read(&mut bytes).is_ok_and(|read| read > 0) {}
-            stop.store(true, Ordering::Relaxed);
-        };
-        let started = std::thread::Builder::new().name("sideslip-parent".to_owned()).spawn(listen);
-        started.map_err(|error| Failure::Running(format!("no thread to be had: {error}")))?;
-    }
-    Ok(())
 }
 
 /// Supervises until the source ends or it is stopped.

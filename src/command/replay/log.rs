@@ -67,7 +67,15 @@ pub(crate) struct Logged {
     /// Messages in it.
     pub(crate) written: u64,
     /// Messages that it lacks.
-    pub(crate) lost: u64,
+    lost: u64,
+}
+
+impl Logged {
+    /// What it lacks, in words.
+    pub(crate) fn loss(&self) -> Option<String> {
+        let Logged { path, written, lost } = self;
+        (*lost > 0).then(|| format!("{lost} of {} messages are not in the log {}", lost + written, path.display()))
+    }
 }
 
 impl Log {

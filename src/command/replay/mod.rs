@@ -9,16 +9,14 @@ pub(crate) mod sink;
 use super::mapping_input::read_mapping;
 use super::message;
 use super::output_file::{print, refuse_to_overwrite, write_json};
+use super::stop::stopped_by_signals;
 use run::{From, Played, Run};
 use sideslip::error::{Failure, Outcome};
 use sideslip::outputs::derivatives_json::derivatives_json;
 use sideslip::outputs::terminal::Style;
 use sideslip::pipeline::Config;
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::sync::atomic::Ordering;
 
 const EXAMPLE: &str = "\
 Example:
@@ -62,9 +60,6 @@ pub(crate) struct Args {
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     trim_window: Option<f64>,
 }
-
-/// Two signals closer than this are one.
-const SAID_TWICE: Duration = Duration::from_millis(500);
 
 /// Plays every recording and prints what it came to.
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
@@ -117,26 +112,4 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         return Err(Failure::Running(last.interruption(unplayed)));
     }
     Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })
-}
-
-/// A flag that the first SIGINT, SIGTERM or SIGHUP sets; another one, half a second later or more, ends the process at once.
-/// Sooner it is the same wish said twice, as `timeout` and shells do that signal a process and its group.
-pub(crate) fn stopped_by_signals() -> Result<Arc<AtomicBool>, Failure> {
-    let (stop, insists) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
-    for signal in [SIGINT, SIGTERM, SIGHUP] {
-        signal_hook::flag::register_conditional_shutdown(signal, 1, Arc::clone(&insists))
-            .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&stop)))
-            .map_err(|error| Failure::Running(format!("signals cannot be caught: {error}")))?;
-    }
-    let asked = Arc::clone(&stop);
-    let arm = move || {
-        while !asked.load(Ordering::Relaxed) {
-            std::thread::sleep(SAID_TWICE / 5);
-        }
-        std::thread::sleep(SAID_TWICE);
-        insists.store(true, Ordering::Relaxed);
-    };
-    let started = std::thread::Builder::new().name("sideslip-signals".to_owned()).spawn(arm);
-    started.map_err(|error| Failure::Running(format!("no thread to be had: {error}")))?;
-    Ok(stop)
 }

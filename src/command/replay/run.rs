@@ -236,16 +236,8 @@ impl Played {
     /// What was lost or skipped, a sentence each.
     pub(super) fn losses(&self) -> Vec<String> {
         let mut losses: Vec<String> = self.notes.iter().take(self.losses).cloned().collect();
-        if self.sink.dropped_samples > 0 {
-            losses.push(format!("{} of {} samples dropped for their time", self.sink.dropped_samples, self.rows));
-        }
-        if self.sink.unused_values > 0 {
-            losses.push(format!("{} values not used: no number, or none that an aircraft reaches", self.sink.unused_values));
-        }
-        if let Some(log) = self.log.as_ref().filter(|log| log.lost > 0) {
-            let all = log.lost + log.written;
-            losses.push(format!("{} of {all} messages are not in the log {}", log.lost, log.path.display()));
-        }
+        losses.extend(self.sink.losses(self.rows));
+        losses.extend(self.log.as_ref().and_then(Logged::loss));
         let file = self.file.display();
         losses.into_iter().map(|loss| format!("{file}: {loss}")).collect()
     }

@@ -23,8 +23,8 @@ pub(crate) struct Sink {
     pub(crate) modes: Option<ModesRecord>,
     pub(crate) events: Box<EventRing<EVENTS>>,
     /// Samples that the estimation dropped for their time, and values that it did not use.
-    pub(crate) dropped_samples: u64,
-    pub(crate) unused_values: u64,
+    dropped_samples: u64,
+    unused_values: u64,
 }
 
 impl Sink {
@@ -90,6 +90,18 @@ impl Sink {
     /// Whether more than half of the queue to the log is taken.
     pub(crate) fn is_half_full(&self) -> bool {
         self.to_log.as_ref().is_some_and(Sender::is_half_full)
+    }
+
+    /// What of so many samples was not used, a sentence each.
+    pub(crate) fn losses(&self, rows: u64) -> Vec<String> {
+        let mut losses = Vec::new();
+        if self.dropped_samples > 0 {
+            losses.push(format!("{} of {rows} samples dropped for their time", self.dropped_samples));
+        }
+        if self.unused_values > 0 {
+            losses.push(format!("{} values not used: no number, or none that an aircraft reaches", self.unused_values));
+        }
+        losses
     }
 
     /// Ends the way to the log.

@@ -6,9 +6,9 @@ use super::trim::{Condition, NoTrim, TOLERANCE, Trimmed};
 use crate::flight::channel::Channel;
 use crate::flight::control::Control;
 use crate::flight::derivative::{Axis, Variable};
-use crate::flight::effect::{Effect, EffectKind, PositionedSensor};
-use crate::flight::term::Term;
+use crate::flight::effect::{Effect, EffectKind};
 use crate::simulation::flight_model::{Asked, FlightModel};
+use crate::simulation::flights::one_of_each;
 use crate::simulation::fly::{Flight, Flown, Inputs, Refused, uniform_times};
 use crate::simulation::history::History;
 use crate::simulation::input::InputSpec;
@@ -236,7 +236,6 @@ fn half_the_step_changes_nothing_that_matters() {
 
 #[test]
 fn every_effect_is_at_work_on_a_level1_aircraft() {
-    let pedal = Control::Pedal;
     let trimmed = puma(&["flight.climb=3"]);
     let plain = flight(&trimmed, "pedal:3211:0.02:0.7:1", 8.0);
     let with = |effect: Effect| {
@@ -247,21 +246,10 @@ fn every_effect_is_at_work_on_a_level1_aircraft() {
         flight.fly()
     };
     let bare = with(Effect::None).unwrap();
-    for effect in [
-        Effect::Derivative { axis: Axis::N, variable: Variable::P, delta: -0.1 },
-        Effect::Nonlinear { axis: Axis::N, term: Term::SignedSquare(Variable::V), coefficient: 0.005 },
-        Effect::ControlEffectiveness { control: pedal, factor: 0.8 },
-        Effect::ActuatorLag { control: pedal, tau: 0.15 },
-        Effect::TransportDelay { control: pedal, delay: 0.1 },
-        Effect::RateLimit { control: pedal, rate: 0.02 },
-        Effect::DeadZone { control: pedal, half_width: 0.005 },
-        Effect::CrossFeed { from: pedal, to: Control::Collective, gain: 0.3 },
-        Effect::RotorSpeed { axis: Axis::N, coefficient: 0.1 },
-        Effect::FlightPath { axis: Axis::N, variable: Variable::P, slope: 1.0 },
-        Effect::Turbulence { sigma: 1.0, length: 150.0 },
-        Effect::SensorBias { channel: Channel::Beta, value: 0.01 },
-        Effect::SensorPosition { sensor: PositionedSensor::Vane, offset_m: [5.0, 0.0, 0.0] },
-    ] {
+    for effect in one_of_each() {
+        if matches!(effect, Effect::None | Effect::Unknown { .. }) {
+            continue;
+        }
         let flown = with(effect).unwrap();
         let largest = |channel| {
             let (a, b) = (readings(&flown, channel), readings(&bare, channel));
