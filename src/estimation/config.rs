@@ -6,10 +6,10 @@ use crate::flight::setting::{Setting, check};
 /// Standard deviations of the instruments' white noise, a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
-    /// Accelerometers, m/s^2.
-    pub accelerometer_std: f64,
-    /// Gyros, rad/s.
-    pub gyro_std: f64,
+    /// Accelerometers x y z, m/s^2.
+    pub accelerometer_std: [f64; 3],
+    /// Gyros p q r, rad/s.
+    pub gyro_std: [f64; 3],
     /// True airspeed, m/s.
     pub airspeed_std: f64,
     /// Incidence vane, rad.
@@ -26,11 +26,29 @@ pub struct Noise {
     pub altitude_std: f64,
 }
 
+/// Where the noise statistics come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum NoiseSource {
+    /// From the record, by maximum likelihood, within bounds about what is configured.
+    #[default]
+    Record,
+    /// As configured.
+    Configured,
+}
+
 /// Configuration of the estimation stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config {
-    /// Noise of the instruments.
+    /// Noise of the instruments: until the record has shown its own where `noise_source` says so.
     pub noise: Noise,
+    /// Random walk of the angular accelerations p-dot q-dot r-dot, rad/s^2 per sqrt(s); likewise.
+    pub angular_acceleration_walk: [f64; 3],
+    /// Random walk of the specific forces x y z, m/s^2 per sqrt(s); likewise.
+    pub specific_force_walk: [f64; 3],
+    /// Where the noise comes from.
+    pub noise_source: NoiseSource,
+    /// Prior standard deviation of the scale errors of airspeed, incidence and sideslip; 0 takes them for exact.
+    pub scale_error_std: [f64; 3],
     /// Prior standard deviation of the accelerometer biases, m/s^2.
     pub accelerometer_bias_std: f64,
     /// Prior standard deviation of the gyro biases, rad/s.
@@ -43,6 +61,8 @@ pub struct Config {
     pub unmeasured_acceleration_std: f64,
     /// Innovations beyond so many of their standard deviations are rejected.
     pub gate_sigmas: f64,
+    /// Lag of the fixed-lag smoother, s.
+    pub smoother_lag_s: f64,
     /// Half width of the smoothing kernel: the regression lags the newest sample by that much, s.
     pub lag_s: f64,
     /// Interval of the regression grid, s.
@@ -65,8 +85,8 @@ impl Config {
     /// Instruments of flight-test quality; nothing here was tuned to a recording.
     pub const DEFAULT: Config = Config {
         noise: Noise {
-            accelerometer_std: 0.05,
-            gyro_std: 0.002,
+            accelerometer_std: [0.05; 3],
+            gyro_std: [0.002; 3],
             airspeed_std: 0.5,
             incidence_std: 0.003,
             sideslip_std: 0.003,
@@ -75,12 +95,17 @@ impl Config {
             heading_std: 0.005,
             altitude_std: 2.0,
         },
+        angular_acceleration_walk: [0.5; 3],
+        specific_force_walk: [3.0; 3],
+        noise_source: NoiseSource::Record,
+        scale_error_std: [0.0; 3],
         accelerometer_bias_std: 0.1,
         gyro_bias_std: 0.003,
         accelerometer_bias_walk: 1e-4,
         gyro_bias_walk: 1e-5,
         unmeasured_acceleration_std: 1.0,
         gate_sigmas: 5.0,
+        smoother_lag_s: 0.5,
         lag_s: 0.4,
         grid_s: 0.08,
         trim_window_s: 1.0,
@@ -95,8 +120,12 @@ impl Config {
     pub const fn validate(&self) -> Result<(), ConfigError> {
         let n = &self.noise;
         let settings: [Setting; _] = [
-            ("noise of the accelerometers", n.accelerometer_std, 0.0, 100.0),
-            ("noise of the gyros", n.gyro_std, 0.0, 10.0),
+            ("noise of the x accelerometer", n.accelerometer_std[0], 0.0, 100.0),
+            ("noise of the y accelerometer", n.accelerometer_std[1], 0.0, 100.0),
+            ("noise of the z accelerometer", n.accelerometer_std[2], 0.0, 100.0),
+            ("noise of the p gyro", n.gyro_std[0], 0.0, 10.0),
+            ("noise of the q gyro", n.gyro_std[1], 0.0, 10.0),
+            ("noise of the r gyro", n.gyro_std[2], 0.0, 10.0),
             ("noise of the airspeed", n.airspeed_std, 0.0, 100.0),
             ("noise of the incidence vane", n.incidence_std, 0.0, 1.0),
             ("noise of the sideslip vane", n.sideslip_std, 0.0, 1.0),
@@ -104,12 +133,22 @@ impl Config {
             ("noise of the pitch attitude", n.pitch_std, 0.0, 1.0),
             ("noise of the heading", n.heading_std, 0.0, 3.0),
             ("noise of the altitude", n.altitude_std, 0.0, 1e4),
+            ("walk of p-dot", self.angular_acceleration_walk[0], 0.0, 1e4),
+            ("walk of q-dot", self.angular_acceleration_walk[1], 0.0, 1e4),
+            ("walk of r-dot", self.angular_acceleration_walk[2], 0.0, 1e4),
+            ("walk of the x specific force", self.specific_force_walk[0], 0.0, 1e4),
+            ("walk of the y specific force", self.specific_force_walk[1], 0.0, 1e4),
+            ("walk of the z specific force", self.specific_force_walk[2], 0.0, 1e4),
+            ("prior of the airspeed scale", self.scale_error_std[0], -f64::MIN_POSITIVE, 1.0),
+            ("prior of the incidence scale", self.scale_error_std[1], -f64::MIN_POSITIVE, 1.0),
+            ("prior of the sideslip scale", self.scale_error_std[2], -f64::MIN_POSITIVE, 1.0),
             ("prior of the accelerometer biases", self.accelerometer_bias_std, 0.0, 100.0),
             ("prior of the gyro biases", self.gyro_bias_std, 0.0, 10.0),
             ("walk of the accelerometer biases", self.accelerometer_bias_walk, -f64::MIN_POSITIVE, 10.0),
             ("walk of the gyro biases", self.gyro_bias_walk, -f64::MIN_POSITIVE, 1.0),
             ("unmeasured acceleration", self.unmeasured_acceleration_std, 0.0, 1e3),
             ("innovation gate", self.gate_sigmas, 1.0, 100.0),
+            ("smoother lag", self.smoother_lag_s, 0.02, 5.0),
             ("smoothing lag", self.lag_s, 0.02, 5.0),
             ("regression interval", self.grid_s, 0.005, 0.1),
             ("trim window", self.trim_window_s, 0.0, 60.0),

@@ -4,15 +4,23 @@
 //! airspeed and attitude are there, runs on what is there, and says what is missing.
 
 use super::admission::{Admission, Verdict};
-use super::aid;
+use super::aid::{self, inertial};
 use super::config::{Config, ConfigError};
 use super::consistency::{Consistency, flow_angle_rates};
 use super::delay_line::{DelayLine, Smoothed};
-use super::ekf::{Ekf, ProcessNoise};
+use super::ekf::Ekf;
+use super::fixed_lag::{FixedLag, Moving, SmoothedPoint};
 use super::health::AidHealth;
 use super::latest::{Latest, is_tick};
-use super::process::{ACCELEROMETER_BIAS, ALTITUDE, ATTITUDE, GYRO_BIAS, INPUTS, Input, STATES, State, VELOCITY};
-use super::record::{AIDS, Aid, EstimationEvent, Innovation, Instrumentation, SmoothedRecord, StateRecord, TrimRecord};
+use super::latest::{INPUTS, Input};
+use super::noise::NoiseStatistics;
+use super::process::{
+    ACCELEROMETER_BIAS, ALTITUDE, ANGULAR_ACCELERATION, ATTITUDE, GYRO_BIAS, RATES, SCALE_ERROR, SPECIFIC_FORCE, STATES, State,
+    VELOCITY,
+};
+use super::record::{
+    AIDS, Aid, EstimationEvent, Innovation, Instrumentation, LaggedRecord, NoiseRecord, SmoothedRecord, StateRecord, TrimRecord,
+};
 use super::trim::TrimWindow;
 use crate::flight::channel::{CHANNELS, Channel};
 use crate::flight::run::RunGeometry;
@@ -38,6 +46,15 @@ pub const EVENTS: usize = 2 + CHANNELS + 1 + 1 + 2 + 3 + AIDS;
 
 /// How long the filter waits for the aids that it would like to start with, s.
 const START_WAIT_S: f64 = 0.5;
+/// The noise statistics are brought up to date so often, s.
+const NOISE_STEP_S: f64 = 0.1;
+/// What angular accelerations and specific forces may be when the filter starts, rad/s^2 and m/s^2 (standard deviations), and
+/// the rates, rad/s: the instruments have the say at once.
+const START_STD: [f64; 3] = [1.0, 2.0, 30.0];
+/// Standard deviation of a scale error that is taken for exact: no variance may be nothing.
+const EXACT_STD: f64 = 1e-9;
+/// Gate of gyros and accelerometers: their innovations are never rejected, for they say how the aircraft moves.
+const NO_GATE: f64 = 1e9;
 /// How long after the start an instrument that has not come counts as missing, s.
 const MISSING_AFTER_S: f64 = 1.0;
 
@@ -48,6 +65,8 @@ pub struct EstimationOutput {
     pub state: Option<StateRecord>,
     /// What the aids did.
     pub innovations: Vec<Innovation, AIDS>,
+    /// The state of a while ago, where the sample completed one.
+    pub lagged: Option<LaggedRecord>,
     /// Smoothed signals at the instants of the regression grid that the sample completed.
     pub smoothed: Vec<SmoothedRecord, INSTANTS>,
     /// The trim, at the one sample that completed its window.
@@ -57,8 +76,14 @@ pub struct EstimationOutput {
 }
 
 impl EstimationOutput {
-    const EMPTY: EstimationOutput =
-        EstimationOutput { state: None, innovations: Vec::new(), smoothed: Vec::new(), trim: None, events: Vec::new() };
+    const EMPTY: EstimationOutput = EstimationOutput {
+            state: None,
+            innovations: Vec::new(),
+            lagged: None,
+            smoothed: Vec::new(),
+            trim: None,
+            events: Vec::new(),
+        };
 }
 
 /// The estimation stage.
@@ -69,6 +94,9 @@ pub struct Estimator {
     admission: Admission,
     latest: Latest,
     ekf: Option<Ekf>,
+    fixed_lag: FixedLag,
+    noise: NoiseStatistics,
+    noise_due_s: f64,
     time_s: f64,
     input: Input,
     waiting_since_s: Option<f64>,
@@ -100,6 +128,9 @@ impl Estimator {
             admission: Admission::new(config.gap_s),
             latest: Latest::new(config.hold_s),
             ekf: None,
+            fixed_lag: FixedLag::new(config.smoother_lag_s, config.grid_s),
+            noise: NoiseStatistics::new(&config),
+            noise_due_s: 0.0,
             time_s: 0.0,
             input: [0.0; INPUTS],
             waiting_since_s: None,
@@ -134,6 +165,11 @@ impl Estimator {
         self.ekf.as_ref()
     }
 
+    /// The noise statistics in use.
+    pub fn noise(&self) -> &NoiseRecord {
+        self.noise.record()
+    }
+
     /// Coefficients of determination of the flow-angle rates (incidence, sideslip) by the kinematics, where they can be told.
     pub fn consistency(&self) -> [Option<f64>; 2] {
         self.consistency.map(|comparison| comparison.r_squared())
@@ -160,6 +196,11 @@ impl Estimator {
             self.restart();
         }
         let tick = self.latest.take(&sample);
+        self.noise.take(&sample);
+        if sample.time_s >= self.noise_due_s || self.noise_due_s - sample.time_s > NOISE_STEP_S {
+            self.noise_due_s = sample.time_s + NOISE_STEP_S;
+            self.noise.update();
+        }
         if self.ekf.is_none() {
             if tick {
                 self.start(sample.time_s);
@@ -177,6 +218,8 @@ impl Estimator {
 
     fn restart(&mut self) {
         self.ekf = None;
+        self.fixed_lag.clear();
+        self.noise.break_off();
         self.waiting_since_s = None;
         self.latest.clear();
         self.delay.clear();
@@ -194,7 +237,7 @@ impl Estimator {
             return;
         }
         let Some(tas) = get(Channel::Tas).filter(|tas| *tas > aid::AIRSPEED_MIN_M_S) else { return };
-        let n = &self.config.noise;
+        let n = self.noise.noise();
         let (phi, theta, attitude_std) = match (get(Channel::Phi), get(Channel::Theta)) {
             (Some(phi), Some(theta)) => (phi, theta, n.bank_std.max(n.pitch_std)),
             // No attitude gyro: level by the accelerometers, as if the aircraft were not accelerating.
@@ -226,12 +269,28 @@ impl Estimator {
         variances[ATTITUDE + 1] = square(attitude_std);
         variances[ATTITUDE + 2] = square(psi_std);
         variances[ALTITUDE] = square(altitude_std);
+        let [rate_std, acceleration_std, force_std] = START_STD;
         for i in 0..3 {
+            variances[RATES + i] = square(rate_std);
+            variances[ANGULAR_ACCELERATION + i] = square(acceleration_std);
+            variances[SPECIFIC_FORCE + i] = square(force_std);
             variances[ACCELEROMETER_BIAS + i] = square(self.config.accelerometer_bias_std);
             variances[GYRO_BIAS + i] = square(self.config.gyro_bias_std);
+            variances[SCALE_ERROR + i] = square(self.config.scale_error_std[i].max(EXACT_STD));
         }
         self.input = self.latest.input(time_s, &x).0;
-        self.ekf = Some(Ekf::new(x, variances));
+        x[RATES..RATES + 3].copy_from_slice(&self.input[3..]);
+        x[SPECIFIC_FORCE..SPECIFIC_FORCE + 3].copy_from_slice(&self.input[..3]);
+        let mut ekf = Ekf::new(x, variances);
+        for (place, channel) in inertial::INERTIAL.into_iter().enumerate() {
+            let Some(observation) = get(channel) else { continue };
+            let prediction = inertial::predict(place, ekf.state(), self.noise.noise());
+            if ekf.fuse(observation, &prediction, NO_GATE).is_err() {
+                self.notice(EstimationEvent::NumericBreakdown);
+                return;
+            }
+        }
+        self.ekf = Some(ekf);
         self.time_s = time_s;
         self.started_s = time_s;
         self.notice(EstimationEvent::Initialised);
@@ -242,14 +301,31 @@ impl Estimator {
         let time_s = sample.time_s;
         let dt = time_s - self.time_s;
         let (input, measured) = self.latest.input(time_s, ekf.state());
-        let noise = self.process_noise(measured, dt);
-        ekf.propagate(&self.input, &input, dt, &noise)?;
+        ekf.propagate(dt, &self.noise.process(&self.config, measured))?;
+        self.fixed_lag.propagate(ekf.transition());
         self.input = input;
         self.time_s = time_s;
+        for (place, channel) in inertial::INERTIAL.into_iter().enumerate() {
+            let Some(observation) = sample.get(channel) else { continue };
+            let prediction = inertial::predict(place, ekf.state(), self.noise.noise());
+            let fusion = ekf.fuse(observation, &prediction, NO_GATE)?;
+            self.fixed_lag.follow(&prediction.row, &fusion);
+        }
         for aid in Aid::ALL {
             let Some(observation) = sample.get(aid.channel()) else { continue };
-            let Some(prediction) = aid::predict(aid, ekf.state(), &input, &self.geometry, &self.config.noise) else { continue };
-            let innovation = ekf.fuse(time_s, aid, observation, &prediction, self.config.gate_sigmas)?;
+            let Some(prediction) = aid::predict(aid, ekf.state(), &self.geometry, self.noise.noise()) else { continue };
+            let fusion = ekf.fuse(observation, &prediction, self.config.gate_sigmas)?;
+            self.fixed_lag.follow(&prediction.row, &fusion);
+            let innovation = Innovation {
+                time_s,
+                aid,
+                observation,
+                observation_var: prediction.noise_var,
+                innovation: fusion.innovation,
+                innovation_var: fusion.innovation_var,
+                test_ratio: fusion.test_ratio,
+                fused: fusion.gain.is_some(),
+            };
             if let Some(event) = self.health[aid.index()].judge(&innovation) {
                 self.notice(event);
             }
@@ -257,6 +333,9 @@ impl Estimator {
         }
         let state = self.record(&ekf);
         self.output.state = Some(state);
+        if tick {
+            self.output.lagged = self.fixed_lag.tick(time_s, &ekf).map(|point| lagged(&point, &self.geometry));
+        }
         self.ekf = Some(ekf);
         self.delay(sample, &state);
         if tick {
@@ -279,38 +358,21 @@ impl Estimator {
         Ok(())
     }
 
-    fn process_noise(&self, measured: [bool; 3], dt: f64) -> ProcessNoise {
-        let config = &self.config;
-        let mut input_var = [0.0; INPUTS];
-        for (i, var) in input_var.iter_mut().enumerate() {
-            *var = match measured.get(i) {
-                Some(true) => config.noise.accelerometer_std * config.noise.accelerometer_std,
-                // Correlated over 1 s: as much variance a second as white noise of this variance a step.
-                Some(false) => 2.0 * config.unmeasured_acceleration_std * config.unmeasured_acceleration_std / dt,
-                None => config.noise.gyro_std * config.noise.gyro_std,
-            };
-        }
-        ProcessNoise {
-            input_var,
-            accelerometer_walk_var: config.accelerometer_bias_walk * config.accelerometer_bias_walk,
-            gyro_walk_var: config.gyro_bias_walk * config.gyro_bias_walk,
-        }
-    }
-
     fn record(&self, ekf: &Ekf) -> StateRecord {
         let x = ekf.state();
         let three = |offset: usize| core::array::from_fn(|i| x[offset + i]);
         let three_std = |offset: usize| core::array::from_fn(|i| ekf.std(offset + i));
-        let rates: [f64; 3] = core::array::from_fn(|i| self.input[3 + i] - x[GYRO_BIAS + i]);
-        let [u, v, w]: [f64; 3] = three(VELOCITY);
-        let [ax, ay, az] = self.geometry.accelerometer_position_m;
-        let [p, q, r] = rates;
+        let moving: Moving = core::array::from_fn(|i| x[i]);
         StateRecord {
             time_s: self.time_s,
-            // From the accelerometers back to the centre of mass.
-            velocity: [u - (q * az - r * ay), v - (r * ax - p * az), w - (p * ay - q * ax)],
+            velocity: centre_velocity(&moving, &self.geometry),
             velocity_std: three_std(VELOCITY),
-            rates,
+            rates: three(RATES),
+            rates_std: three_std(RATES),
+            angular_acceleration: three(ANGULAR_ACCELERATION),
+            angular_acceleration_std: three_std(ANGULAR_ACCELERATION),
+            specific_force: centre_force(three(SPECIFIC_FORCE), three(RATES), three(ANGULAR_ACCELERATION), &self.geometry),
+            specific_force_std: three_std(SPECIFIC_FORCE),
             attitude: three(ATTITUDE),
             attitude_std: three_std(ATTITUDE),
             altitude: x[ALTITUDE],
@@ -395,13 +457,7 @@ impl Estimator {
         let value = &smoothed.value;
         let [u, v, w, p, q, r, phi, theta, ax, ay, az, ..] = *value;
         let [dp, dq, dr] = [smoothed.slope[3], smoothed.slope[4], smoothed.slope[5]];
-        // Specific force at the centre of mass: a - omega' x s - omega x (omega x s), s where the accelerometers stand.
-        let [x, y, z] = self.geometry.accelerometer_position_m;
-        let force = [
-            ax + (q * q + r * r) * x - (p * q - dr) * y - (p * r + dq) * z,
-            ay - (p * q + dr) * x + (p * p + r * r) * y - (q * r - dp) * z,
-            az - (p * r - dq) * x - (q * r + dp) * y + (p * p + q * q) * z,
-        ];
+        let force = centre_force([ax, ay, az], [p, q, r], [dp, dq, dr], &self.geometry);
         let mut controls = [0.0; 4];
         let mut controls_present = [false; 4];
         for i in 0..4 {
@@ -425,15 +481,17 @@ impl Estimator {
     }
 
     fn compare_vanes(&mut self, smoothed: &Smoothed<SIGNALS>) {
-        let n = &self.config.noise;
+        let n = *self.noise.noise();
         let u = smoothed.value[0];
         let vane_var = [n.incidence_std * n.incidence_std, n.sideslip_std * n.sideslip_std];
-        let force_var = n.accelerometer_std * n.accelerometer_std / (u * u) + n.gyro_std * n.gyro_std;
+        // alpha moves by az and q, beta by ay and r.
+        let inertial_var = [(n.accelerometer_std[2], n.gyro_std[1]), (n.accelerometer_std[1], n.gyro_std[2])]
+            .map(|(force, rate)| force * force / (u * u) + rate * rate);
         let aids = [Aid::Incidence, Aid::Sideslip];
         for (i, aid) in aids.into_iter().enumerate() {
             let (vane, rate) = (VANE_SIGNALS + i, KINEMATIC_SIGNALS + i);
             let noise_var = self.delay.ticks_a_sample(vane) * smoothed.slope_noise_gain * vane_var[i]
-                + self.delay.ticks_a_sample(rate) * smoothed.value_noise_gain * force_var;
+                + self.delay.ticks_a_sample(rate) * smoothed.value_noise_gain * inertial_var[i];
             let measured = if self.delay.is_silent(vane) { f64::NAN } else { smoothed.slope[vane] };
             let kinematic = smoothed.value[rate];
             self.consistency[i].compare(measured, kinematic, noise_var);
@@ -445,5 +503,41 @@ impl Estimator {
                 self.notice(EstimationEvent::KinematicsDisagree { aid, r_squared });
             }
         }
+    }
+}
+
+/// Velocity of the centre of mass from that of the accelerometers: v - omega x s, s where they stand.
+fn centre_velocity(x: &Moving, geometry: &RunGeometry) -> [f64; 3] {
+    let [u, v, w, _, _, _, _, p, q, r, ..] = *x;
+    let [ax, ay, az] = geometry.accelerometer_position_m;
+    [u - (q * az - r * ay), v - (r * ax - p * az), w - (p * ay - q * ax)]
+}
+
+/// Specific force at the centre of mass: a - omega' x s - omega x (omega x s), s where the accelerometers stand.
+fn centre_force(force: [f64; 3], rates: [f64; 3], slopes: [f64; 3], geometry: &RunGeometry) -> [f64; 3] {
+    let ([ax, ay, az], [p, q, r], [dp, dq, dr]) = (force, rates, slopes);
+    let [x, y, z] = geometry.accelerometer_position_m;
+    [
+        ax + (q * q + r * r) * x - (p * q - dr) * y - (p * r + dq) * z,
+        ay - (p * q + dr) * x + (p * p + r * r) * y - (q * r - dp) * z,
+        az - (p * r - dq) * x - (q * r + dp) * y + (p * p + q * q) * z,
+    ]
+}
+
+fn lagged(point: &SmoothedPoint, geometry: &RunGeometry) -> LaggedRecord {
+    let three = |offset: usize| -> [f64; 3] { core::array::from_fn(|i| point.x[offset + i]) };
+    let std = |offset: usize| core::array::from_fn(|i| libm::sqrt(point.var[offset + i]));
+    LaggedRecord {
+        time_s: point.time_s,
+        velocity: centre_velocity(&point.x, geometry),
+        velocity_std: std(VELOCITY),
+        attitude: three(ATTITUDE),
+        attitude_std: std(ATTITUDE),
+        rates: three(RATES),
+        rates_std: std(RATES),
+        angular_acceleration: three(ANGULAR_ACCELERATION),
+        angular_acceleration_std: std(ANGULAR_ACCELERATION),
+        specific_force: centre_force(three(SPECIFIC_FORCE), three(RATES), three(ANGULAR_ACCELERATION), geometry),
+        specific_force_std: std(SPECIFIC_FORCE),
     }
 }

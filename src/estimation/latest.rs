@@ -3,7 +3,7 @@
 //! Consumes admitted samples; produces held values, the filter's inputs, and which instruments there are. A value serves
 //! for at most the hold time; then the channel counts as silent.
 
-use super::process::{ATTITUDE, INPUTS, Input, State};
+use super::process::{ATTITUDE, State};
 use super::record::{AIDS, Aid, Instrumentation};
 use crate::flight::channel::{CHANNELS, Channel};
 use crate::flight::unit::STANDARD_GRAVITY as G0;
@@ -11,6 +11,11 @@ use crate::telemetry::record::Sample;
 
 /// Weight of the newest interval in the running mean of the gyros' interval.
 const INTERVAL_GAIN: f64 = 0.05;
+
+/// Inertial inputs: three specific forces, three rates.
+pub const INPUTS: usize = 6;
+/// ax ay az p q r.
+pub type Input = [f64; INPUTS];
 
 /// Newest values and their times.
 #[derive(Clone, Debug)]

@@ -1,5 +1,6 @@
 //! The published vocabulary of state estimation: state, innovation, smoothed regressors, events.
 
+use super::config::Noise;
 use crate::flight::channel::Channel;
 
 /// A measurement that aids the filter. The discriminant is its place in per-aid tables.
@@ -79,8 +80,18 @@ pub struct StateRecord {
     pub velocity: [f64; 3],
     /// Standard deviations of u v w, m/s.
     pub velocity_std: [f64; 3],
-    /// p q r, body rates less gyro bias, rad/s.
+    /// p q r, body rates, rad/s.
     pub rates: [f64; 3],
+    /// Standard deviations of p q r, rad/s.
+    pub rates_std: [f64; 3],
+    /// p-dot q-dot r-dot, rad/s^2.
+    pub angular_acceleration: [f64; 3],
+    /// Standard deviations of p-dot q-dot r-dot, rad/s^2.
+    pub angular_acceleration_std: [f64; 3],
+    /// Specific force at the centre of mass, m/s^2.
+    pub specific_force: [f64; 3],
+    /// Standard deviations of the specific force, m/s^2; large where no accelerometer measures it.
+    pub specific_force_std: [f64; 3],
     /// phi theta psi, rad.
     pub attitude: [f64; 3],
     /// Standard deviations of phi theta psi, rad.
@@ -99,6 +110,44 @@ pub struct StateRecord {
     pub gyro_bias_std: [f64; 3],
     /// How many aids were fused at this sample.
     pub fused: u8,
+}
+
+/// The state a while ago, estimated from everything until now (fixed-lag smoother), at the centre of mass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LaggedRecord {
+    /// Time that the state belongs to, s.
+    pub time_s: f64,
+    /// u v w, m/s.
+    pub velocity: [f64; 3],
+    /// Standard deviations of u v w, m/s.
+    pub velocity_std: [f64; 3],
+    /// phi theta psi, rad.
+    pub attitude: [f64; 3],
+    /// Standard deviations of phi theta psi, rad.
+    pub attitude_std: [f64; 3],
+    /// p q r, rad/s.
+    pub rates: [f64; 3],
+    /// Standard deviations of p q r, rad/s.
+    pub rates_std: [f64; 3],
+    /// p-dot q-dot r-dot, rad/s^2.
+    pub angular_acceleration: [f64; 3],
+    /// Standard deviations of p-dot q-dot r-dot, rad/s^2.
+    pub angular_acceleration_std: [f64; 3],
+    /// Specific force at the centre of mass, m/s^2.
+    pub specific_force: [f64; 3],
+    /// Standard deviations of the specific force, m/s^2.
+    pub specific_force_std: [f64; 3],
+}
+
+/// The noise statistics in use.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NoiseRecord {
+    /// Of the instruments.
+    pub noise: Noise,
+    /// Random walk of p-dot q-dot r-dot, rad/s^2 per sqrt(s).
+    pub angular_acceleration_walk: [f64; 3],
+    /// Random walk of the specific forces x y z, m/s^2 per sqrt(s).
+    pub specific_force_walk: [f64; 3],
 }
 
 /// Smoothed signals at one instant of the regression grid: every entry has been through the same zero-phase kernel,

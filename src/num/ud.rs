@@ -5,12 +5,12 @@
 //!     P = U diag(d) U'                                                                        (1)
 //! | symbol | shape | meaning |
 //! | --- | --- | --- |
-//! | F | N x N | transition; its rows from M on are those of the identity (constant parameters) |
+//! | F | N x N | transition: of the first M states among themselves; the others are constant parameters |
 //! | G, q | M x K, K | noise input matrix of the first M states, variances of the independent inputs |
 //! | h, r | N, 1 | measurement row, its noise variance |
 //!
 //! Time update (Thornton 1976; modified weighted Gram-Schmidt), with U split at M as [U11 U12; 0 U22]:
-//!     U22, d2 unchanged,  U12 <- F11 U12 + F12 U22,
+//!     U22, d2 unchanged,  U12 <- F11 U12,
 //!     rows of [F11 U11, G] with weights (d1, q) made orthogonal from the last to the first      (2)
 //! Measurement update (Bierman 1977, ch. V): f = U'h, v = d f, a_0 = r, a_j = a_(j-1) + f_j v_j,
 //!     d_j <- d_j a_(j-1)/a_j,  u_ij <- u_ij - k_i f_j/a_(j-1),  k_i <- k_i + v_j u_ij(old)      (3)
@@ -115,13 +115,13 @@ impl<T: Real, const N: usize> UdFactor<T, N> {
         if i == j { T::ONE } else { self.column[j][i] }
     }
 
-    /// Time update, (2): `top` are the first M rows of F; K noise inputs act on the first M states.
+    /// Time update, (2): `top` is F11 [M x M]; K noise inputs act on the first M states.
     ///
     /// # Errors
     /// [`Breakdown`] where a predicted variance is not positive.
     pub fn propagate<const M: usize, const K: usize>(
         &mut self,
-        top: &[[T; N]; M],
+        top: &[[T; M]; M],
         noise_input: &[[T; K]; M],
         noise_var: &[T; K],
     ) -> Result<(), Breakdown> {
@@ -138,8 +138,8 @@ impl<T: Real, const N: usize> UdFactor<T, N> {
         for j in M..N {
             let old = self.column[j];
             for i in 0..M {
-                let mut sum = top[i][j];
-                for k in 0..j {
+                let mut sum = T::ZERO;
+                for k in 0..M {
                     sum += top[i][k] * old[k];
                 }
                 self.column[j][i] = sum;
@@ -304,10 +304,10 @@ mod tests {
         let mut p = dense(&factor);
         for _ in 0..300 {
             let mut f = Matrix5::identity();
-            let mut top = [[0.0; 5]; 3];
+            let mut top = [[0.0; 3]; 3];
             let mut g = [[0.0; 2]; 3];
             for i in 0..3 {
-                for j in 0..5 {
+                for j in 0..3 {
                     f[(i, j)] += 0.1 * pseudo(&mut seed);
                     top[i][j] = f[(i, j)];
                 }
@@ -348,6 +348,6 @@ mod tests {
         assert_eq!(factor.project(&[1.0; 5], 0.0).unwrap_err(), Breakdown { index: 5 });
         assert_eq!(factor.project(&[f64::NAN; 5], 1.0).unwrap_err(), Breakdown { index: 5 });
         let mut zero = Factor::from_variances([0.0, 1.0, 1.0, 1.0, 1.0]);
-        assert_eq!(zero.propagate(&[[1.0, 0.0, 0.0, 0.0, 0.0]], &[[0.0]], &[1.0]), Err(Breakdown { index: 0 }));
+        assert_eq!(zero.propagate(&[[1.0]], &[[0.0]], &[1.0]), Err(Breakdown { index: 0 }));
     }
 }

@@ -56,7 +56,7 @@ impl Serialize for SampleJson<'_> {
 }
 
 /// The fields of `/state` with their units, in their order; [`StateJson`] writes just these.
-pub(super) const STATE_FIELDS: [(&str, &str); 31] = [
+pub(super) const STATE_FIELDS: [(&str, &str); 46] = [
     ("u", "m/s"),
     ("v", "m/s"),
     ("w", "m/s"),
@@ -86,6 +86,21 @@ pub(super) const STATE_FIELDS: [(&str, &str); 31] = [
     ("std_bias_p", "rad/s"),
     ("std_bias_q", "rad/s"),
     ("std_bias_r", "rad/s"),
+    ("p_dot", "rad/s^2"),
+    ("q_dot", "rad/s^2"),
+    ("r_dot", "rad/s^2"),
+    ("ax", "m/s^2"),
+    ("ay", "m/s^2"),
+    ("az", "m/s^2"),
+    ("std_p", "rad/s"),
+    ("std_q", "rad/s"),
+    ("std_r", "rad/s"),
+    ("std_p_dot", "rad/s^2"),
+    ("std_q_dot", "rad/s^2"),
+    ("std_r_dot", "rad/s^2"),
+    ("std_ax", "m/s^2"),
+    ("std_ay", "m/s^2"),
+    ("std_az", "m/s^2"),
     ("fused", "1"),
     ("time", "s"),
 ];
@@ -96,7 +111,7 @@ pub(super) struct StateJson<'a>(pub(super) &'a StateRecord);
 impl Serialize for StateJson<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let s = self.0;
-        let groups: [&[f64]; 10] = [
+        let groups: [&[f64]; 9] = [
             &s.velocity,
             &s.rates,
             &s.attitude,
@@ -106,10 +121,17 @@ impl Serialize for StateJson<'_> {
             &[s.altitude_std],
             &s.accelerometer_bias,
             &s.gyro_bias,
-            &[],
         ];
-        let deviations = [s.accelerometer_bias_std, s.gyro_bias_std];
-        let values = groups.into_iter().flatten().chain(deviations.as_flattened());
+        let triples = [
+            s.accelerometer_bias_std,
+            s.gyro_bias_std,
+            s.angular_acceleration,
+            s.specific_force,
+            s.rates_std,
+            s.angular_acceleration_std,
+            s.specific_force_std,
+        ];
+        let values = groups.into_iter().flatten().chain(triples.as_flattened());
         let mut map = serializer.serialize_map(None)?;
         map.serialize_entry("time", &s.time_s)?;
         for ((name, _), value) in STATE_FIELDS.iter().zip(values) {

@@ -7,7 +7,7 @@
 
 use crate::manoeuvre::{INPUTS, fly, over_seeds, seeds};
 use crate::puma::puma_100kn;
-use sideslip::estimation::config::{Config, Noise};
+use sideslip::estimation::config::{Config, Noise, NoiseSource};
 use sideslip::estimation::estimator::Estimator;
 use sideslip::estimation::record::{AIDS, Aid};
 use sideslip::flight::channel::Channel;
@@ -22,8 +22,8 @@ fn matched(instruments: &Instruments) -> Config {
     let noise = |channel: Channel| instruments.channels.iter().find(|one| one.channel == channel).unwrap();
     Config {
         noise: Noise {
-            accelerometer_std: noise(Channel::Ax).noise_std,
-            gyro_std: noise(Channel::P).noise_std,
+            accelerometer_std: [noise(Channel::Ax).noise_std; 3],
+            gyro_std: [noise(Channel::P).noise_std; 3],
             airspeed_std: noise(Channel::Tas).noise_std,
             incidence_std: noise(Channel::Alpha).noise_std,
             sideslip_std: noise(Channel::Beta).noise_std,
@@ -32,6 +32,7 @@ fn matched(instruments: &Instruments) -> Config {
             heading_std: noise(Channel::Psi).noise_std,
             altitude_std: noise(Channel::Altitude).noise_std,
         },
+        noise_source: NoiseSource::Configured,
         accelerometer_bias_std: noise(Channel::Ax).bias_std,
         gyro_bias_std: noise(Channel::P).bias_std,
         accelerometer_bias_walk: 0.0,

@@ -2,20 +2,18 @@
 
 use crate::uniform::Uniform;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
-use sideslip::estimation::aid::{self, Prediction};
+use sideslip::estimation::aid::{self, Prediction, inertial};
 use sideslip::estimation::config::Noise;
 use sideslip::estimation::ekf::{Ekf, ProcessNoise};
-use sideslip::estimation::process::{
-    ACCELEROMETER_BIAS, GYRO_BIAS, INPUTS, Input, NAVIGATION, STATES, jacobians, rate, unbiased,
-};
+use sideslip::estimation::process::{ACCELEROMETER_BIAS, GYRO_BIAS, MOVING, NAVIGATION, STATES, jacobian, rate};
 use sideslip::estimation::record::Aid;
 use sideslip::flight::run::RunGeometry;
 
 type Covariance = SMatrix<f64, STATES, STATES>;
 
 const NOISE: Noise = Noise {
-    accelerometer_std: 0.05,
-    gyro_std: 0.002,
+    accelerometer_std: [0.05; 3],
+    gyro_std: [0.002; 3],
     airspeed_std: 0.5,
     incidence_std: 0.003,
     sideslip_std: 0.004,
@@ -30,33 +28,46 @@ fn covariance(ekf: &Ekf) -> Covariance {
 }
 
 fn process_noise() -> ProcessNoise {
-    let (a, g) = (NOISE.accelerometer_std * NOISE.accelerometer_std, NOISE.gyro_std * NOISE.gyro_std);
-    ProcessNoise { input_var: [a, a, a, g, g, g], accelerometer_walk_var: 1e-8, gyro_walk_var: 1e-10 }
+    ProcessNoise {
+        angular_acceleration: [0.5, 0.3, 0.2],
+        specific_force: [4.0, 2.0, 9.0],
+        measured: [true; 3],
+        accelerometer_walk_var: 1e-8,
+        gyro_walk_var: 1e-10,
+    }
 }
 
-fn input(uniform: &mut Uniform) -> Input {
-    let force = [uniform.within(1.0), uniform.within(1.0), -9.8 + uniform.within(1.0)];
-    let [ax, ay, az] = force;
-    [ax, ay, az, uniform.within(0.3), uniform.within(0.3), uniform.within(0.3)]
+const INERTIAL: usize = 6;
+
+fn predict(ekf: &Ekf, which: usize, geometry: &RunGeometry) -> Prediction {
+    match which.checked_sub(INERTIAL) {
+        Some(aid) => aid::predict(Aid::ALL[aid], ekf.state(), geometry, &NOISE).unwrap(),
+        None => inertial::predict(which, ekf.state(), &NOISE),
+    }
 }
 
 /// A filter in flight: propagated and corrected until everything is correlated with everything.
-fn in_flight(uniform: &mut Uniform) -> (Ekf, Input) {
+fn in_flight(uniform: &mut Uniform) -> Ekf {
     let mut state = [0.0; STATES];
     [state[0], state[1], state[2], state[4], state[6]] = [50.0, uniform.within(3.0), uniform.within(5.0), 0.05, 300.0];
-    let variances = [0.3, 0.2, 0.2, 1e-4, 1e-4, 1e-3, 4.0, 0.01, 0.01, 0.01, 1e-5, 1e-5, 1e-5];
-    let mut ekf = Ekf::new(state, variances);
-    let mut from = input(uniform);
-    for step in 0..60 {
-        let to = input(uniform);
-        ekf.propagate(&from, &to, 0.02, &process_noise()).unwrap();
-        from = to;
-        let aid = Aid::ALL[step % Aid::ALL.len()];
-        let prediction = aid::predict(aid, ekf.state(), &from, &RunGeometry::default(), &NOISE).unwrap();
-        let observation = prediction.value + 0.5 * uniform.within(libm::sqrt(prediction.noise_var));
-        ekf.fuse(0.0, aid, observation, &prediction, 5.0).unwrap();
+    state[15] = -9.8;
+    let navigation = [0.3, 0.2, 0.2, 1e-4, 1e-4, 1e-3, 4.0];
+    let inertial = [0.01, 0.01, 0.01, 0.1, 0.1, 0.1, 1.0, 1.0, 1.0];
+    let errors = [0.01, 0.01, 0.01, 1e-5, 1e-5, 1e-5, 1e-4, 4e-4, 4e-4];
+    let mut variances = [0.0; STATES];
+    for (variance, value) in variances.iter_mut().zip(navigation.into_iter().chain(inertial).chain(errors)) {
+        *variance = value;
     }
-    (ekf, from)
+    let mut ekf = Ekf::new(state, variances);
+    for step in 0..60 {
+        ekf.propagate(0.02, &process_noise()).unwrap();
+        for which in [step % INERTIAL, INERTIAL + step % Aid::ALL.len()] {
+            let prediction = predict(&ekf, which, &RunGeometry::default());
+            let observation = prediction.value + 0.5 * uniform.within(libm::sqrt(prediction.noise_var));
+            ekf.fuse(observation, &prediction, 5.0).unwrap();
+        }
+    }
+    ekf
 }
 
 /// x + K nu and (I - K H) P (I - K H)' + K R K' for all rows at once.
@@ -86,15 +97,16 @@ fn assert_same(ekf: &Ekf, before: &Covariance, x: &SVector<f64, STATES>, p: &Cov
     }
 }
 
-const LINEAR: [Aid; 4] = [Aid::Bank, Aid::Pitch, Aid::Heading, Aid::Altitude];
+/// Gyros, accelerometers, attitude and altitude: what is linear in the state.
+const LINEAR: [usize; 10] = [0, 1, 2, 3, 4, 5, 9, 10, 11, 12];
 
 #[test]
-fn attitude_and_altitude_one_by_one_are_the_joint_update_in_any_order() {
+fn what_is_linear_one_by_one_are_the_joint_update_in_any_order() {
     let mut uniform = Uniform(51);
     for round in 0..50 {
-        let (ekf, input) = in_flight(&mut uniform);
-        let predict = |ekf: &Ekf, aid| aid::predict(aid, ekf.state(), &input, &RunGeometry::default(), &NOISE).unwrap();
-        let at_start: Vec<Prediction> = LINEAR.iter().map(|&aid| predict(&ekf, aid)).collect();
+        let ekf = in_flight(&mut uniform);
+        let predict = |ekf: &Ekf, which| predict(ekf, which, &RunGeometry::default());
+        let at_start: Vec<Prediction> = LINEAR.iter().map(|&which| predict(&ekf, which)).collect();
         let innovations: Vec<f64> =
             at_start.iter().map(|prediction| uniform.within(2.0 * libm::sqrt(prediction.noise_var))).collect();
         let (x, p) = joint(&ekf, &at_start, &innovations);
@@ -103,8 +115,8 @@ fn attitude_and_altitude_one_by_one_are_the_joint_update_in_any_order() {
             let k = (k + round) % LINEAR.len();
             let observation = at_start[k].value + innovations[k];
             let prediction = predict(&one_by_one, LINEAR[k]);
-            let said = one_by_one.fuse(0.0, LINEAR[k], observation, &prediction, 100.0).unwrap();
-            assert!(said.fused);
+            let said = one_by_one.fuse(observation, &prediction, 100.0).unwrap();
+            assert!(said.gain.is_some());
         }
         assert_same(&one_by_one, &covariance(&ekf), &x, &p);
     }
@@ -117,24 +129,24 @@ fn each_aid_alone_is_the_textbook_update() {
     let geometry =
         RunGeometry { accelerometer_position_m: [0.7, -0.3, 0.2], vane_position_m: [6.0, 0.5, -0.4], ..RunGeometry::default() };
     for _ in 0..50 {
-        let (ekf, input) = in_flight(&mut uniform);
-        for aid in Aid::ALL {
-            let prediction = aid::predict(aid, ekf.state(), &input, &geometry, &NOISE).unwrap();
+        let ekf = in_flight(&mut uniform);
+        for which in 0..INERTIAL + Aid::ALL.len() {
+            let prediction = predict(&ekf, which, &geometry);
             let innovation = uniform.within(libm::sqrt(prediction.noise_var));
             let (x, p) = joint(&ekf, &[prediction], &[innovation]);
             let mut updated = ekf.clone();
-            let said = updated.fuse(3.0, aid, prediction.value + innovation, &prediction, 100.0).unwrap();
+            let said = updated.fuse(prediction.value + innovation, &prediction, 100.0).unwrap();
             assert_same(&updated, &covariance(&ekf), &x, &p);
             let h = SVector::from(prediction.row);
             let s = (h.transpose() * covariance(&ekf) * h)[0] + prediction.noise_var;
-            assert!(said.fused && (said.innovation - innovation).abs() < 1e-12);
+            assert!(said.gain.is_some() && (said.innovation - innovation).abs() < 1e-12);
             assert!((said.innovation_var / s - 1.0).abs() < 1e-9);
             assert!((said.test_ratio / (innovation * innovation / (1e4 * s)) - 1.0).abs() < 1e-6);
             // Beyond the gate nothing moves.
             let mut gated = ekf.clone();
             let far = prediction.value + if prediction.wraps { 1.0 } else { 1e3 };
-            let said = gated.fuse(3.0, aid, far, &prediction, 5.0).unwrap();
-            assert!(!said.fused && said.test_ratio > 1.0);
+            let said = gated.fuse(far, &prediction, 5.0).unwrap();
+            assert!(said.gain.is_none() && said.test_ratio > 1.0);
             assert_eq!((gated.state(), covariance(&gated)), (ekf.state(), covariance(&ekf)));
         }
     }
@@ -149,33 +161,36 @@ fn propagation_is_the_textbook_prediction() {
     let gathered_s = (0..60).fold(0.0, |gathered: f64, _| if gathered + 0.02 >= 0.5 { 0.0 } else { gathered + 0.02 });
     let mut walks = 0;
     for _ in 0..50 {
-        let (mut ekf, from) = in_flight(&mut uniform);
-        let to = input(&mut uniform);
+        let mut ekf = in_flight(&mut uniform);
+        let noise = ProcessNoise { measured: [uniform.within(1.0) > 0.0, true, uniform.within(1.0) > 0.0], ..noise };
         let dt = uniform.between(0.004, 0.8);
-        let mean: Input = std::array::from_fn(|i| 0.5 * (from[i] + to[i]));
-        let m = unbiased(ekf.state(), &mean);
         let mut middle = *ekf.state();
-        let slope = rate(&middle, &m).unwrap();
-        for i in 0..NAVIGATION {
-            middle[i] += 0.5 * dt * slope[i];
+        for (x, slope) in middle.iter_mut().zip(rate(ekf.state(), &noise.measured).unwrap()) {
+            *x += 0.5 * dt * slope;
         }
-        let slope = rate(&middle, &m).unwrap();
-        let x = SVector::from_fn(|i, _| ekf.state()[i] + if i < NAVIGATION { dt * slope[i] } else { 0.0 });
-        let (a, g) = jacobians(&middle, &m).unwrap();
+        let slope = rate(&middle, &noise.measured).unwrap();
+        let x = SVector::from_fn(|i, _| ekf.state()[i] + slope.get(i).map_or(0.0, |slope| dt * slope));
+        let a = jacobian(&middle, &noise.measured).unwrap();
         let mut f = Covariance::identity();
-        let mut input_matrix = SMatrix::<f64, STATES, INPUTS>::zeros();
         for i in 0..NAVIGATION {
-            for j in 0..NAVIGATION {
+            for j in 0..MOVING {
                 f[(i, j)] += dt * a[i][j];
             }
-            for j in 0..INPUTS {
-                input_matrix[(i, j)] = dt * g[i][j];
-                f[(i, ACCELEROMETER_BIAS + j)] = -dt * g[i][j];
+            for j in 0..3 {
+                // Through the rates, to second order.
+                f[(i, 10 + j)] = 0.5 * dt * dt * a[i][7 + j];
             }
         }
+        let mut driver = SMatrix::<f64, STATES, 6>::zeros();
+        let mut q = SMatrix::<f64, 6, 6>::zeros();
+        for i in 0..3 {
+            f[(7 + i, 10 + i)] = dt;
+            (driver[(7 + i, i)], driver[(10 + i, i)]) = (0.5 * dt * dt, dt);
+            (driver[(i, 3 + i)], driver[(13 + i, 3 + i)]) = (if noise.measured[i] { 0.5 * dt * dt } else { dt }, dt);
+            (q[(i, i)], q[(3 + i, 3 + i)]) = (noise.angular_acceleration[i] / dt, noise.specific_force[i] / dt);
+        }
         let before = covariance(&ekf);
-        let q = SMatrix::<f64, INPUTS, INPUTS>::from_diagonal(&noise.input_var.into());
-        let mut p = f * before * f.transpose() + input_matrix * q * input_matrix.transpose();
+        let mut p = f * before * f.transpose() + driver * q * driver.transpose();
         if gathered_s + dt >= 0.5 {
             walks += 1;
             for i in 0..3 {
@@ -183,7 +198,7 @@ fn propagation_is_the_textbook_prediction() {
                 p[(GYRO_BIAS + i, GYRO_BIAS + i)] += noise.gyro_walk_var * (gathered_s + dt);
             }
         }
-        ekf.propagate(&from, &to, dt, &noise).unwrap();
+        ekf.propagate(dt, &noise).unwrap();
         assert_same(&ekf, &before, &x, &p);
     }
     assert!((10..40).contains(&walks), "{walks}");
@@ -193,12 +208,11 @@ fn propagation_is_the_textbook_prediction() {
 #[test]
 fn an_angle_is_compared_the_short_way_round() {
     let mut uniform = Uniform(54);
-    let (ekf, input) = in_flight(&mut uniform);
-    let mut state = *ekf.state();
+    let mut state = *in_flight(&mut uniform).state();
     state[5] = 3.1;
     let mut turned = Ekf::new(state, [0.01; STATES]);
-    let prediction = aid::predict(Aid::Heading, &state, &input, &RunGeometry::default(), &NOISE).unwrap();
-    let said = turned.fuse(0.0, Aid::Heading, -3.1, &prediction, 5.0).unwrap();
-    assert!(said.fused && (said.innovation - (2.0 * std::f64::consts::PI - 6.2)).abs() < 1e-12, "{said:?}");
+    let prediction = aid::predict(Aid::Heading, &state, &RunGeometry::default(), &NOISE).unwrap();
+    let said = turned.fuse(-3.1, &prediction, 5.0).unwrap();
+    assert!(said.gain.is_some() && (said.innovation - (2.0 * std::f64::consts::PI - 6.2)).abs() < 1e-12, "{said:?}");
     assert!(turned.state()[5] > 3.1);
 }

@@ -1,25 +1,27 @@
 //! Random states of flight, as numbers and as independent variables.
 
-use crate::dual::{Dual, PARTIALS};
+use crate::dual::Dual;
 use crate::uniform::Uniform;
-use sideslip::estimation::process::{INPUTS, Input, STATES, State};
+use sideslip::estimation::process::{STATES, State};
 
 /// States drawn for each comparison.
 pub(crate) const DRAWS: usize = 5_000;
 
-/// A state with biases and the measured inputs of the same instant: any bank and heading, pitch to 86 deg either way.
-pub(crate) fn draw(uniform: &mut Uniform) -> (State, Input) {
-    let half = [90.0, 40.0, 40.0, 3.1, 1.5, 6.2, 5e3, 1.0, 1.0, 1.0, 0.1, 0.1, 0.1];
-    let state = half.map(|half| uniform.within(half));
-    let input = [20.0, 20.0, 30.0, 3.0, 3.0, 3.0].map(|half| uniform.within(half));
-    (state, input)
+/// A state: any bank and heading, pitch to 86 deg either way.
+pub(crate) fn draw(uniform: &mut Uniform) -> State {
+    let mut state = [0.0; STATES];
+    let navigation = [90.0, 40.0, 40.0, 3.1, 1.5, 6.2, 5e3];
+    let inertial = [3.0, 3.0, 3.0, 8.0, 8.0, 8.0, 20.0, 20.0, 30.0];
+    let errors = [1.0, 1.0, 1.0, 0.1, 0.1, 0.1, 0.2, 0.2, 0.2];
+    for (entry, half) in state.iter_mut().zip(navigation.into_iter().chain(inertial).chain(errors)) {
+        *entry = uniform.within(half);
+    }
+    state
 }
 
-/// The same as independent variables: the state first, then the inputs.
-pub(crate) fn variables(state: &State, input: &Input) -> ([Dual; STATES], [Dual; INPUTS]) {
-    assert_eq!(STATES + INPUTS, PARTIALS);
-    let variables = std::array::from_fn(|i| Dual::variable(state[i], i));
-    (variables, std::array::from_fn(|i| Dual::variable(input[i], STATES + i)))
+/// The same as independent variables.
+pub(crate) fn variables(state: &State) -> [Dual; STATES] {
+    std::array::from_fn(|i| Dual::variable(state[i], i))
 }
 
 /// Finite, and equal to what is expected within 1e-11 of its size or of 1; no NaN passes.

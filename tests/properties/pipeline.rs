@@ -3,6 +3,7 @@
 use crate::any_sample::{any_sample, times};
 use crate::uniform::Uniform;
 use proptest::prelude::*;
+use sideslip::estimation::config::NoiseSource;
 use sideslip::estimation::record::StateRecord;
 use sideslip::flight::channel::{CHANNELS, Channel};
 use sideslip::flight::run::RunGeometry;
@@ -18,6 +19,11 @@ fn numbers(state: &StateRecord) -> Vec<f64> {
         state.velocity,
         state.velocity_std,
         state.rates,
+        state.rates_std,
+        state.angular_acceleration,
+        state.angular_acceleration_std,
+        state.specific_force,
+        state.specific_force_std,
         state.attitude,
         state.attitude_std,
         state.accelerometer_bias,
@@ -33,7 +39,9 @@ fn numbers(state: &StateRecord) -> Vec<f64> {
 fn assert_sound(tick: &Tick) {
     if let Some(state) = &tick.state {
         assert!(numbers(state).iter().all(|number| number.is_finite()), "{state:?}");
-        for std in [state.velocity_std, state.attitude_std, state.accelerometer_bias_std, state.gyro_bias_std].concat() {
+        let inertial = [state.rates_std, state.angular_acceleration_std, state.specific_force_std];
+        let rest = [state.velocity_std, state.attitude_std, state.accelerometer_bias_std, state.gyro_bias_std];
+        for std in inertial.concat().into_iter().chain(rest.concat()) {
             assert!(std > 0.0, "{state:?}");
         }
     }
@@ -93,7 +101,9 @@ fn extremes() -> [Config; 3] {
     long.regression.forgetting_s = 1e9;
     let (e, tiny) = (&mut odd.estimation, 1e-9);
     [e.lag_s, e.grid_s, e.gap_s, e.accelerometer_bias_walk, e.gyro_bias_walk] = [5.0, 0.0051, 60.0, 0.0, 1.0];
-    [e.noise.gyro_std, e.noise.accelerometer_std, e.noise.sideslip_std, e.noise.bank_std] = [tiny, 100.0, tiny, tiny];
+    [e.noise.gyro_std, e.noise.accelerometer_std] = [[tiny; 3], [100.0; 3]];
+    [e.noise.sideslip_std, e.noise.bank_std, e.smoother_lag_s] = [tiny, tiny, 5.0];
+    odd.estimation.noise_source = NoiseSource::Configured;
     [short, long, odd]
 }
 

@@ -1,14 +1,14 @@
 //! Dual numbers: a value and its exact partial derivatives, by the rules of differentiation alone.
 //!
-//! Forward mode with a vector of partials: 13 for the filter's state and 6 for its inputs. Written from the rules, without
+//! Forward mode with a vector of partials, one for each of the filter's states. Written from the rules, without
 //! the program's own derivatives, so that it can judge them.
 
 #![expect(clippy::suspicious_arithmetic_impl, reason = "the rules of a product and a quotient are sums and products")]
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Partials: the state's, then the inputs'.
-pub(crate) const PARTIALS: usize = 13 + 6;
+/// Partials: the states of the filter.
+pub(crate) const PARTIALS: usize = 25;
 
 /// A value with its partials.
 #[derive(Clone, Copy, Debug)]

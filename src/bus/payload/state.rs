@@ -10,13 +10,18 @@ const INNOVATIONS: &str = "sideslip.Innovations.1";
 /// The filtered state, with units and order of [`StateRecord`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("sideslip.State.1")]
+#[type_name("sideslip.State.2")]
 #[expect(missing_docs, reason = "the fields are those of the record")]
 pub struct StatePayload {
     pub header: Header,
     pub velocity: [f64; 3],
     pub velocity_std: [f64; 3],
     pub rates: [f64; 3],
+    pub rates_std: [f64; 3],
+    pub angular_acceleration: [f64; 3],
+    pub angular_acceleration_std: [f64; 3],
+    pub specific_force: [f64; 3],
+    pub specific_force_std: [f64; 3],
     pub attitude: [f64; 3],
     pub attitude_std: [f64; 3],
     pub altitude: f64,
@@ -27,7 +32,7 @@ pub struct StatePayload {
     pub gyro_bias_std: [f64; 3],
     pub fused: u64,
 }
-service!(StatePayload, "sideslip/state", "sideslip.State.1", buffer 256, history 1);
+service!(StatePayload, "sideslip/state", "sideslip.State.2", buffer 256, history 1);
 
 impl From<&StateRecord> for StatePayload {
     fn from(record: &StateRecord) -> Self {
@@ -36,6 +41,11 @@ impl From<&StateRecord> for StatePayload {
             velocity: record.velocity,
             velocity_std: record.velocity_std,
             rates: record.rates,
+            rates_std: record.rates_std,
+            angular_acceleration: record.angular_acceleration,
+            angular_acceleration_std: record.angular_acceleration_std,
+            specific_force: record.specific_force,
+            specific_force_std: record.specific_force_std,
             attitude: record.attitude,
             attitude_std: record.attitude_std,
             altitude: record.altitude,
@@ -55,12 +65,17 @@ impl StatePayload {
     /// # Errors
     /// [`BusError::Payload`] where more aids were fused than there are.
     pub fn record(&self) -> Result<StateRecord, BusError> {
-        let wrong = BusError::Payload { schema: "sideslip.State.1", field: "fused", expected: "0 to 255", found: self.fused };
+        let wrong = BusError::Payload { schema: "sideslip.State.2", field: "fused", expected: "0 to 255", found: self.fused };
         Ok(StateRecord {
             time_s: self.header.time_s,
             velocity: self.velocity,
             velocity_std: self.velocity_std,
             rates: self.rates,
+            rates_std: self.rates_std,
+            angular_acceleration: self.angular_acceleration,
+            angular_acceleration_std: self.angular_acceleration_std,
+            specific_force: self.specific_force,
+            specific_force_std: self.specific_force_std,
             attitude: self.attitude,
             attitude_std: self.attitude_std,
             altitude: self.altitude,

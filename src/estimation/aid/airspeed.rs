@@ -14,6 +14,6 @@ pub fn predict(local: &LocalVelocity, noise: &Noise) -> Option<Prediction> {
     if !(value > AIRSPEED_MIN_M_S) {
         return None;
     }
-    let (row, gyro_var) = local.row([u / value, v / value, w / value]);
-    Some(Prediction { value, row, noise_var: noise.airspeed_std * noise.airspeed_std + gyro_var, wraps: false })
+    let row = local.row([u / value, v / value, w / value]);
+    Some(Prediction { value, row, noise_var: noise.airspeed_std * noise.airspeed_std, wraps: false })
 }

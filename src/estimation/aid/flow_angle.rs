@@ -17,8 +17,8 @@ pub fn predict_incidence(local: &LocalVelocity, noise: &Noise) -> Option<Predict
     if !(s > AIRSPEED_MIN_M_S * AIRSPEED_MIN_M_S) {
         return None;
     }
-    let (row, gyro_var) = local.row([-w / s, 0.0, u / s]);
-    let noise_var = noise.incidence_std * noise.incidence_std + gyro_var;
+    let row = local.row([-w / s, 0.0, u / s]);
+    let noise_var = noise.incidence_std * noise.incidence_std;
     Some(Prediction { value: libm::atan2(w, u), row, noise_var, wraps: true })
 }
 
@@ -31,8 +31,8 @@ pub fn predict_sideslip(local: &LocalVelocity, noise: &Noise) -> Option<Predicti
     }
     let root = libm::sqrt(s);
     let speed2 = s + v * v;
-    let (row, gyro_var) = local.row([-v * u / (speed2 * root), root / speed2, -v * w / (speed2 * root)]);
-    let noise_var = noise.sideslip_std * noise.sideslip_std + gyro_var;
+    let row = local.row([-v * u / (speed2 * root), root / speed2, -v * w / (speed2 * root)]);
+    let noise_var = noise.sideslip_std * noise.sideslip_std;
     // atan2(v, sqrt(u^2 + w^2)) is asin(v/V) without its loss of digits near +-90 deg.
     Some(Prediction { value: libm::atan2(v, root), row, noise_var, wraps: true })
 }

@@ -1,6 +1,6 @@
 //! Aids: one file a measurement, each with its prediction, its row of H and its noise.
 //!
-//! In: the state, the rates of the same instant, where the instruments stand. Out: a [`Prediction`].
+//! In: the state and where the instruments stand. Out: a [`Prediction`].
 //! Assumed: the instruments' positions are those of the run. Refused: a flow angle or airspeed below the speed at which
 //! it means anything (`None`, and the aid is not fused).
 
@@ -8,9 +8,10 @@ pub mod airspeed;
 pub mod altitude;
 pub mod attitude;
 pub mod flow_angle;
+pub mod inertial;
 
 use super::config::Noise;
-use super::process::{GYRO_BIAS, Input, STATES, State, VELOCITY};
+use super::process::{RATES, SCALE_ERROR, STATES, State, VELOCITY};
 use super::record::Aid;
 use crate::flight::run::RunGeometry;
 
@@ -22,24 +23,35 @@ pub const AIRSPEED_MIN_M_S: f64 = 5.0;
 pub struct Prediction {
     /// Predicted reading.
     pub value: f64,
-    /// Row of H \[13\]: derivative of the reading with respect to the state.
+    /// Row of H \[25\]: derivative of the reading with respect to the state.
     pub row: [f64; STATES],
-    /// Variance of the reading's noise, the share of gyro noise through the instrument's arm included.
+    /// Variance of the reading's noise.
     pub noise_var: f64,
     /// Whether the reading is an angle, so that differences are to be wrapped to +-pi.
     pub wraps: bool,
 }
 
-/// Prediction of one aid from the state and the measured inputs of the same instant.
-pub fn predict(aid: Aid, state: &State, measured: &Input, geometry: &RunGeometry, noise: &Noise) -> Option<Prediction> {
+impl Prediction {
+    /// The same through an instrument whose scale error is state `SCALE_ERROR + place`: (1 + e) times the reading.
+    fn scaled(mut self, place: usize, state: &State) -> Self {
+        let scale = 1.0 + state[SCALE_ERROR + place];
+        for entry in &mut self.row {
+            *entry *= scale;
+        }
+        self.row[SCALE_ERROR + place] = self.value;
+        self.value *= scale;
+        self
+    }
+}
+
+/// Prediction of one aid from the state.
+pub fn predict(aid: Aid, state: &State, geometry: &RunGeometry, noise: &Noise) -> Option<Prediction> {
+    let centre = || LocalVelocity::at([0.0; 3], state, geometry);
+    let vane = || LocalVelocity::at(geometry.vane_position_m, state, geometry);
     match aid {
-        Aid::Airspeed => airspeed::predict(&LocalVelocity::at([0.0; 3], state, measured, geometry, noise), noise),
-        Aid::Incidence => {
-            flow_angle::predict_incidence(&LocalVelocity::at(geometry.vane_position_m, state, measured, geometry, noise), noise)
-        }
-        Aid::Sideslip => {
-            flow_angle::predict_sideslip(&LocalVelocity::at(geometry.vane_position_m, state, measured, geometry, noise), noise)
-        }
+        Aid::Airspeed => airspeed::predict(&centre(), noise).map(|reading| reading.scaled(0, state)),
+        Aid::Incidence => flow_angle::predict_incidence(&vane(), noise).map(|reading| reading.scaled(1, state)),
+        Aid::Sideslip => flow_angle::predict_sideslip(&vane(), noise).map(|reading| reading.scaled(2, state)),
         Aid::Bank => Some(attitude::predict(0, state, noise.bank_std)),
         Aid::Pitch => Some(attitude::predict(1, state, noise.pitch_std)),
         Aid::Heading => Some(attitude::predict(2, state, noise.heading_std)),
@@ -55,33 +67,25 @@ pub fn predict(aid: Aid, state: &State, measured: &Input, geometry: &RunGeometry
 pub struct LocalVelocity {
     velocity: [f64; 3],
     arm: [f64; 3],
-    gyro_var: f64,
 }
 
 impl LocalVelocity {
     /// At `position` from the centre of mass.
-    fn at(position: [f64; 3], state: &State, measured: &Input, geometry: &RunGeometry, noise: &Noise) -> Self {
+    fn at(position: [f64; 3], state: &State, geometry: &RunGeometry) -> Self {
         let [x, y, z]: [f64; 3] = core::array::from_fn(|i| position[i] - geometry.accelerometer_position_m[i]);
-        let [p, q, r]: [f64; 3] = core::array::from_fn(|i| measured[3 + i] - state[GYRO_BIAS + i]);
+        let [p, q, r]: [f64; 3] = core::array::from_fn(|i| state[RATES + i]);
         let velocity =
             [state[VELOCITY] + q * z - r * y, state[VELOCITY + 1] + r * x - p * z, state[VELOCITY + 2] + p * y - q * x];
-        LocalVelocity { velocity, arm: [x, y, z], gyro_var: noise.gyro_std * noise.gyro_std }
+        LocalVelocity { velocity, arm: [x, y, z] }
     }
 
-    /// Row of H for a reading whose derivative with respect to the local velocity is `slope`, and the variance that gyro
-    /// noise brings into its prediction.
-    fn row(&self, slope: [f64; 3]) -> ([f64; STATES], f64) {
+    /// Row of H for a reading whose derivative with respect to the local velocity is `slope`.
+    fn row(&self, slope: [f64; 3]) -> [f64; STATES] {
         let [x, y, z] = self.arm;
         let [su, sv, sw] = slope;
-        // Derivatives with respect to p, q, r; a bias lowers the rate by as much.
-        let by_rate = [sw * y - sv * z, su * z - sw * x, sv * x - su * y];
         let mut row = [0.0; STATES];
         row[VELOCITY..VELOCITY + 3].copy_from_slice(&slope);
-        let mut var = 0.0;
-        for (i, slope) in by_rate.into_iter().enumerate() {
-            row[GYRO_BIAS + i] = -slope;
-            var += slope * slope * self.gyro_var;
-        }
-        (row, var)
+        row[RATES..RATES + 3].copy_from_slice(&[sw * y - sv * z, su * z - sw * x, sv * x - su * y]);
+        row
     }
 }

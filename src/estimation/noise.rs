@@ -1,0 +1,148 @@
+//! Noise statistics in use: as configured, or as the record shows them within bounds about what is configured.
+//!
+//! Consumes admitted samples; produces the standard deviations that the aids are predicted with and the random walks that
+//! drive the process. Every channel has a bank (`noise_bank`); what its maximum of likelihood says is taken within
+//!     gyros and accelerometers: `LEAST` to `MOST` times the configured standard deviation            (1)
+//!     aids: 1 to `MOST` times it: a vane in turbulent air is worse than its own noise, never better (2)
+//!     random walks: `WALK_LEAST` to `WALK_MOST` times the configured one                             (3)
+//! Source: the paper, 2.2.4, on how sensitive the filter is to the process noise it is told.
+
+use super::aid::inertial::INERTIAL;
+use super::config::{Config, Noise, NoiseSource};
+use super::ekf::ProcessNoise;
+use super::noise_bank::{NoiseBank, Wander};
+use super::record::{AIDS, Aid, NoiseRecord};
+use crate::telemetry::record::Sample;
+use core::f64::consts::PI;
+
+/// Bounds (1) and (2).
+const LEAST: f64 = 0.1;
+const MOST: f64 = 20.0;
+/// Bounds (3).
+const WALK_LEAST: f64 = 0.02;
+const WALK_MOST: f64 = 100.0;
+
+/// Channels with a bank: gyros, accelerometers, aids.
+const BANKS: usize = 6 + AIDS;
+
+/// The statistics in use and what they are taken from.
+#[derive(Clone, Debug)]
+pub struct NoiseStatistics {
+    source: NoiseSource,
+    banks: [NoiseBank; BANKS],
+    configured: NoiseRecord,
+    now: NoiseRecord,
+}
+
+fn within(std: f64, configured: f64, least: f64, most: f64) -> f64 {
+    std.clamp(least * configured, most * configured)
+}
+
+impl NoiseStatistics {
+    /// As configured, until the record shows more.
+    pub const fn new(config: &Config) -> Self {
+        let mut banks = [const { NoiseBank::new(Wander::Slope) }; BANKS];
+        let mut i = 0;
+        while i < 3 {
+            banks[3 + i] = NoiseBank::new(Wander::Level);
+            i += 1;
+        }
+        let configured = NoiseRecord {
+            noise: config.noise,
+            angular_acceleration_walk: config.angular_acceleration_walk,
+            specific_force_walk: config.specific_force_walk,
+        };
+        NoiseStatistics { source: config.noise_source, banks, configured, now: configured }
+    }
+
+    /// What is in use.
+    pub fn record(&self) -> &NoiseRecord {
+        &self.now
+    }
+
+    /// The instruments' noise in use.
+    pub fn noise(&self) -> &Noise {
+        &self.now.noise
+    }
+
+    /// The signals begin anew: after a gap.
+    pub fn break_off(&mut self) {
+        for bank in &mut self.banks {
+            bank.break_off();
+        }
+    }
+
+    /// Takes a sample in.
+    pub fn take(&mut self, sample: &Sample) {
+        if self.source == NoiseSource::Configured {
+            return;
+        }
+        let channels = INERTIAL.into_iter().chain(Aid::ALL.map(Aid::channel));
+        for (place, (bank, channel)) in self.banks.iter_mut().zip(channels).enumerate() {
+            if let Some(value) = sample.get(channel) {
+                let wraps = place == 6 + Aid::Heading.index() || place == 6 + Aid::Bank.index();
+                bank.take(sample.time_s, value, if wraps { 2.0 * PI } else { 0.0 });
+            }
+        }
+    }
+
+    /// Brings what is in use up to what the record has shown.
+    pub fn update(&mut self) {
+        if self.source == NoiseSource::Configured {
+            return;
+        }
+        let was = &self.configured;
+        for (place, bank) in self.banks.iter().enumerate() {
+            let Some(found) = bank.likeliest() else { continue };
+            let (std, walk) = (libm::sqrt(found.noise_var), libm::sqrt(found.intensity));
+            let now = &mut self.now;
+            match place {
+                0..3 => {
+                    now.noise.gyro_std[place] = within(std, was.noise.gyro_std[place], LEAST, MOST);
+                    now.angular_acceleration_walk[place] =
+                        within(walk, was.angular_acceleration_walk[place], WALK_LEAST, WALK_MOST);
+                }
+                3..6 => {
+                    let i = place - 3;
+                    now.noise.accelerometer_std[i] = within(std, was.noise.accelerometer_std[i], LEAST, MOST);
+                    now.specific_force_walk[i] = within(walk, was.specific_force_walk[i], WALK_LEAST, WALK_MOST);
+                }
+                _ => {
+                    if let (Some(now), Some(was)) =
+                        (aid_std(&mut now.noise, place - 6), aid_std(&mut { was.noise }, place - 6).map(|was| *was))
+                    {
+                        *now = within(std, was, 1.0, MOST);
+                    }
+                }
+            }
+        }
+    }
+
+    /// What drives the process, with the biases' walks of the configuration; axes without an accelerometer as configured.
+    pub fn process(&self, config: &Config, measured: [bool; 3]) -> ProcessNoise {
+        let square = |std: f64| std * std;
+        // Correlated over 1 s: white noise of that intensity brings as much variance.
+        let unmeasured = 2.0 * square(config.unmeasured_acceleration_std);
+        let walk = self.now.specific_force_walk;
+        ProcessNoise {
+            angular_acceleration: self.now.angular_acceleration_walk.map(square),
+            specific_force: core::array::from_fn(|i| if measured[i] { square(walk[i]) } else { unmeasured }),
+            measured,
+            accelerometer_walk_var: square(config.accelerometer_bias_walk),
+            gyro_walk_var: square(config.gyro_bias_walk),
+        }
+    }
+}
+
+fn aid_std(noise: &mut Noise, place: usize) -> Option<&mut f64> {
+    let aid = Aid::ALL.get(place)?;
+    Some(match aid {
+        Aid::Airspeed => &mut noise.airspeed_std,
+        Aid::Incidence => &mut noise.incidence_std,
+        Aid::Sideslip => &mut noise.sideslip_std,
+        Aid::Bank => &mut noise.bank_std,
+        Aid::Pitch => &mut noise.pitch_std,
+        Aid::Heading => &mut noise.heading_std,
+        Aid::Altitude => &mut noise.altitude_std,
+    })
+}

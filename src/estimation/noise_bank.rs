@@ -1,0 +1,242 @@
+//! Noise statistics from the record itself: how noisy each channel is, and how fast accelerations wander.
+//!
+//! Consumes the samples of one channel; produces the variance R of its white noise and the intensity q of the random walk
+//! that drives it, by maximum likelihood. The channel is taken for itself, as level x and slope y (the slope a random walk),
+//!     x <- x + T y,  y <- y + T w,  var(w) = q/T,  z = x + noise of variance R                     (1)
+//! whose steady filter has gains that depend on the tracking index alone,
+//!     L = T^2 sqrt(q/T)/sqrt(R),  c = (4 + L - sqrt(8 L + L^2))/4,  alpha = 1 - c^2,
+//!     beta = 2 (2 - alpha) - 4 sqrt(1 - alpha)                                                    (2)
+//! or, for a level that is itself the random walk, var = q T,
+//!     L = sqrt(q T/R),  alpha = (L sqrt(L^2 + 4) - L^2)/2,  beta = 0                              (3)
+//! Innovations of variance S = R/(1 - alpha) have the log-likelihood -N/2 ln S - sum nu^2/(2 S); at its maximum over S it is
+//! -N/2 ln(mean nu^2). So a bank of such filters, each with an index L of its own, runs side by side, and the likeliest
+//! pair is that of the least mean squared innovation:
+//!     R = (1 - alpha) mean nu^2,  q from (2) or (3)                                               (4)
+//! Source: P. R. Kalata, The tracking index, IEEE Trans. AES-20, 1984 (2), (3); R. K. Mehra, Approaches to adaptive filtering,
+//! IEEE Trans. AC-17, 1972 (maximum likelihood of the innovations).
+//! Assumed: samples about evenly spaced; lines of vibration and quantisation count as noise.
+//! Cannot answer before `COUNT_MIN` samples.
+
+/// Filters in a bank, their tracking indexes a factor `STEP` apart from `FIRST` on.
+const FILTERS: usize = 18;
+const FIRST: f64 = 1e-3;
+const STEP: f64 = 2.0;
+/// Samples before the answer counts.
+const COUNT_MIN: u32 = 50;
+/// Samples in which a filter settles, and which do not count.
+const SETTLE: u32 = 10;
+/// Time over which the innovations are averaged, s: the noise of minutes ago is forgotten.
+const MEMORY_S: f64 = 60.0;
+/// Weight of the newest interval in the running mean of intervals.
+const INTERVAL_GAIN: f64 = 0.02;
+
+/// What wanders: the slope of the channel, or the channel itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wander {
+    /// (2): an angular rate, a flow angle, an attitude.
+    Slope,
+    /// (3): a specific force.
+    Level,
+}
+
+/// Noise of one channel, by (4).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChannelNoise {
+    /// Variance R of the noise of a sample, unit squared.
+    pub noise_var: f64,
+    /// Intensity q of the random walk, unit squared/s (level) or unit squared/s^3 (slope).
+    pub intensity: f64,
+}
+
+/// The bank of one channel.
+#[derive(Clone, Debug)]
+pub struct NoiseBank {
+    wander: Wander,
+    level: [f64; FILTERS],
+    slope: [f64; FILTERS],
+    /// Mean squared innovations, over `MEMORY_S`.
+    mean: [f64; FILTERS],
+    gain: [(f64, f64); FILTERS],
+    /// Innovations in the means, and samples since the signal began.
+    count: u32,
+    since: u32,
+    last_s: f64,
+    interval_s: f64,
+}
+
+fn index(filter: f64) -> f64 {
+    FIRST * libm::pow(STEP, filter)
+}
+
+/// alpha and beta of tracking index L, (2) and (3).
+fn gains(wander: Wander, index: f64) -> (f64, f64) {
+    match wander {
+        Wander::Slope => {
+            let c = (4.0 + index - libm::sqrt(8.0 * index + index * index)) / 4.0;
+            // 2 (2 - alpha) - 4 sqrt(1 - alpha) with alpha = 1 - c^2, without its loss of digits.
+            (1.0 - c * c, 2.0 * (1.0 - c) * (1.0 - c))
+        }
+        Wander::Level => (0.5 * index * (libm::sqrt(index * index + 4.0) - index), 0.0),
+    }
+}
+
+impl NoiseBank {
+    /// Nothing seen yet.
+    pub const fn new(wander: Wander) -> Self {
+        NoiseBank {
+            wander,
+            level: [0.0; FILTERS],
+            slope: [0.0; FILTERS],
+            mean: [0.0; FILTERS],
+            gain: [(0.0, 0.0); FILTERS],
+            count: 0,
+            since: 0,
+            last_s: 0.0,
+            interval_s: 0.0,
+        }
+    }
+
+    /// Forgets where the signal was, not what its noise is: after a gap.
+    pub fn break_off(&mut self) {
+        self.since = 0;
+    }
+
+    /// One sample; `turn` is the period of an angle that wraps, 0 for what does not.
+    pub fn take(&mut self, time_s: f64, value: f64, turn: f64) {
+        let interval_s = time_s - self.last_s;
+        self.last_s = time_s;
+        self.since = self.since.saturating_add(1);
+        if self.since == 1 {
+            if self.count == 0 {
+                for (filter, gain) in self.gain.iter_mut().enumerate() {
+                    *gain = gains(self.wander, index(filter as f64));
+                }
+            }
+            self.level = [value; FILTERS];
+            self.slope = [0.0; FILTERS];
+            return;
+        }
+        if self.interval_s == 0.0 {
+            self.interval_s = interval_s;
+        }
+        self.interval_s += INTERVAL_GAIN * (interval_s - self.interval_s);
+        let counts = self.since > SETTLE;
+        if counts {
+            self.count = self.count.saturating_add(1);
+        }
+        let weight = (interval_s / MEMORY_S).max(1.0 / f64::from(self.count.max(1)));
+        for (((level, slope), mean), &(alpha, beta)) in
+            self.level.iter_mut().zip(&mut self.slope).zip(&mut self.mean).zip(&self.gain)
+        {
+            let predicted = *level + interval_s * *slope;
+            let mut innovation = value - predicted;
+            if turn > 0.0 {
+                innovation = libm::remainder(innovation, turn);
+            }
+            *level = predicted + alpha * innovation;
+            *slope += beta / interval_s * innovation;
+            if counts {
+                *mean += weight * (innovation * innovation - *mean);
+            }
+        }
+    }
+
+    /// The likeliest noise, (4), between the indexes by a parabola through ln(mean nu^2) at the best three.
+    pub fn likeliest(&self) -> Option<ChannelNoise> {
+        if self.count < COUNT_MIN {
+            return None;
+        }
+        let mut best = 0;
+        for filter in 1..FILTERS {
+            if self.mean[filter] < self.mean[best] {
+                best = filter;
+            }
+        }
+        if !(self.mean[best] > 0.0 && self.mean[best].is_finite() && self.interval_s > 0.0) {
+            return None;
+        }
+        let ln = |filter: usize| libm::log(self.mean[filter]);
+        let (mut at, mut mean) = (best as f64, self.mean[best]);
+        if best > 0 && best + 1 < FILTERS {
+            let (before, here, after) = (ln(best - 1), ln(best), ln(best + 1));
+            let curvature = before - 2.0 * here + after;
+            if curvature > 0.0 {
+                let offset = (0.5 * (before - after) / curvature).clamp(-0.5, 0.5);
+                at += offset;
+                mean *= libm::exp(0.25 * (after - before) * offset);
+            }
+        }
+        let index = index(at);
+        let noise_var = (1.0 - gains(self.wander, index).0) * mean;
+        let t = self.interval_s;
+        let intensity = match self.wander {
+            Wander::Slope => index * index * noise_var / (t * t * t),
+            Wander::Level => index * index * noise_var / t,
+        };
+        Some(ChannelNoise { noise_var, intensity })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn normal(seed: &mut u64) -> f64 {
+        let mut sum = -6.0;
+        for _ in 0..12 {
+            *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            sum += (*seed >> 11) as f64 / (1u64 << 53) as f64;
+        }
+        sum
+    }
+
+    /// Signals made by (1): the bank finds what they were made with.
+    #[test]
+    fn finds_the_noise_that_the_signal_was_made_with() {
+        let cases: [(Wander, f64, f64, f64); 5] = [
+            (Wander::Slope, 4e-6, 0.25, 1.0 / 256.0),
+            (Wander::Slope, 4e-6, 0.02, 0.02),
+            (Wander::Slope, 1e-4, 1.0, 0.04),
+            (Wander::Level, 2.5e-3, 4.0, 0.01),
+            (Wander::Level, 0.04, 0.5, 0.02),
+        ];
+        for (wander, r, q, t) in cases {
+            let (mut found_r, mut found_q) = (0.0, 0.0);
+            for run in 0..20 {
+                let mut seed = 7 + run;
+                let (mut x, mut y) = (0.0, 0.0);
+                let mut bank = NoiseBank::new(wander);
+                for i in 0..4000 {
+                    let w = normal(&mut seed);
+                    match wander {
+                        Wander::Slope => {
+                            x += t * y + 0.5 * t * t * (q / t).sqrt() * w;
+                            y += t * (q / t).sqrt() * w;
+                        }
+                        Wander::Level => x += (q * t).sqrt() * w,
+                    }
+                    bank.take(f64::from(i) * t, x + r.sqrt() * normal(&mut seed), 0.0);
+                }
+                let noise = bank.likeliest().unwrap();
+                found_r += noise.noise_var / r / 20.0;
+                found_q += noise.intensity.ln() / 20.0;
+            }
+            let ratio = found_q.exp() / q;
+            assert!((found_r - 1.0).abs() < 0.06, "{wander:?} {r} {q} {t}: R {found_r}");
+            assert!((ratio - 1.0).abs() < 0.25, "{wander:?} {r} {q} {t}: q {ratio}");
+        }
+    }
+
+    #[test]
+    fn a_heading_that_wraps_is_no_noise_and_few_samples_no_answer() {
+        let mut bank = NoiseBank::new(Wander::Slope);
+        let turn = 2.0 * core::f64::consts::PI;
+        for i in 0..2000 {
+            assert!(i > 40 || bank.likeliest().is_none());
+            let mut seed = 3 * i as u64 + 1;
+            bank.take(0.02 * f64::from(i), libm::remainder(0.5 * 0.02 * f64::from(i), turn) + 1e-3 * normal(&mut seed), turn);
+        }
+        let noise = bank.likeliest().unwrap();
+        assert!(noise.noise_var < 4e-6, "{noise:?}");
+    }
+}
