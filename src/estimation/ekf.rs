@@ -71,6 +71,20 @@ pub struct Fusion {
     pub gain: Option<State>,
 }
 
+/// Whoever follows what the filter does: a smoother.
+pub trait Follow {
+    /// It was carried on; the first rows of F.
+    fn propagate(&mut self, transition: &Transition);
+    /// It judged a measurement with that row of H.
+    fn fuse(&mut self, row: &State, fusion: &Fusion);
+}
+
+/// Nobody.
+impl Follow for () {
+    fn propagate(&mut self, _: &Transition) {}
+    fn fuse(&mut self, _: &State, _: &Fusion) {}
+}
+
 impl Ekf {
     /// Starts from a state with independent variances.
     pub fn new(state: State, variances: [f64; STATES]) -> Self {

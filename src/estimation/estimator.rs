@@ -8,18 +8,18 @@ use super::aid::{self, inertial};
 use super::config::{Config, ConfigError};
 use super::consistency::{Consistency, flow_angle_rates};
 use super::delay_line::{DelayLine, Smoothed};
-use super::ekf::Ekf;
-use super::fixed_lag::{FixedLag, Moving, SmoothedPoint};
+use super::ekf::{Ekf, Follow};
+use super::fixed_lag::{FixedLag, SmoothedPoint};
 use super::health::AidHealth;
 use super::latest::{Latest, is_tick};
 use super::latest::{INPUTS, Input};
 use super::noise::NoiseStatistics;
 use super::process::{
-    ACCELEROMETER_BIAS, ALTITUDE, ANGULAR_ACCELERATION, ATTITUDE, GYRO_BIAS, RATES, SCALE_ERROR, SPECIFIC_FORCE, STATES, State,
+    ACCELEROMETER_BIAS, ALTITUDE, ANGULAR_ACCELERATION, ATTITUDE, GYRO_BIAS, MOVING, RATES, SCALE_ERROR, SPECIFIC_FORCE, STATES, State,
     VELOCITY,
 };
 use super::record::{
-    AIDS, Aid, EstimationEvent, Innovation, Instrumentation, LaggedRecord, NoiseRecord, SmoothedRecord, StateRecord, TrimRecord,
+    AIDS, Aid, EstimationEvent, Innovation, Instrumentation, NoiseRecord, SmoothedRecord, StateRecord, TrimRecord,
 };
 use super::trim::TrimWindow;
 use crate::flight::channel::{CHANNELS, Channel};
@@ -65,8 +65,9 @@ pub struct EstimationOutput {
     pub state: Option<StateRecord>,
     /// What the aids did.
     pub innovations: Vec<Innovation, AIDS>,
-    /// The state of a while ago, where the sample completed one.
-    pub lagged: Option<LaggedRecord>,
+    /// The state of a while ago from everything until now (fixed-lag smoother), where one came of age. The biases are the
+    /// filter's newest.
+    pub lagged: Option<StateRecord>,
     /// Smoothed signals at the instants of the regression grid that the sample completed.
     pub smoothed: Vec<SmoothedRecord, INSTANTS>,
     /// The trim, at the one sample that completed its window.
@@ -177,6 +178,11 @@ impl Estimator {
 
     /// One sample.
     pub fn step(&mut self, sample: &Sample) -> &EstimationOutput {
+        self.step_with(sample, &mut ())
+    }
+
+    /// One sample, with somebody who follows what the filter does.
+    pub fn step_with(&mut self, sample: &Sample, follower: &mut impl Follow) -> &EstimationOutput {
         self.output = EstimationOutput::default();
         let mut sample = *sample;
         let events = &mut self.output.events;
@@ -205,7 +211,7 @@ impl Estimator {
             if tick {
                 self.start(sample.time_s);
             }
-        } else if self.advance(&sample, tick).is_err() {
+        } else if self.advance(&sample, tick, follower).is_err() {
             self.notice(EstimationEvent::NumericBreakdown);
             self.restart();
         }
@@ -296,26 +302,29 @@ impl Estimator {
         self.notice(EstimationEvent::Initialised);
     }
 
-    fn advance(&mut self, sample: &Sample, tick: bool) -> Result<(), Breakdown> {
+    fn advance(&mut self, sample: &Sample, tick: bool, follower: &mut impl Follow) -> Result<(), Breakdown> {
         let Some(mut ekf) = self.ekf.take() else { return Ok(()) };
         let time_s = sample.time_s;
         let dt = time_s - self.time_s;
         let (input, measured) = self.latest.input(time_s, ekf.state());
         ekf.propagate(dt, &self.noise.process(&self.config, measured))?;
         self.fixed_lag.propagate(ekf.transition());
+        follower.propagate(ekf.transition());
         self.input = input;
         self.time_s = time_s;
         for (place, channel) in inertial::INERTIAL.into_iter().enumerate() {
             let Some(observation) = sample.get(channel) else { continue };
             let prediction = inertial::predict(place, ekf.state(), self.noise.noise());
             let fusion = ekf.fuse(observation, &prediction, NO_GATE)?;
-            self.fixed_lag.follow(&prediction.row, &fusion);
+            self.fixed_lag.fuse(&prediction.row, &fusion);
+            follower.fuse(&prediction.row, &fusion);
         }
         for aid in Aid::ALL {
             let Some(observation) = sample.get(aid.channel()) else { continue };
             let Some(prediction) = aid::predict(aid, ekf.state(), &self.geometry, self.noise.noise()) else { continue };
             let fusion = ekf.fuse(observation, &prediction, self.config.gate_sigmas)?;
-            self.fixed_lag.follow(&prediction.row, &fusion);
+            self.fixed_lag.fuse(&prediction.row, &fusion);
+            follower.fuse(&prediction.row, &fusion);
             let innovation = Innovation {
                 time_s,
                 aid,
@@ -334,7 +343,10 @@ impl Estimator {
         let state = self.record(&ekf);
         self.output.state = Some(state);
         if tick {
-            self.output.lagged = self.fixed_lag.tick(time_s, &ekf).map(|point| lagged(&point, &self.geometry));
+            self.output.lagged = self.fixed_lag.tick(time_s, &ekf).map(|point| {
+                let std = core::array::from_fn(|i| ekf.std(i));
+                lagged(&point, ekf.state(), &std, &self.geometry)
+            });
         }
         self.ekf = Some(ekf);
         self.delay(sample, &state);
@@ -359,30 +371,9 @@ impl Estimator {
     }
 
     fn record(&self, ekf: &Ekf) -> StateRecord {
-        let x = ekf.state();
-        let three = |offset: usize| core::array::from_fn(|i| x[offset + i]);
-        let three_std = |offset: usize| core::array::from_fn(|i| ekf.std(offset + i));
-        let moving: Moving = core::array::from_fn(|i| x[i]);
-        StateRecord {
-            time_s: self.time_s,
-            velocity: centre_velocity(&moving, &self.geometry),
-            velocity_std: three_std(VELOCITY),
-            rates: three(RATES),
-            rates_std: three_std(RATES),
-            angular_acceleration: three(ANGULAR_ACCELERATION),
-            angular_acceleration_std: three_std(ANGULAR_ACCELERATION),
-            specific_force: centre_force(three(SPECIFIC_FORCE), three(RATES), three(ANGULAR_ACCELERATION), &self.geometry),
-            specific_force_std: three_std(SPECIFIC_FORCE),
-            attitude: three(ATTITUDE),
-            attitude_std: three_std(ATTITUDE),
-            altitude: x[ALTITUDE],
-            altitude_std: ekf.std(ALTITUDE),
-            accelerometer_bias: three(ACCELEROMETER_BIAS),
-            accelerometer_bias_std: three_std(ACCELEROMETER_BIAS),
-            gyro_bias: three(GYRO_BIAS),
-            gyro_bias_std: three_std(GYRO_BIAS),
-            fused: self.output.innovations.iter().filter(|innovation| innovation.fused).count() as u8,
-        }
+        let fused = self.output.innovations.iter().filter(|innovation| innovation.fused).count() as u8;
+        let std = core::array::from_fn(|i| ekf.std(i));
+        StateRecord { fused, ..state_record(self.time_s, ekf.state(), &std, &self.geometry) }
     }
 
     /// Puts a sample on the delay line, and into the trim while its window is open: what it does not carry is not sampled.
@@ -446,7 +437,15 @@ impl Estimator {
             self.next_grid = self.next_grid.saturating_add(stride as u64);
             if let Some(smoothed) = self.delay.at(centre_s) {
                 self.compare_vanes(&smoothed);
-                let record = self.smoothed_record(centre_s, stride * grid_s, &smoothed);
+                let mut record = self.smoothed_record(centre_s, stride * grid_s, &smoothed);
+                if let Some(correction) = self.fixed_lag.correction(centre_s, self.config.hold_s) {
+                    for i in 0..3 {
+                        record.velocity[i] += correction[VELOCITY + i];
+                    }
+                    for i in 0..2 {
+                        record.attitude[i] += correction[ATTITUDE + i];
+                    }
+                }
                 let _ = self.output.smoothed.push(record);
             }
             centre_s = origin_s + self.next_grid as f64 * grid_s;
@@ -507,7 +506,7 @@ impl Estimator {
 }
 
 /// Velocity of the centre of mass from that of the accelerometers: v - omega x s, s where they stand.
-fn centre_velocity(x: &Moving, geometry: &RunGeometry) -> [f64; 3] {
+fn centre_velocity(x: &State, geometry: &RunGeometry) -> [f64; 3] {
     let [u, v, w, _, _, _, _, p, q, r, ..] = *x;
     let [ax, ay, az] = geometry.accelerometer_position_m;
     [u - (q * az - r * ay), v - (r * ax - p * az), w - (p * ay - q * ax)]
@@ -524,20 +523,38 @@ fn centre_force(force: [f64; 3], rates: [f64; 3], slopes: [f64; 3], geometry: &R
     ]
 }
 
-fn lagged(point: &SmoothedPoint, geometry: &RunGeometry) -> LaggedRecord {
-    let three = |offset: usize| -> [f64; 3] { core::array::from_fn(|i| point.x[offset + i]) };
-    let std = |offset: usize| core::array::from_fn(|i| libm::sqrt(point.var[offset + i]));
-    LaggedRecord {
-        time_s: point.time_s,
-        velocity: centre_velocity(&point.x, geometry),
-        velocity_std: std(VELOCITY),
-        attitude: three(ATTITUDE),
-        attitude_std: std(ATTITUDE),
+/// The published state from the filter's, with its standard deviations.
+pub(super) fn state_record(time_s: f64, x: &State, std: &State, geometry: &RunGeometry) -> StateRecord {
+    let three = |offset: usize| core::array::from_fn(|i| x[offset + i]);
+    let three_std = |offset: usize| core::array::from_fn(|i| std[offset + i]);
+    StateRecord {
+        time_s,
+        velocity: centre_velocity(x, geometry),
+        velocity_std: three_std(VELOCITY),
         rates: three(RATES),
-        rates_std: std(RATES),
+        rates_std: three_std(RATES),
         angular_acceleration: three(ANGULAR_ACCELERATION),
-        angular_acceleration_std: std(ANGULAR_ACCELERATION),
+        angular_acceleration_std: three_std(ANGULAR_ACCELERATION),
         specific_force: centre_force(three(SPECIFIC_FORCE), three(RATES), three(ANGULAR_ACCELERATION), geometry),
-        specific_force_std: std(SPECIFIC_FORCE),
+        specific_force_std: three_std(SPECIFIC_FORCE),
+        attitude: three(ATTITUDE),
+        attitude_std: three_std(ATTITUDE),
+        altitude: x[ALTITUDE],
+        altitude_std: std[ALTITUDE],
+        accelerometer_bias: three(ACCELEROMETER_BIAS),
+        accelerometer_bias_std: three_std(ACCELEROMETER_BIAS),
+        gyro_bias: three(GYRO_BIAS),
+        gyro_bias_std: three_std(GYRO_BIAS),
+        fused: 0,
     }
+}
+
+/// A smoothed instant; what does not move is as the filter knows it now.
+fn lagged(point: &SmoothedPoint, now: &State, now_std: &State, geometry: &RunGeometry) -> StateRecord {
+    let (mut x, mut std) = (*now, *now_std);
+    x[..MOVING].copy_from_slice(&point.x);
+    for (std, var) in std.iter_mut().zip(point.var) {
+        *std = libm::sqrt(var);
+    }
+    state_record(point.time_s, &x, &std, geometry)
 }

@@ -12,7 +12,7 @@
 //! Numerics: C_j is no covariance of its own and cannot lose its sign; a variance that (3) would make negative is told as 0.
 //! Cannot answer before `lag` has passed since the filter began.
 
-use super::ekf::{Ekf, Fusion, Transition};
+use super::ekf::{Ekf, Follow, Fusion, Transition};
 use super::process::{ANGULAR_ACCELERATION, MOVING, NAVIGATION, RATES, STATES, State};
 
 /// Instants on their way at a time.
@@ -80,41 +80,6 @@ impl FixedLag {
         (self.first + age) % POINTS
     }
 
-    /// The filter was carried on with that transition, (2).
-    pub fn propagate(&mut self, transition: &Transition) {
-        for age in 0..self.len {
-            for c in &mut self.points[self.place(age)].cross {
-                let old = *c;
-                for (new, row) in c.iter_mut().zip(&transition[..NAVIGATION]) {
-                    *new = row.iter().zip(&old).map(|(f, c)| f * c).sum();
-                }
-                for i in 0..3 {
-                    c[RATES + i] += transition[RATES + i][ANGULAR_ACCELERATION + i] * old[ANGULAR_ACCELERATION + i];
-                }
-            }
-        }
-    }
-
-    /// The filter judged a measurement with that row of H, (3) where it was fused.
-    pub fn follow(&mut self, row: &State, fusion: &Fusion) {
-        let Fusion { innovation, innovation_var, gain: Some(gain), .. } = fusion else { return };
-        let begin = row.iter().position(|&h| h != 0.0).unwrap_or(STATES);
-        let end = row.iter().rposition(|&h| h != 0.0).map_or(begin, |last| last + 1);
-        for age in 0..self.len {
-            let place = self.place(age);
-            let Point { x, var, cross, .. } = &mut self.points[place];
-            for ((x, var), c) in x.iter_mut().zip(var).zip(cross) {
-                let ch: f64 = row[begin..end].iter().zip(&c[begin..end]).map(|(h, c)| h * c).sum();
-                let k = ch / innovation_var;
-                *x += k * innovation;
-                *var = (*var - k * ch).max(0.0);
-                for (c, gain) in c.iter_mut().zip(gain) {
-                    *c -= ch * gain;
-                }
-            }
-        }
-    }
-
     /// Sets the filter's state aside where the next instant is due, (1), and returns the one that is `lag_s` old.
     pub fn tick(&mut self, time_s: f64, ekf: &Ekf) -> Option<SmoothedPoint> {
         let mut ripe = None;
@@ -165,5 +130,42 @@ impl FixedLag {
         }
         let part = (time_s - earlier.time_s) / interval;
         Some(core::array::from_fn(|i| earlier.correction[i] + part * (later.correction[i] - earlier.correction[i])))
+    }
+}
+
+impl Follow for FixedLag {
+    /// (2).
+    fn propagate(&mut self, transition: &Transition) {
+        for age in 0..self.len {
+            for c in &mut self.points[self.place(age)].cross {
+                let old = *c;
+                for (new, row) in c.iter_mut().zip(&transition[..NAVIGATION]) {
+                    *new = row.iter().zip(&old).map(|(f, c)| f * c).sum();
+                }
+                for i in 0..3 {
+                    c[RATES + i] += transition[RATES + i][ANGULAR_ACCELERATION + i] * old[ANGULAR_ACCELERATION + i];
+                }
+            }
+        }
+    }
+
+    /// (3).
+    fn fuse(&mut self, row: &State, fusion: &Fusion) {
+        let Fusion { innovation, innovation_var, gain: Some(gain), .. } = fusion else { return };
+        let begin = row.iter().position(|&h| h != 0.0).unwrap_or(STATES);
+        let end = row.iter().rposition(|&h| h != 0.0).map_or(begin, |last| last + 1);
+        for age in 0..self.len {
+            let place = self.place(age);
+            let Point { x, var, cross, .. } = &mut self.points[place];
+            for ((x, var), c) in x.iter_mut().zip(var).zip(cross) {
+                let ch: f64 = row[begin..end].iter().zip(&c[begin..end]).map(|(h, c)| h * c).sum();
+                let k = ch / innovation_var;
+                *x += k * innovation;
+                *var = (*var - k * ch).max(0.0);
+                for (c, gain) in c.iter_mut().zip(gain) {
+                    *c -= ch * gain;
+                }
+            }
+        }
     }
 }

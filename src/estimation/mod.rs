@@ -12,6 +12,8 @@ pub mod consistency;
 pub mod delay_line;
 pub mod ekf;
 pub mod estimator;
+#[cfg(feature = "std")]
+pub mod fixed_interval;
 pub mod fixed_lag;
 pub mod health;
 pub mod latest;

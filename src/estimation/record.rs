@@ -71,10 +71,11 @@ pub struct Innovation {
     pub fused: bool,
 }
 
-/// The estimated state at one sample, filtered (no lag), at the centre of mass.
+/// The estimated state at one instant, at the centre of mass: filtered (from what came until then, no lag) or smoothed (from
+/// what came afterwards too).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StateRecord {
-    /// Time of the sample, s.
+    /// Time that the state belongs to, s.
     pub time_s: f64,
     /// u v w, body velocity through the air, m/s.
     pub velocity: [f64; 3],
@@ -110,33 +111,6 @@ pub struct StateRecord {
     pub gyro_bias_std: [f64; 3],
     /// How many aids were fused at this sample.
     pub fused: u8,
-}
-
-/// The state a while ago, estimated from everything until now (fixed-lag smoother), at the centre of mass.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LaggedRecord {
-    /// Time that the state belongs to, s.
-    pub time_s: f64,
-    /// u v w, m/s.
-    pub velocity: [f64; 3],
-    /// Standard deviations of u v w, m/s.
-    pub velocity_std: [f64; 3],
-    /// phi theta psi, rad.
-    pub attitude: [f64; 3],
-    /// Standard deviations of phi theta psi, rad.
-    pub attitude_std: [f64; 3],
-    /// p q r, rad/s.
-    pub rates: [f64; 3],
-    /// Standard deviations of p q r, rad/s.
-    pub rates_std: [f64; 3],
-    /// p-dot q-dot r-dot, rad/s^2.
-    pub angular_acceleration: [f64; 3],
-    /// Standard deviations of p-dot q-dot r-dot, rad/s^2.
-    pub angular_acceleration_std: [f64; 3],
-    /// Specific force at the centre of mass, m/s^2.
-    pub specific_force: [f64; 3],
-    /// Standard deviations of the specific force, m/s^2.
-    pub specific_force_std: [f64; 3],
 }
 
 /// The noise statistics in use.

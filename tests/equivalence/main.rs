@@ -14,8 +14,12 @@ mod allocations;
 mod fingerprint;
 #[path = "../../firmware-profile/src/manoeuvre.rs"]
 mod manoeuvre;
+#[path = "../support/manoeuvre.rs"]
+mod flights;
 #[path = "../support/program.rs"]
 mod program;
+#[path = "../support/puma.rs"]
+mod puma;
 #[path = "../support/uniform.rs"]
 mod uniform;
 
@@ -26,3 +30,4 @@ mod firmware;
 mod recursive_batch;
 mod replay;
 mod sequential_joint;
+mod smoothers;

@@ -1,0 +1,119 @@
+//! The fixed-lag smoother against the fixed-interval one over a record that ends there, and that against the textbook.
+
+use crate::flights::{INPUTS, fly};
+use crate::puma::puma_100kn;
+use nalgebra::{SMatrix, SVector};
+use sideslip::estimation::config::{Config, NoiseSource};
+use sideslip::estimation::ekf::{Follow, Fusion, Transition};
+use sideslip::estimation::estimator::Estimator;
+use sideslip::estimation::fixed_interval::smooth;
+use sideslip::estimation::process::{MOVING, STATES, State};
+use sideslip::estimation::record::StateRecord;
+use sideslip::flight::run::RunGeometry;
+use sideslip::simulation::instrument::Instruments;
+use sideslip::telemetry::record::Sample;
+
+fn configured() -> Config {
+    Config { noise_source: NoiseSource::Configured, ..Config::default() }
+}
+
+fn flight(seconds: f64, seed: u64) -> Option<Vec<Sample>> {
+    let flown = fly(&puma_100kn()?, &INPUTS, &Instruments::flight_quality(1.0), seed);
+    Some(flown.samples.into_iter().filter(|sample| sample.time_s < seconds).collect())
+}
+
+/// Every number of the two that smoothing moves, with the standard deviation it is judged by.
+fn moving(state: &StateRecord) -> Vec<(f64, f64)> {
+    let s = state;
+    let values = [s.velocity, s.attitude, s.rates, s.angular_acceleration, s.specific_force].concat();
+    let std = [s.velocity_std, s.attitude_std, s.rates_std, s.angular_acceleration_std, s.specific_force_std].concat();
+    values.into_iter().zip(std).chain([(s.altitude, s.altitude_std)]).collect()
+}
+
+#[test]
+fn the_fixed_lag_smoother_is_the_fixed_interval_smoother_stopped_at_its_lag() {
+    let Some(samples) = flight(8.0, 5) else { return };
+    let mut estimator = Box::new(Estimator::new(configured(), RunGeometry::default()).unwrap());
+    let mut compared = 0;
+    for (k, sample) in samples.iter().enumerate() {
+        let Some(lagged) = estimator.step(sample).lagged else { continue };
+        if k % 5 != 0 {
+            continue;
+        }
+        let whole = smooth(&samples[..=k], &configured(), RunGeometry::default()).unwrap();
+        let same = whole.states.iter().find(|state| state.time_s == lagged.time_s).unwrap();
+        for (i, ((found, found_std), (expected, std))) in moving(&lagged).into_iter().zip(moving(same)).enumerate() {
+            assert!((found - expected).abs() <= 1e-9 * std.max(expected.abs()), "{i} at {}: {found} {expected}", lagged.time_s);
+            assert!((found_std / std - 1.0).abs() <= 1e-9, "std {i} at {}: {found_std} {std}", lagged.time_s);
+        }
+        let lag_s = sample.time_s - lagged.time_s;
+        assert!((0.5..0.52).contains(&lag_s), "{lag_s}");
+        compared += 1;
+    }
+    assert!(compared > 10, "{compared}");
+}
+
+type Matrix = SMatrix<f64, STATES, STATES>;
+
+/// The filter's states and covariances before and after each sample.
+#[derive(Default)]
+struct Way {
+    transitions: Vec<Matrix>,
+}
+
+impl Follow for Way {
+    fn propagate(&mut self, transition: &Transition) {
+        let entry = |i: usize, j: usize| if i < MOVING && j < MOVING { transition[i][j] } else { f64::from(u8::from(i == j)) };
+        self.transitions.push(Matrix::from_fn(entry));
+    }
+    fn fuse(&mut self, _: &State, _: &Fusion) {}
+}
+
+/// Rauch-Tung-Striebel, with every inverse: x_s = x + A (x_s' - f(x)), P_s = P + A (P_s' - P') A', A = P F' P'^-1, where the
+/// predictions come from a filter that propagates a copy of the state without measurements.
+#[test]
+fn the_fixed_interval_smoother_is_the_textbook_s() {
+    let Some(samples) = flight(3.0, 6) else { return };
+    let samples = &samples[..200];
+    let config = Config { accelerometer_bias_walk: 0.0, gyro_bias_walk: 0.0, ..configured() };
+    let mut estimator = Box::new(Estimator::new(config, RunGeometry::default()).unwrap());
+    let mut way = Way::default();
+    let mut posterior: Vec<(f64, SVector<f64, STATES>, Matrix)> = Vec::new();
+    let mut predicted: Vec<(SVector<f64, STATES>, Matrix)> = Vec::new();
+    for sample in samples {
+        // The same sample without its measurements leaves the prediction.
+        let mut blind = estimator.clone();
+        let ran = estimator.step_with(sample, &mut way).state.is_some();
+        let mut time_alone = Sample::new(sample.time_s);
+        time_alone.present = 0;
+        if ran {
+            blind.step(&time_alone);
+            let (filter, before) = (estimator.filter().unwrap(), blind.filter().unwrap());
+            let matrix = |filter: &sideslip::estimation::ekf::Ekf| Matrix::from_fn(|i, j| filter.covariance().covariance(i, j));
+            posterior.push((sample.time_s, SVector::from(*filter.state()), matrix(filter)));
+            predicted.push((SVector::from(*before.state()), matrix(before)));
+        }
+    }
+    let n = posterior.len();
+    assert!(n > 100 && way.transitions.len() == n);
+    let found = smooth(samples, &config, RunGeometry::default()).unwrap().states;
+    let (_, mut x, mut p) = posterior[n - 1];
+    for k in (0..n).rev() {
+        if k + 1 < n {
+            let (_, xk, pk) = &posterior[k];
+            let (xp, pp) = &predicted[k + 1];
+            // Scaled to unit variances first: the states' units span twelve decades.
+            let scale = Matrix::from_diagonal(&pp.diagonal().map(|var| 1.0 / var.sqrt()));
+            let inverse = scale * (scale * pp * scale).try_inverse().unwrap() * scale;
+            let gain = pk * way.transitions[k + 1].transpose() * inverse;
+            x = xk + gain * (x - xp);
+            p = pk + gain * (p - pp) * gain.transpose();
+        }
+        let expected: Vec<f64> = (0..3).map(|i| x[i]).chain((0..3).map(|i| x[3 + i])).chain((0..9).map(|i| x[7 + i])).collect();
+        for (i, ((found, std), expected)) in moving(&found[k]).into_iter().zip(expected).enumerate() {
+            assert!((found - expected).abs() <= 1e-6 * std, "{i} at {k}: {found} {expected}, std {std}");
+            let place = if i < 6 { i } else { i + 1 };
+            assert!((std / p[(place, place)].sqrt() - 1.0).abs() <= 1e-6, "std {i} at {k}: {std} {}", p[(place, place)].sqrt());
+        }
+    }
+}
