@@ -11,17 +11,18 @@ use super::delay_line::{DelayLine, Smoothed};
 use super::ekf::{Ekf, Follow};
 use super::fixed_lag::{FixedLag, SmoothedPoint};
 use super::health::AidHealth;
-use super::latest::{Latest, is_tick};
 use super::latest::{INPUTS, Input};
+use super::latest::{Latest, is_tick};
 use super::noise::NoiseStatistics;
 use super::process::{
-    ACCELEROMETER_BIAS, ALTITUDE, ANGULAR_ACCELERATION, ATTITUDE, GYRO_BIAS, MOVING, RATES, SCALE_ERROR, SPECIFIC_FORCE, STATES, State,
-    VELOCITY,
+    ACCELEROMETER_BIAS, ALTITUDE, ANGULAR_ACCELERATION, ATTITUDE, GYRO_BIAS, MOVING, RATES, SCALE_ERROR, SPECIFIC_FORCE, STATES,
+    State, VELOCITY,
 };
 use super::record::{
     AIDS, Aid, EstimationEvent, Innovation, Instrumentation, NoiseRecord, SmoothedRecord, StateRecord, TrimRecord,
 };
 use super::trim::TrimWindow;
+use super::vibration::LineNotch;
 use crate::flight::channel::{CHANNELS, Channel};
 use crate::flight::run::RunGeometry;
 use crate::flight::unit::STANDARD_GRAVITY as G0;
@@ -78,13 +79,13 @@ pub struct EstimationOutput {
 
 impl EstimationOutput {
     const EMPTY: EstimationOutput = EstimationOutput {
-            state: None,
-            innovations: Vec::new(),
-            lagged: None,
-            smoothed: Vec::new(),
-            trim: None,
-            events: Vec::new(),
-        };
+        state: None,
+        innovations: Vec::new(),
+        lagged: None,
+        smoothed: Vec::new(),
+        trim: None,
+        events: Vec::new(),
+    };
 }
 
 /// The estimation stage.
@@ -93,6 +94,7 @@ pub struct Estimator {
     config: Config,
     geometry: RunGeometry,
     admission: Admission,
+    vibration: LineNotch,
     latest: Latest,
     ekf: Option<Ekf>,
     fixed_lag: FixedLag,
@@ -127,6 +129,7 @@ impl Estimator {
     pub(crate) const fn of(config: Config, geometry: RunGeometry) -> Self {
         Estimator {
             admission: Admission::new(config.gap_s),
+            vibration: LineNotch::new(geometry.blades, config.hold_s),
             latest: Latest::new(config.hold_s),
             ekf: None,
             fixed_lag: FixedLag::new(config.smoother_lag_s, config.grid_s),
@@ -195,6 +198,7 @@ impl Estimator {
             Verdict::Restart => self.restart(),
             Verdict::Use => {}
         }
+        self.vibration.clean(&mut sample);
         let silence_s = self.latest.silence_s(sample.time_s);
         if silence_s > self.config.hold_s && verdict == Verdict::Use && !is_tick(&sample) {
             // The last rates have served for long enough: a filter that ran on them would leave the flight.

@@ -61,13 +61,8 @@ impl FixedLag {
     pub const fn new(lag_s: f64, spacing_s: f64) -> Self {
         let least_s = lag_s / (POINTS - 1) as f64;
         let spacing_s = if spacing_s > least_s { spacing_s } else { least_s };
-        let none = Point {
-            time_s: 0.0,
-            filtered: [0.0; MOVING],
-            x: [0.0; MOVING],
-            var: [0.0; MOVING],
-            cross: [[0.0; STATES]; MOVING],
-        };
+        let none =
+            Point { time_s: 0.0, filtered: [0.0; MOVING], x: [0.0; MOVING], var: [0.0; MOVING], cross: [[0.0; STATES]; MOVING] };
         FixedLag { lag_s, spacing_s, points: [none; POINTS], first: 0, len: 0 }
     }
 

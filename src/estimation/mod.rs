@@ -22,3 +22,4 @@ pub mod noise_bank;
 pub mod process;
 pub mod record;
 pub mod trim;
+pub mod vibration;

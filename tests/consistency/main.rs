@@ -11,7 +11,11 @@
 mod manoeuvre;
 #[path = "../support/puma.rs"]
 mod puma;
+#[path = "../support/uniform.rs"]
+mod uniform;
 
+mod biases;
 mod filter;
 mod gusts;
 mod instruments;
+mod smoother;

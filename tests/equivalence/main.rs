@@ -12,10 +12,10 @@
 mod allocations;
 #[path = "../../firmware-profile/src/fingerprint.rs"]
 mod fingerprint;
-#[path = "../../firmware-profile/src/manoeuvre.rs"]
-mod manoeuvre;
 #[path = "../support/manoeuvre.rs"]
 mod flights;
+#[path = "../../firmware-profile/src/manoeuvre.rs"]
+mod manoeuvre;
 #[path = "../support/program.rs"]
 mod program;
 #[path = "../support/puma.rs"]

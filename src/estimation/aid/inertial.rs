@@ -14,11 +14,8 @@ pub const INERTIAL: [Channel; 6] = [Channel::P, Channel::Q, Channel::R, Channel:
 /// Reading of inertial channel `place` of [`INERTIAL`] with its row of H.
 pub fn predict(place: usize, state: &State, noise: &Noise) -> Prediction {
     let gyro = place < 3;
-    let (truth, bias) = if gyro {
-        (RATES + place, GYRO_BIAS + place)
-    } else {
-        (SPECIFIC_FORCE + place - 3, ACCELEROMETER_BIAS + place - 3)
-    };
+    let (truth, bias) =
+        if gyro { (RATES + place, GYRO_BIAS + place) } else { (SPECIFIC_FORCE + place - 3, ACCELEROMETER_BIAS + place - 3) };
     let mut row = [0.0; STATES];
     row[truth] = 1.0;
     row[bias] = 1.0;

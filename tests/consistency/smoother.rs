@@ -1,0 +1,154 @@
+//! The smoothed yaw acceleration against the truth, beside the best filter that anybody could have chosen by hand.
+//!
+//! The Puma at 100 kn, pedal doublet and 3211, with the instruments of the flight-test file: words of 12 bits, lags, dropouts,
+//! vibration at the blades' passing. Rival: a Butterworth filter of second order run forwards and backwards over the yaw gyro,
+//! then central differences; its cut-off is the one that comes nearest the truth, which only a simulation knows.
+
+use crate::manoeuvre::{LEAD_S, over_seeds, seeds};
+use crate::puma::puma_100kn;
+use sideslip::estimation::config::Config;
+use sideslip::estimation::estimator::Estimator;
+use sideslip::estimation::fixed_interval::smooth;
+use sideslip::flight::channel::Channel;
+use sideslip::flight::control::Control;
+use sideslip::flight::run::RunGeometry;
+use sideslip::simulation::fly::{Flight, Flown, uniform_times};
+use sideslip::simulation::input::InputSpec;
+use sideslip::simulation::instrument::Instruments;
+use sideslip::simulation::instrument_file::InstrumentFile;
+use std::f64::consts::TAU;
+
+const FILE: &str = include_str!("../../replay/instruments/flight-test.toml");
+const RATE_HZ: f64 = 256.0;
+
+pub(crate) fn instruments(noise: f64) -> Instruments {
+    InstrumentFile::parse(FILE, |_| true).unwrap().applied_to(Instruments::flight_quality(noise), 1.0)
+}
+
+pub(crate) fn geometry(instruments: &Instruments) -> RunGeometry {
+    RunGeometry {
+        accelerometer_position_m: instruments.accelerometer_position_m,
+        vane_position_m: instruments.vane_position_m,
+        blades: instruments.blades.map(|blades| blades as u32),
+        ..RunGeometry::default()
+    }
+}
+
+pub(crate) fn fly(input: &str, instruments: &Instruments, seed: u64) -> Option<Flown> {
+    let mut model = puma_100kn()?;
+    model.trim.rotor_speed = Some(27.0);
+    let mut flight = Flight::of(model);
+    flight.times_s = uniform_times(0.0, 20.0, RATE_HZ).unwrap();
+    let place = Control::Pedal.index();
+    let deviation = InputSpec::parse(input).unwrap().deviation(LEAD_S);
+    flight.inputs.controls[place] = flight.inputs.controls[place].plus(1.0, &deviation);
+    flight.instruments = instruments.clone();
+    flight.seed = seed;
+    Some(flight.fly().unwrap())
+}
+
+/// Butterworth of second order over evenly spaced values, from rest at the first.
+fn butterworth(values: &[f64], cut_hz: f64) -> Vec<f64> {
+    let k = (0.5 * TAU * cut_hz / RATE_HZ).tan();
+    let norm = 1.0 / (1.0 + 2f64.sqrt() * k + k * k);
+    let (b0, a1, a2) = (k * k * norm, 2.0 * (k * k - 1.0) * norm, (1.0 - 2f64.sqrt() * k + k * k) * norm);
+    let first = values[0];
+    let (mut x1, mut x2, mut y1, mut y2) = (first, first, first, first);
+    values
+        .iter()
+        .map(|&x| {
+            let y = b0 * (x + 2.0 * x1 + x2) - a1 * y1 - a2 * y2;
+            (x2, x1, y2, y1) = (x1, x, y1, y);
+            y
+        })
+        .collect()
+}
+
+fn slope(values: &[f64]) -> Vec<f64> {
+    (0..values.len())
+        .map(|i| {
+            let (a, b) = (i.saturating_sub(1), (i + 1).min(values.len() - 1));
+            (values[b] - values[a]) / ((b - a) as f64 / RATE_HZ)
+        })
+        .collect()
+}
+
+fn zero_phase_slope(gyro: &[f64], cut_hz: f64) -> Vec<f64> {
+    let mut back = butterworth(gyro, cut_hz);
+    back.reverse();
+    let mut both = butterworth(&back, cut_hz);
+    both.reverse();
+    slope(&both)
+}
+
+/// Rms errors of the yaw acceleration from 1 s to 1 s before the end: smoother, best cut-off, 8 Hz, fixed lag; the best cut-off.
+fn errors(input: &str, noise: f64, seed: u64) -> Option<[f64; 5]> {
+    let instruments = instruments(noise);
+    let flown = fly(input, &instruments, seed)?;
+    // The gyro on its own even grid, a straight line where the link lost it.
+    let read: Vec<(f64, f64)> =
+        flown.samples.iter().filter_map(|sample| Some((sample.time_s, sample.get(Channel::R)?))).collect();
+    let times: Vec<f64> = flown.truth.iter().enumerate().map(|(i, _)| i as f64 / RATE_HZ).collect();
+    let line = |read: &[(f64, f64)], time: f64| {
+        let after = read.partition_point(|&(t, _)| t < time).clamp(1, read.len() - 1);
+        let ((ta, a), (tb, b)) = (read[after - 1], read[after]);
+        a + (b - a) * ((time - ta) / (tb - ta)).clamp(0.0, 1.0)
+    };
+    let gyro: Vec<f64> = times.iter().map(|&time| line(&read, time)).collect();
+    let truth = slope(&flown.truth.iter().map(|truth| truth.motion.rates[2]).collect::<Vec<_>>());
+    let inside = |time: f64| time > 1.0 && time < 19.0;
+    let rms = |found: &dyn Fn(f64) -> Option<f64>| {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (&time, &truth) in times.iter().zip(&truth).filter(|&(&time, _)| inside(time)) {
+            if let Some(found) = found(time) {
+                sum += (found - truth) * (found - truth);
+                count += 1.0;
+            }
+        }
+        assert!(count > 100.0, "{count}");
+        f64::sqrt(sum / count)
+    };
+    let rival = |cut_hz: f64| {
+        let found = zero_phase_slope(&gyro, cut_hz);
+        rms(&|time| found.get((time * RATE_HZ).round() as usize).copied())
+    };
+    let (best_hz, best) =
+        (0..60).map(|i| 0.5 * 1.07f64.powi(i)).map(|cut_hz| (cut_hz, rival(cut_hz))).min_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+    let whole = smooth(&flown.samples, &Config::default(), geometry(&instruments)).unwrap();
+    let smoothed: Vec<(f64, f64)> = whole.states.iter().map(|s| (s.time_s, s.angular_acceleration[2])).collect();
+    let mut estimator = Box::new(Estimator::new(Config::default(), geometry(&instruments)).unwrap());
+    let lagged: Vec<(f64, f64)> = flown
+        .samples
+        .iter()
+        .filter_map(|sample| estimator.step(sample).lagged.map(|s| (s.time_s, s.angular_acceleration[2])))
+        .collect();
+    let at = |times: &[(f64, f64)], time: f64| {
+        let place = times.partition_point(|&(t, _)| t < time - 1e-6);
+        times.get(place).filter(|(t, _)| (t - time).abs() < 1e-6).map(|&(_, value)| value)
+    };
+    Some([rms(&|time| at(&smoothed, time)), best, rival(8.0), rms(&|time| at(&lagged, time)), best_hz])
+}
+
+#[test]
+fn yaw_acceleration_is_as_good_as_the_best_filter_that_knew_the_truth() {
+    for (input, noise) in [
+        ("pedal:doublet:0.02:1.0", 1.0),
+        ("pedal:3211:0.02:0.7", 1.0),
+        ("pedal:doublet:0.02:1.0", 3.0),
+        ("pedal:3211:0.02:0.7", 3.0),
+    ] {
+        let all: Vec<[f64; 5]> = over_seeds(seeds(20), |seed| errors(input, noise, seed)).into_iter().flatten().collect();
+        if all.is_empty() {
+            return;
+        }
+        let mean = |place: usize| all.iter().map(|one| one[place]).sum::<f64>() / all.len() as f64;
+        let [smoother, best, eight, lagged, best_hz]: [f64; 5] = std::array::from_fn(mean);
+        eprintln!(
+            "{input}, noise x {noise}: smoother {smoother:.5} rad/s^2, fixed lag {lagged:.5}, best zero-phase filter {best:.5} \
+             (at {best_hz:.2} Hz), 8 Hz {eight:.5}: {:.3} and {:.3} times",
+            smoother / best,
+            smoother / eight
+        );
+        assert!(smoother <= 1.05 * best);
+    }
+}
