@@ -1,7 +1,7 @@
 //! `sideslip linearise`: trim, matrices, derivatives and modes of a model.
 
+use super::flight_condition::{self, FlightCondition};
 use super::message;
-use super::model_input::read_model;
 use super::output_file::{print, refuse_to_overwrite, write_json};
 use nalgebra::Complex;
 use serde_json::{Map, Value, json};
@@ -15,7 +15,8 @@ use sideslip::modes::lateral;
 use sideslip::modes::record::{ModesRecord, Oscillation, RealRoot};
 use sideslip::regression::record::{LateralDerivatives, Status};
 use sideslip::simulation::eigenmodes::{Eigenmodes, eigenmodes};
-use sideslip::simulation::flight_model::{Asked, FlightModel};
+use sideslip::simulation::flight_model::FlightModel;
+use sideslip::simulation::level1::aircraft::{Level1, Perturbation};
 use sideslip::simulation::linear::{INPUTS, STATES, input_matrix, state_matrix, with_effects};
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -25,25 +26,8 @@ use std::path::PathBuf;
 #[command(after_help = "Examples:\n  sideslip linearise --model puma-100kn.toml --json -\n  \
                   sideslip linearise --model puma --speed 51.44 --climb 5.08 --density 1.024 --set hub=exact")]
 pub(crate) struct Args {
-    /// Model file (TOML), or puma, the Level-1 Puma that is built in
-    #[arg(long, value_name = "FILE")]
-    model: PathBuf,
-    /// True airspeed of the trim, m/s (models that can be trimmed anew; a linear model cannot)
-    #[arg(long, value_name = "M/S", allow_negative_numbers = true)]
-    speed: Option<f64>,
-    /// Climb rate of the trim, m/s (likewise)
-    #[arg(long, value_name = "M/S", allow_negative_numbers = true)]
-    climb: Option<f64>,
-    /// Sideslip of the trim, rad (likewise)
-    #[arg(long, value_name = "RAD", allow_negative_numbers = true)]
-    sideslip: Option<f64>,
-    /// Air density, kg/m^3 (likewise)
-    #[arg(long, value_name = "KG/M3", allow_negative_numbers = true)]
-    density: Option<f64>,
-    /// Set an option or another key of [level1], such as hub=exact, flapping=second_order, inflow=dynamic, rotor_speed=governed,
-    /// actuators=first_order, perturbation=finite, main_rotor.shaft_tilt=0.05; repeatable
-    #[arg(long, value_name = "KEY=VALUE")]
-    set: Vec<String>,
+    #[command(flatten)]
+    condition: FlightCondition,
     /// Write the result as JSON to this file, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -52,21 +36,15 @@ pub(crate) struct Args {
 /// Linearises and prints.
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if let Some(json) = &args.json {
-        refuse_to_overwrite("--json", json, std::slice::from_ref(&args.model))?;
+        refuse_to_overwrite("--json", json, std::slice::from_ref(&args.condition.model))?;
     }
-    let asked =
-        Asked { speed: args.speed, climb: args.climb, sideslip: args.sideslip, density: args.density, set: args.set.clone() };
-    let FlightModel { file, level1, .. } = read_model(&args.model, &asked)?;
-    if let Some(condition) = level1.as_ref().map(|trimmed| trimmed.condition)
-        && condition.climb.abs() > condition.speed
-    {
-        message(format_args!("note: climb exceeds the airspeed; the path is vertical, at {} m/s", condition.climb));
-    }
+    let read = args.condition.read()?;
+    let FlightModel { file, level1, .. } = &read;
     let effects: Vec<Effect> = file.effects.iter().map(|declared| declared.effect).collect();
     let model = with_effects(&file.linear, &effects)
-        .map_err(|_| Failure::file(&args.model, "its effects add more nonlinear terms than a model may have"))?;
+        .map_err(|_| Failure::file(&args.condition.model, "its effects add more nonlinear terms than a model may have"))?;
     let modes = eigenmodes(&state_matrix(&model)).ok_or_else(|| {
-        Failure::Running(format!("{}: the modes cannot be computed from its derivatives", args.model.display()))
+        Failure::Running(format!("{}: the modes cannot be computed from its derivatives", args.condition.model.display()))
     })?;
     for effect in &effects {
         if matches!(
@@ -77,11 +55,14 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             message(format_args!("note: `{}` is no part of A and B and is left out of them", effect.kind().name()));
         }
     }
-    let mut result = to_json(&file, &model, &effects, &modes);
-    let mut table = to_table(&file, &model, &effects, &modes);
-    if let Some(trimmed) = level1.filter(|trimmed| trimmed.aircraft.options.active().contains(&true)) {
+    let mut result = to_json(file, &model, &effects, &modes);
+    if let Some(result) = result.as_object_mut() {
+        result.insert("level1".to_owned(), flight_condition::to_json(&read));
+    }
+    let mut table = to_table(&read, &model, &effects, &modes);
+    if let Some(trimmed) = level1.as_ref().filter(|trimmed| trimmed.aircraft.options.active().contains(&true)) {
         let whole = trimmed.whole_eigenvalues().ok_or_else(|| {
-            Failure::Running(format!("{}: the modes of the whole system cannot be computed", args.model.display()))
+            Failure::Running(format!("{}: the modes of the whole system cannot be computed", args.condition.model.display()))
         })?;
         add_whole(&mut result, &mut table, &whole);
     }
@@ -190,10 +171,16 @@ fn subsystem_json(modes: &ModesRecord) -> Value {
     })
 }
 
-fn to_table(file: &ModelFile, model: &LinearModel, effects: &[Effect], modes: &Eigenmodes) -> String {
-    let trim = &model.trim;
+fn to_table(read: &FlightModel, model: &LinearModel, effects: &[Effect], modes: &Eigenmodes) -> String {
+    let (file, trim) = (&read.file, &model.trim);
     let mut text = String::new();
     let _ = writeln!(text, "{}", if file.name.is_empty() { "(model without a name)" } else { &file.name });
+    if let Some(flight) = flight_condition::in_words(read) {
+        let _ = writeln!(text, "{flight}");
+    }
+    if let Some(trimmed) = read.level1.as_ref() {
+        let _ = writeln!(text, "{}", differences(&trimmed.aircraft));
+    }
     let _ = writeln!(
         text,
         "trim: V {:.3} m/s (u {:.3}, v {:.3}, w {:.3}), phi {:.4} rad, theta {:.4} rad, flight path {:.4} rad",
@@ -250,6 +237,17 @@ fn to_table(file: &ModelFile, model: &LinearModel, effects: &[Effect], modes: &E
         }
     }
     text
+}
+
+/// How wide the differences of the linearisation are.
+fn differences(aircraft: &Level1) -> String {
+    let Perturbation { velocity, rate, control } = aircraft.perturbation;
+    match aircraft.options.finite_perturbation {
+        true => format!(
+            "differences: finite, +- {velocity} m/s, {rate} rad/s, {control} rad (perturbation=small for the slope itself)"
+        ),
+        false => "differences: small (the slope itself)".to_owned(),
+    }
 }
 
 fn write_matrix(text: &mut String, columns: &[&str], rows: impl Iterator<Item = Vec<f64>>) {

@@ -3,6 +3,7 @@
 pub(crate) mod demo;
 pub(crate) mod design;
 pub(crate) mod estimate;
+mod flight_condition;
 mod flown_inputs;
 pub(crate) mod ingest;
 pub(crate) mod inspect;
@@ -10,8 +11,8 @@ mod instrument_input;
 pub(crate) mod linearise;
 pub(crate) mod live;
 mod mapping_input;
-mod model_input;
 mod output_file;
+mod progress;
 pub(crate) mod replay;
 mod run_controls;
 pub(crate) mod simulate;

@@ -101,6 +101,14 @@ pub(crate) fn write_json(path: &Path, text: &str) -> Result<(), Failure> {
     if path.as_os_str() == "-" { print(text) } else { write_whole(path, |file| file.write_all(text.as_bytes())) }
 }
 
+/// Refuses, before long work, a file to write in a folder that is not there.
+pub(crate) fn refuse_without_folder(option: &str, output: &Path) -> Result<(), Failure> {
+    match output.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+        Some(folder) => Err(Failure::file(output, format_args!("{option}: expected a folder {}, found none", folder.display()))),
+        None => Ok(()),
+    }
+}
+
 /// Refuses to write over a file that is read.
 pub(crate) fn refuse_to_overwrite(option: &str, output: &Path, inputs: &[PathBuf]) -> Result<(), Failure> {
     let Ok(output_file) = output.canonicalize() else { return Ok(()) };

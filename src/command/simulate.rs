@@ -1,17 +1,16 @@
 //! `sideslip simulate`: a model flown on given controls, recorded as a run file.
 
-use super::flown_inputs::{inputs_of_run, inputs_of_specs, warn_of_still_rotor};
+use super::flight_condition::{FlightCondition, number};
+use super::flown_inputs::{inputs_of_run, inputs_of_specs, warn_of_stall, warn_of_still_rotor, warn_of_unread_channels};
 use super::instrument_input::read_instruments;
 use super::message;
-use super::model_input::read_model;
-use super::output_file::refuse_to_overwrite;
+use super::output_file::{refuse_to_overwrite, refuse_without_folder};
 use super::run_controls::read_controls;
 use super::simulated_run::{Format, write_run};
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::effect::Effect;
-use sideslip::flight::model_file::ModelFile;
 use sideslip::flight::run_file::RunInfo;
-use sideslip::simulation::flight_model::Asked;
+use sideslip::simulation::flight_model::FlightModel;
 use sideslip::simulation::fly::{Flight, uniform_times};
 use sideslip::simulation::input::{HAND_RATE, InputSpec};
 use sideslip::simulation::instrument::Instruments;
@@ -24,9 +23,15 @@ use std::path::PathBuf;
 const EXAMPLES: &str = "\
 Examples:
   sideslip simulate --model puma --input pedal:doublet:0.02:1.0 --noise --out run.csv
+  sideslip simulate --model puma --speed 51.44 --climb 5.08 --density 1.024 --set hub=exact \
+--input pedal:3211:0.02:0.7 --out climb.csv
   sideslip simulate --model puma-100kn.toml --input pedal:3211:0.02:0.7 --noise flight --seed 1 --out run.csv
   sideslip simulate --model puma --input pedal:prbs6:0.02:0.5 --pilot attitude --turbulence 1 --instruments flight-test.toml \
 --out run.mcap
+
+--set also takes the keys of the run, such as vane_position_m=[13.08,0,0] or accelerometer_position_m=[..] (where the instruments
+stand, in the flight too). A level1 model flies in air of one density; it starts at the altitude where the standard atmosphere has
+that density (a linear model at 1000 m). The recording holds the flight condition and options it was flown with: see `inspect`.
 
 An instruments file (TOML) says what differs from flight-test quality; every key may be left out:
   rate_hz = 100                           of every channel without its own rate, Hz
@@ -52,9 +57,8 @@ An example stands in replay/instruments/flight-test.toml.";
 #[command(after_help = EXAMPLES)]
 #[command(group(clap::ArgGroup::new("flown").required(true).args(["controls", "input"])))]
 pub(crate) struct Args {
-    /// Model file (TOML), or puma, the Level-1 Puma that is built in
-    #[arg(long, value_name = "FILE")]
-    model: PathBuf,
+    #[command(flatten)]
+    condition: FlightCondition,
     /// Fly the controls of this run (and its rotor speed), straight lines between its samples
     #[arg(long, value_name = "RUN", conflicts_with_all = ["lead"])]
     controls: Option<PathBuf>,
@@ -66,19 +70,15 @@ pub(crate) struct Args {
     /// Where the recording goes: a run file (.csv), a log (.mcap) or MAVLink (.tlog), by the name
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Set a key of the run, such as vane_position_m=[13.08,0,0] or accelerometer_position_m=[..] (where the instruments
-    /// stand, in the flight too); or, after level1., one of the model's own, such as level1.flight.climb=5.08 (true airspeed
-    /// speed, climb, sideslip, density of the trim) or level1.options.flapping=second_order; repeatable
-    #[arg(long, value_name = "KEY=VALUE")]
-    set: Vec<String>,
     /// How long, s [default: 10 s after the last input, or the length of the run]
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = number("s"))]
     duration: Option<f64>,
     /// Samples a second [default: 100, or the run's own times]
-    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = number("Hz"))]
     rate: Option<f64>,
     /// How fast the hand moves a control, rad of blade pitch a second
-    #[arg(long, value_name = "RAD/S", default_value_t = HAND_RATE, conflicts_with = "controls", allow_negative_numbers = true)]
+    #[arg(long, value_name = "RAD/S", default_value_t = HAND_RATE, conflicts_with = "controls",
+        allow_negative_numbers = true, value_parser = number("rad/s"))]
     hand_rate: f64,
     /// Who flies besides: a pilot who slowly holds bank and pitch attitude (attitude), heading too (heading), by gains far below
     /// a test input, so that a long flight of an unstable aircraft stays near its trim; the recorded controls hold what he does
@@ -92,13 +92,13 @@ pub(crate) struct Args {
     #[arg(long, value_name = "none|flight|FACTOR", num_args = 0..=1, default_missing_value = "flight", value_parser = noise_factor, allow_negative_numbers = true)]
     noise: Option<f64>,
     /// Gusts with this standard deviation, m/s (Dryden, scale 533 m)
-    #[arg(long, value_name = "SIGMA", allow_negative_numbers = true)]
+    #[arg(long, value_name = "SIGMA", allow_negative_numbers = true, value_parser = number("m/s"))]
     turbulence: Option<f64>,
     /// Seed of noise, biases and gusts
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = seed)]
     seed: u64,
     /// Seconds in trim before the first input
-    #[arg(long, value_name = "S", default_value_t = 2.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", default_value_t = 2.0, allow_negative_numbers = true, value_parser = number("s"))]
     lead: f64,
 }
 
@@ -131,21 +131,27 @@ fn noise_factor(text: &str) -> Result<f64, String> {
     }
 }
 
+fn seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("expected a whole number from 0 to {}", u64::MAX))
+}
+
 /// Flies and records.
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let format = Format::by_name(&args.out)?;
+    refuse_without_folder("--out", &args.out)?;
     if let Some(controls) = &args.controls {
         refuse_to_overwrite("--out", &args.out, std::slice::from_ref(controls))?;
     }
-    refuse_to_overwrite("--out", &args.out, std::slice::from_ref(&args.model))?;
+    refuse_to_overwrite("--out", &args.out, std::slice::from_ref(&args.condition.model))?;
     if let Some(instruments) = &args.instruments {
         refuse_to_overwrite("--out", &args.out, std::slice::from_ref(instruments))?;
     }
     let lead_s = within("--lead", args.lead, 0.0, 1e4)?;
     let hand_rate = within("--hand-rate", args.hand_rate, 1e-4, 1e4)?;
     let duration_s = args.duration.map(|duration| within("--duration", duration, 0.0, 1e6)).transpose()?;
-    let (of_model, of_run): (Vec<String>, Vec<String>) = args.set.iter().cloned().partition(|set| set.starts_with("level1."));
-    let read = read_model(&args.model, &Asked { set: of_model, ..Asked::default() })?;
+    let (of_run, of_model) = args.condition.set.iter().cloned().partition(|set| RunInfo::is_known(key_of(set)));
+    let keys_of_run = format!("; or a key of the run ({})", RunInfo::known_keys());
+    let read = args.condition.fly(of_model, &keys_of_run)?;
     let in_trim = read.flight();
     let governed = in_trim.level1.as_ref().is_some_and(|trimmed| trimmed.aircraft.options.governed);
     let (file, model) = (&read.file, &in_trim.model);
@@ -188,7 +194,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         return Err(Failure::Input(format!("expected a flight of two samples or more, found {}", times_s.len())));
     }
     warn_of_still_rotor(&effects, model, &inputs);
-    let info = run_info(args, file, &of_run, &manoeuvre, &instruments)?;
+    warn_of_unread_channels(&effects, &instruments);
+    if in_trim.level1.is_some() {
+        warn_of_stall(&inputs);
+    }
+    let info = run_info(args, &read, &of_run, &manoeuvre, &instruments)?;
     let instruments = Instruments {
         accelerometer_position_m: info.geometry().accelerometer_position_m,
         vane_position_m: info.geometry().vane_position_m,
@@ -197,7 +207,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     };
     let pilot = args.pilot.pilot();
     let flight = Flight { effects, inputs, pilot, instruments, times_s, seed: args.seed, ..in_trim.clone() };
-    let flown = flight.fly().map_err(|refused| Failure::file(&args.model, refused))?;
+    let flown = flight.fly().map_err(|refused| Failure::file(&args.condition.model, refused))?;
     write_run(&args.out, format, &info, &flown.samples)?;
     let last_s = flown.samples.last().map_or(0.0, |sample| sample.time_s);
     message(format_args!("{}: {} samples, to {last_s} s", args.out.display(), flown.samples.len()));
@@ -209,6 +219,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         message(format_args!("sideslip: {loss}"));
     }
     Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })
+}
+
+/// What an assignment is to.
+fn key_of(assignment: &str) -> &str {
+    assignment.split('=').next().unwrap_or_default().trim()
 }
 
 fn within(option: &str, value: f64, least: f64, most: f64) -> Result<f64, Failure> {
@@ -240,12 +255,13 @@ fn instruments(args: &Args, with_rotor: bool, described: Option<&InstrumentFile>
 /// What the recording says of itself, with what `--set` makes of it.
 fn run_info(
     args: &Args,
-    file: &ModelFile,
+    read: &FlightModel,
     of_run: &[String],
     manoeuvre: &str,
     instruments: &Instruments,
 ) -> Result<RunInfo, Failure> {
     let quoted = |text: &str| toml::Value::String(text.to_owned()).to_string();
+    let file = &read.file;
     let gamma = file.linear.trim.flight_path_angle();
     let flight_path = match gamma {
         angle if angle > 0.01 => "climb",
@@ -272,6 +288,12 @@ fn run_info(
     }
     if args.pilot.pilot().is_some() {
         let _ = writeln!(text, "pilot = {}", quoted(if matches!(args.pilot, Habit::Heading) { "heading" } else { "attitude" }));
+    }
+    let flown = read.flown();
+    if !flown.is_empty() {
+        let model = args.condition.model.file_name().unwrap_or_default().to_string_lossy();
+        let of_model = [("level1".to_owned(), toml::Value::Table(flown))];
+        let _ = write!(text, "model = {}\n{}", quoted(&model), toml::Table::from_iter(of_model));
     }
     let mut info = RunInfo::from_toml(&text).map_err(|place| Failure::Running(place.to_string()))?;
     for assignment in of_run {

@@ -124,7 +124,7 @@ impl<'t> Entry<'t> {
 
     /// The value as one of these names.
     pub(crate) fn choice(&self, expected: &str, valid: &[&str]) -> Misread {
-        let found = self.value.as_str().unwrap_or_default();
+        let found = self.value.as_str().unwrap_or(self.value.type_str());
         self.text.misread(&self.place, format_args!("`{}`: {}", self.key, Choice { expected, found, valid }))
     }
 
@@ -146,6 +146,14 @@ impl<'t> Entry<'t> {
         match self.number()? {
             number if number > 0.0 => Ok(number),
             number => Err(self.misread(format_args!("expected more than zero, found {number}"))),
+        }
+    }
+
+    /// The value as a whole number between two.
+    pub(crate) fn whole(&self, least: f64, most: f64) -> Result<f64, Misread> {
+        match self.number()? {
+            number if (least..=most).contains(&number) && libm::floor(number) >= number => Ok(number),
+            number => Err(self.misread(format_args!("expected a whole number from {least} to {most}, found {number}"))),
         }
     }
 

@@ -220,6 +220,19 @@ macro_rules! kinds {
     };
 }
 
+impl Effect {
+    /// The channel whose instrument it is on, where it is on one.
+    pub const fn sensor_channel(&self) -> Option<Channel> {
+        match *self {
+            Effect::SensorBias { channel, .. }
+            | Effect::SensorScale { channel, .. }
+            | Effect::SensorLag { channel, .. }
+            | Effect::SensorDelay { channel, .. } => Some(channel),
+            _ => None,
+        }
+    }
+}
+
 kinds! {
     Derivative "derivative" Derivative ["axis", "variable", "delta"];
     Nonlinear "nonlinear" Nonlinear ["axis", "term", "coefficient"];

@@ -4,13 +4,13 @@
 //! model, and for kind `level1` the aircraft in its trim. A linear model has one trim and no options: asking for another is
 //! refused.
 //!
-//! `--set` writes `key=value` into the `[level1]` table, the key dotted (`main_rotor.shaft_tilt=0.05`), with or without
-//! `level1.` before it; that of an option may stand alone (`hub=exact`). A value that is no TOML is taken as a text. The key
-//! must be there already.
+//! `--set` writes `key=value` into the `[level1]` table, the key dotted (`main_rotor.shaft_tilt=0.05`); that of an option may
+//! stand alone (`hub=exact`). A value that is no TOML is taken as a text. The key must be there already. What is flown can be
+//! told to a run: see [`FlightModel::flown`].
 
 use super::fly::Flight;
 use super::level1::file::{Declared, OPTIONS, read};
-use super::level1::trim::{NoTrim, Trimmed};
+use super::level1::trim::{Condition, NoTrim, Trimmed};
 use crate::flight::document::Misread;
 use crate::flight::effect_file::DeclaredEffect;
 use crate::flight::model::LinearModel;
@@ -19,6 +19,14 @@ use std::fmt::Write;
 
 /// The text of the built-in model `puma`.
 pub const PUMA: &str = include_str!("../../replay/models/puma.toml");
+
+/// The numbers of a flight condition, as options and files name them, with their units.
+pub const CONDITION: [(&str, &str); 4] = [("speed", "m/s"), ("climb", "m/s"), ("sideslip", "rad"), ("density", "kg/m^3")];
+
+/// Their values in that order.
+pub fn condition_values(condition: &Condition) -> [f64; 4] {
+    [condition.speed, condition.climb, condition.sideslip, condition.density]
+}
 
 /// A trim other than the file's own, and options; `None` and nothing leave the file's.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -44,6 +52,8 @@ pub struct FlightModel {
     pub level1: Option<Box<Trimmed>>,
     /// The text, assignments made.
     text: String,
+    /// Keys of `[level1]` that were assigned to, each as the parts of its path.
+    assigned: Vec<Vec<String>>,
 }
 
 /// Why a text is no model to fly.
@@ -55,8 +65,19 @@ pub enum ModelError {
     /// A wrong assignment.
     #[error("--set: {0}")]
     Set(String),
+    /// An assignment to a key that the `[level1]` table lacks.
+    #[error("--set: expected {expected}, found `{key}`")]
+    Key {
+        /// What could be assigned to.
+        expected: String,
+        /// What was.
+        key: String,
+    },
     /// Something is asked of a linear model that only one of kind `level1` has.
-    #[error("{0}: a model of kind `linear` holds at its own trim only")]
+    #[error(
+        "{0}: a model of kind `linear` holds at its own trim only, which is part of its file; a model of kind `level1`, such as \
+         puma, can be trimmed anew"
+    )]
     Linear(&'static str),
     /// No such trim.
     #[error("{0}")]
@@ -71,8 +92,11 @@ impl FlightModel {
     pub fn parse(text: &str, asked: &Asked) -> Result<Self, ModelError> {
         let (file, mut declared) = ModelFile::parse_either(text, read)?;
         let mut text = text.to_owned();
+        let mut assigned = Vec::new();
         if declared.is_some() && !asked.set.is_empty() {
-            text = toml::to_string(&assign(&text, &asked.set)?).map_err(|error| ModelError::Set(error.to_string()))?;
+            let document = assign(&text, &asked.set, &mut assigned)?;
+            refuse_twice(asked, &assigned)?;
+            text = toml::to_string(&document).map_err(|error| ModelError::Set(error.to_string()))?;
             declared = ModelFile::parse_either(&text, read).map_err(|misread| ModelError::Set(misread.what))?.1;
         }
         let Some(declared) = declared else {
@@ -85,7 +109,7 @@ impl FlightModel {
             ];
             return match options.into_iter().find(|(_, given)| *given) {
                 Some((option, _)) => Err(ModelError::Linear(option)),
-                None => Ok(FlightModel { file, level1: None, text }),
+                None => Ok(FlightModel { file, level1: None, text, assigned }),
             };
         };
         let Declared { aircraft, mut condition } = declared;
@@ -98,7 +122,8 @@ impl FlightModel {
             *place = asked.unwrap_or(*place);
         }
         let trimmed = aircraft.trim(condition)?;
-        Ok(FlightModel { file: ModelFile { linear: trimmed.linear(), ..file }, level1: Some(Box::new(trimmed)), text })
+        let file = ModelFile { linear: trimmed.linear(), ..file };
+        Ok(FlightModel { file, level1: Some(Box::new(trimmed)), text, assigned })
     }
 
     /// The built-in Puma.
@@ -125,14 +150,9 @@ impl FlightModel {
         let Some(trimmed) = &self.level1 else {
             return Ok(ModelFile { effects: effects.to_vec(), ..self.file.clone() }.to_toml());
         };
-        let condition = trimmed.condition;
-        let flight = [
-            format!("flight.speed={:?}", condition.speed),
-            format!("flight.climb={:?}", condition.climb),
-            format!("flight.sideslip={:?}", condition.sideslip),
-            format!("flight.density={:?}", condition.density),
-        ];
-        let mut document = assign(&self.text, &flight)?;
+        let values = CONDITION.into_iter().zip(condition_values(&trimmed.condition));
+        let flight: Vec<String> = values.map(|((key, _), value)| format!("flight.{key}={value:?}")).collect();
+        let mut document = assign(&self.text, &flight, &mut Vec::new())?;
         document.remove("effect");
         let mut text = toml::to_string(&document).map_err(|error| ModelError::Set(error.to_string()))?;
         for effect in effects {
@@ -141,14 +161,47 @@ impl FlightModel {
         Ok(text)
     }
 
+    /// What of a `[level1]` table is flown: the flight condition, the options, and each other key that was assigned to; empty
+    /// for a linear model.
+    pub fn flown(&self) -> toml::Table {
+        let mut flown = toml::Table::new();
+        let Some(trimmed) = &self.level1 else { return flown };
+        let document = self.text.parse::<toml::Table>().unwrap_or_default();
+        let options = OPTIONS.map(|option| vec!["options".to_owned(), option.to_owned()]);
+        for path in options.iter().chain(&self.assigned) {
+            let mut there = document.get("level1");
+            for part in path {
+                there = there.and_then(|value| value.get(part));
+            }
+            if let Some(value) = there {
+                put(&mut flown, path, value.clone());
+            }
+        }
+        for ((key, _), value) in CONDITION.into_iter().zip(condition_values(&trimmed.condition)) {
+            put(&mut flown, &["flight".to_owned(), key.to_owned()], value.into());
+        }
+        flown
+    }
+
     /// The linear model, effects left out.
     pub fn linear(&self) -> &LinearModel {
         &self.file.linear
     }
 }
 
-/// The document with these assignments made.
-fn assign(text: &str, assignments: &[String]) -> Result<toml::Table, ModelError> {
+/// Refuses a number of the flight condition that both its own option and an assignment give.
+fn refuse_twice(asked: &Asked, assigned: &[Vec<String>]) -> Result<(), ModelError> {
+    let given = [asked.speed, asked.climb, asked.sideslip, asked.density];
+    for ((key, _), given) in CONDITION.into_iter().zip(given) {
+        if given.is_some() && assigned.iter().any(|path| *path == ["flight", key]) {
+            return Err(ModelError::Set(format!("expected flight.{key} once, found it beside --{key}")));
+        }
+    }
+    Ok(())
+}
+
+/// The document with these assignments made; the path of each key is added to `assigned`.
+fn assign(text: &str, assignments: &[String], assigned: &mut Vec<Vec<String>>) -> Result<toml::Table, ModelError> {
     let refuse = |what: String| ModelError::Set(what);
     let mut document: toml::Table = text.parse().map_err(|error| refuse(format!("{error}")))?;
     for assignment in assignments {
@@ -156,19 +209,49 @@ fn assign(text: &str, assignments: &[String]) -> Result<toml::Table, ModelError>
             .split_once('=')
             .ok_or_else(|| refuse(format!("expected key=value, such as hub=exact, found `{assignment}`")))?;
         let key = key.trim();
-        let path = key.strip_prefix("level1.").unwrap_or(key);
-        let path: Vec<&str> = if OPTIONS.contains(&path) { vec!["options", path] } else { path.split('.').collect() };
+        let path: Vec<&str> = if OPTIONS.contains(&key) { vec!["options", key] } else { key.split('.').collect() };
         let mut place = document.get_mut("level1");
         for part in &path {
             place = place.and_then(|value| value.as_table_mut()).and_then(|table| table.get_mut(*part));
         }
-        let place = place.filter(|place| !place.is_table());
-        let place = place.ok_or_else(|| {
-            refuse(format!("expected a key of [level1], such as {} or flight.speed, found `{key}`", OPTIONS.join(" ")))
-        })?;
-        *place = written(value.trim());
+        match place.filter(|place| !place.is_table()) {
+            Some(place) => *place = written(value.trim()),
+            None => return Err(ModelError::Key { expected: assignable(&document, &path), key: key.to_owned() }),
+        }
+        assigned.push(path.into_iter().map(str::to_owned).collect());
     }
     Ok(document)
+}
+
+/// What could be assigned to instead of that path: the keys of its last table that is there.
+fn assignable(document: &toml::Table, path: &[&str]) -> String {
+    let mut there = "level1".to_owned();
+    let mut table = document.get("level1").and_then(toml::Value::as_table);
+    for part in path {
+        let Some(inner) = table.and_then(|table| table.get(*part)).and_then(toml::Value::as_table) else { break };
+        (there, table) = (format!("{there}.{part}"), Some(inner));
+    }
+    let keys = table.into_iter().flat_map(toml::Table::keys).map(String::as_str).collect::<Vec<_>>().join(" ");
+    match there.strip_prefix("level1.") {
+        None => format!("an option ({}) or a dotted key of the model's [level1], such as flight.speed", OPTIONS.join(" ")),
+        Some(within) => format!("a key of [{there}], such as {within}.KEY with KEY one of {keys}"),
+    }
+}
+
+/// Puts a value at that path, making the tables on the way.
+fn put(table: &mut toml::Table, path: &[String], value: toml::Value) {
+    match path {
+        [] => {}
+        [key] => {
+            table.insert(key.clone(), value);
+        }
+        [key, rest @ ..] => {
+            let inner = table.entry(key.clone()).or_insert_with(|| toml::Value::Table(toml::Table::new()));
+            if let Some(inner) = inner.as_table_mut() {
+                put(inner, rest, value);
+            }
+        }
+    }
 }
 
 /// A value as TOML reads it, else as a text.
@@ -190,7 +273,7 @@ mod tests {
 
     #[test]
     fn options_and_data_are_set_by_hand() {
-        let model = with(&["hub=exact", "level1.flight.speed = 30", "options.inflow=dynamic"]).unwrap();
+        let model = with(&["hub=exact", "flight.speed = 30", "options.inflow=dynamic"]).unwrap();
         let trimmed = model.level1.unwrap();
         assert_eq!(trimmed.aircraft.hub, Hub::Exact);
         assert!(trimmed.aircraft.options.dynamic_inflow && (trimmed.trim.airspeed() - 30.0).abs() < 1e-12);
@@ -214,7 +297,9 @@ mod tests {
             ("hub", "key=value"),
             ("hub=round", "nearest is `exact`"),
             ("huub=exact", "found `huub`"),
+            ("level1.hub=exact", "found `level1.hub`"),
             ("flight=1", "found `flight`"),
+            ("main_rotor.shaft_tlt=0.1", "shaft_tilt"),
             ("body.mass=-1", "more than zero"),
             ("body.mass=heavy", "finite number"),
         ] {
@@ -229,5 +314,19 @@ mod tests {
         assert!(FlightModel::parse(text, &Asked::default()).unwrap().level1.is_none());
         let error = FlightModel::parse(text, &Asked { climb: Some(1.0), ..Asked::default() }).unwrap_err();
         assert!(error.to_string().starts_with("--climb"), "{error}");
+        assert!(FlightModel::parse(text, &Asked::default()).unwrap().flown().is_empty());
+    }
+
+    #[test]
+    fn what_is_flown_is_told_as_a_model_file_has_it() {
+        let set = ["hub=exact", "main_rotor.shaft_tilt=0.05", "flight.sideslip=0.02"].map(str::to_owned).to_vec();
+        let flown = FlightModel::puma(&Asked { climb: Some(5.0), set: set.clone(), ..Asked::default() }).unwrap().flown();
+        let at = |table: &str, key: &str| flown[table][key].clone();
+        assert_eq!((at("flight", "climb"), at("flight", "sideslip")), (5.0.into(), 0.02.into()));
+        assert_eq!((at("options", "hub"), at("options", "inflow")), ("exact".into(), "quasi_steady".into()));
+        assert_eq!(at("main_rotor", "shaft_tilt"), 0.05.into());
+        assert_eq!((flown.len(), flown["options"].as_table().unwrap().len()), (3, OPTIONS.len()));
+        let twice = FlightModel::puma(&Asked { sideslip: Some(0.0), set, ..Asked::default() }).unwrap_err().to_string();
+        assert!(twice.contains("flight.sideslip once") && twice.contains("--sideslip"), "{twice}");
     }
 }

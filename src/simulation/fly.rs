@@ -1,8 +1,11 @@
 //! A flight of a model with its effects: controls in, samples and true states out.
 //!
 //! Consumes a model, effects, inputs and instruments; produces what the instruments would have recorded, and the truth.
-//! It starts in the model's trim at the first sample's time, heading zero, unless told otherwise.
+//! It starts in the model's trim at the first sample's time, heading zero, unless told otherwise: a linear model at
+//! [`START_ALTITUDE_M`], a Level-1 aircraft where the standard atmosphere has the density of its trim (which stays as it is
+//! whatever the altitude does).
 
+use super::atmosphere::altitude_of;
 use super::history::History;
 use super::instrument::{Instruments, Reading, Seen, Stands, gather, read, sent};
 use super::integrate::{Nonlinear, TrueState, longest_level1_step, longest_step};
@@ -20,7 +23,7 @@ use crate::flight::effect::Effect;
 use crate::flight::model::LinearModel;
 use crate::telemetry::record::Sample;
 
-/// Altitude at which a flight starts unless told otherwise, m.
+/// Altitude at which a linear model's flight starts unless told otherwise, m.
 pub const START_ALTITUDE_M: f64 = 1000.0;
 
 /// How many mesh points a flight may have: several hours at the usual step.
@@ -139,6 +142,13 @@ impl Flight {
         }
     }
 
+    /// The trim where this flight starts.
+    fn start_in_trim(&self) -> Motion {
+        let trim = Flight::trim_motion(&self.model);
+        let altitude = self.level1.as_ref().map_or(trim.altitude, |trimmed| altitude_of(trimmed.condition.density));
+        Motion { altitude, ..trim }
+    }
+
     /// Flies it.
     ///
     /// # Errors
@@ -169,7 +179,7 @@ impl Flight {
         refuse_long(wanted.len() as f64 + (last_s - start_s) / step_s)?;
         wanted.sort_by(f64::total_cmp);
 
-        let start = self.start.unwrap_or_else(|| Flight::trim_motion(&self.model));
+        let start = self.start.unwrap_or_else(|| self.start_in_trim());
         let course = Course {
             flight: self,
             model: &model,

@@ -109,7 +109,7 @@ impl InstrumentFile {
         if let Some(vibration) = root.find("vibration") {
             for entry in vibration.table("[vibration]")?.entries() {
                 if entry.key == "blades" {
-                    file.blades = Some(whole(&entry, 1.0, 32.0)?);
+                    file.blades = Some(entry.whole(1.0, 32.0)?);
                     continue;
                 }
                 let channel = named(&entry, &gives, &SHAKEN)?;
@@ -189,7 +189,7 @@ fn described(channel: Channel, table: &Table<'_>) -> Result<Described, Misread> 
     };
     let mut quantum = table.find("quantum").map(|entry| entry.positive()).transpose()?;
     if let Some(entry) = table.find("bits") {
-        let bits = whole(&entry, 1.0, MOST_BITS)?;
+        let bits = entry.whole(1.0, MOST_BITS)?;
         quantum = match (range, quantum) {
             (Some([least, most]), None) => Some((most - least) / (libm::exp2(bits) - 1.0)),
             (None, _) => return Err(entry.misread("expected `range = [least, most]` beside it, found none")),
@@ -229,14 +229,6 @@ fn dropouts(table: &Table<'_>) -> Result<Option<Dropouts>, Misread> {
         return Err(rate.misread(format_args!("expected up to {MOST_DROPOUTS} a second, found {}", rate.number()?)));
     }
     Ok(Some(Dropouts { rate: rate.positive()?, mean_length_s: table.require("mean_length")?.positive()? }))
-}
-
-/// A whole number between two.
-fn whole(entry: &Entry<'_>, least: f64, most: f64) -> Result<f64, Misread> {
-    match entry.number()? {
-        number if (least..=most).contains(&number) && libm::floor(number) >= number => Ok(number),
-        number => Err(entry.misread(format_args!("expected a whole number from {least} to {most}, found {number}"))),
-    }
 }
 
 const _: () = assert!(CHANNELS < 100, "streams of noise are told apart by channel");

@@ -12,6 +12,7 @@
 //! [`level1`] (forces) -> `integrate` (`motion`), one `leg` after the other -> `instrument` (position, `vibration`, lag, delay,
 //! scale, bias, noise, word, `dropout`).
 
+pub mod atmosphere;
 mod control_path;
 pub mod design;
 pub mod dropout;

@@ -36,7 +36,13 @@ fn wrong_calls_are_refused_in_words() {
         (["--derivatives", "N_x"], "N_x"),
         (["--derivatives", "X_pedal"], "not zero"),
         (["--limit", "phi"], "phi=0.35"),
+        (["--limit", "psi=1"], "u w q theta v p phi r"),
+        (["--limit", "phi=1e-12"], "no input fits: even with 0.00001 rad it takes phi beyond the limit of 0.000000000001"),
         (["--weights", "1"], "expected 12 numbers"),
+        (["--clocks", "0.5,0.5"], "found 0.5 twice"),
+        (["--free", "some"], "--free"),
+        (["--weights", "nan"], "expected 12 numbers"),
+        (["--speed", "40"], "holds at its own trim only"),
         (["--criterion", "min"], "trace or logdet"),
         (["--clock", "0"], "0.05 to 10"),
         (["--amplitude", "nan"], "expected"),
@@ -48,5 +54,26 @@ fn wrong_calls_are_refused_in_words() {
         call.extend(wrong);
         let (status, _, said) = ended(&sideslip(&call));
         assert!(status == 2 && said.contains(words), "{wrong:?}: {status} {said}");
+    }
+}
+
+#[test]
+fn what_is_unknown_besides_makes_the_promise_smaller_and_is_named() {
+    let designed = |free: &str| {
+        let call =
+            ["design", "--model", "puma", "--speed", "40", "--control", "pedal", "--derivatives", "N_v,N_r", "--longest", "2"];
+        let (status, out, said) = ended(&sideslip(&[&call[..], &["--clocks", "0.7", "--free", free, "--json", "-"]].concat()));
+        assert_eq!(status, 0, "{said}");
+        // Progress is for a terminal; a person is told the flight and what is free.
+        assert!(!said.contains('\r') && said.contains("speed 40 m/s"), "{said}");
+        (serde_json::from_str::<Value>(&out).unwrap(), said)
+    };
+    let ((all, said), (named, _)) = (designed("all"), designed("named"));
+    assert!(said.contains("unknown besides: N_u N_w N_p N_q N_pedal"), "{said}");
+    assert_eq!(all["level1"]["flight"]["speed"].as_f64(), Some(40.0));
+    assert_eq!((all["free"].as_array().unwrap().len(), named["free"].as_array().unwrap().len()), (5, 0));
+    let std = |result: &Value, place: usize| result["candidates"][2]["parameters"][place]["std"].as_f64().unwrap();
+    for place in [0, 1] {
+        assert!(std(&all, place) > 1.2 * std(&named, place), "{place}: {} {}", std(&all, place), std(&named, place));
     }
 }

@@ -24,6 +24,7 @@ fn each_wrong_line_is_named_with_its_place() {
         ("far_y =", "far_y = [[0.0, 1.0], [0.0, 2.0]]", 9, "angles that increase"),
         ("far_z =", "far_z = [1.0]", 9, "pairs of finite numbers"),
         ("far_limit_deg =", "far_limit_deg = 20.0", 17, "more than near_limit_deg"),
+        ("blades =", "blades = 4.5", 10, "whole number from 1 to 32"),
         ("pedal =", "pedal = { tau = 0.05 }", 1, "lacks `rate`"),
         ("kind =", "kind = 'level2'", 8, "nearest is `level1`"),
         ("[level1.engine]", "[level1.engin]", 9, "nearest is `engine`"),
@@ -65,6 +66,7 @@ fn the_program_trims_flies_and_says_where_it_cannot() {
         (["linearise", "--model", "puma", "--speed", "200"], "no trim at 200.00 m/s"),
         (["linearise", "--model", "puma", "--density", "-1"], "a density above 0"),
         (["linearise", "--model", "puma", "--set", "hub=round"], "nearest is `exact`"),
+        (["linearise", "--model", "puma", "--speed", "380"], "the inflow of a rotor has no solution"),
         (["linearise", "--model", path(&linear), "--climb", "2"], "holds at its own trim only"),
     ] {
         let (status, out, said) = ended(&sideslip(&arguments));
@@ -73,7 +75,7 @@ fn the_program_trims_flies_and_says_where_it_cannot() {
     }
     let out = folder("level1").join("run.csv");
     let input = ["simulate", "--model", "puma", "--input", "pedal:doublet:0.02:1.0", "--noise", "--out", path(&out)];
-    let climbing = ["--set", "level1.flight.climb=5.08", "--set", "level1.options.flapping=second_order"];
+    let climbing = ["--climb", "5.08", "--set", "flapping=second_order"];
     let (status, _, said) = ended(&sideslip(&[&input[..], &climbing].concat()));
     assert_eq!(status, 0, "{said}");
     let text = std::fs::read_to_string(&out).unwrap();

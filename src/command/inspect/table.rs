@@ -6,6 +6,7 @@ use super::traffic;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::derivative::Axis;
 use sideslip::flight::run_file::Target;
+use sideslip::simulation::flight_model::CONDITION;
 use sideslip::telemetry::recording::Recording;
 use std::fmt::Write;
 use std::path::Path;
@@ -34,7 +35,30 @@ pub(super) fn text(file: &Path, recording: &Recording, survey: &Survey, estimabl
 fn run_lines(recording: &Recording) -> Vec<String> {
     let document = recording.info().document();
     let width = document.keys().map(|key| key.chars().count()).max().unwrap_or(0);
-    document.iter().map(|(key, value)| format!("  {key:width$}  {value}")).collect()
+    let line = |key: &str, value: &str| format!("  {key:width$}  {value}");
+    let lines = document.iter().flat_map(|(key, value)| match value.as_table() {
+        None => vec![line(key, &value.to_string())],
+        Some(table) => table
+            .iter()
+            .zip(0..)
+            .map(|((part, value), place)| {
+                line(
+                    if place == 0 { key } else { "" },
+                    &format!("{part}: {}", listed_values(key == "level1" && part == "flight", value)),
+                )
+            })
+            .collect(),
+    });
+    lines.collect()
+}
+
+/// The entries of a table within the run's own; those of a flight condition with their units.
+fn listed_values(is_condition: bool, value: &toml::Value) -> String {
+    let Some(table) = value.as_table() else { return value.to_string() };
+    let unit = |key: &str| CONDITION.iter().find(|(name, _)| is_condition && *name == key).map_or("", |(_, unit)| unit);
+    let shown = |value: &toml::Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+    let entries = table.iter().map(|(key, value)| format!("{key} {} {}", shown(value), unit(key)).trim_end().to_owned());
+    entries.collect::<Vec<_>>().join(", ")
 }
 
 fn time_lines(survey: &Survey) -> Vec<String> {

@@ -2,7 +2,6 @@
 
 mod from_bus;
 pub(crate) mod log;
-mod progress;
 mod run;
 pub(crate) mod sink;
 

@@ -1,9 +1,9 @@
 //! One run: a recording through a pipeline of its own, and what it came to.
 
 use super::super::ingest::head_of;
+use super::super::progress::Progress;
 use super::from_bus::FromBus;
 use super::log::{Log, Logged};
-use super::progress::Progress;
 use super::sink::Sink;
 use ::replay::{MonotonicClock, Pace};
 use sideslip::error::Failure;

@@ -66,7 +66,7 @@ impl RunInfo {
         let takes_text = match (kind_of(key), self.document.get(key)) {
             (Some(kind), _) => kind == Kind::Text,
             (None, Some(present)) => present.is_str(),
-            (None, None) => return Err(format!("unknown key {}; known keys are {}", quoted(key), known_keys())),
+            (None, None) => return Err(format!("unknown key {}; known keys are {}", quoted(key), RunInfo::known_keys())),
         };
         let parsed = format!("value = {text}").parse::<Table>().ok().filter(|table| table.len() == 1);
         let value = match parsed.and_then(|mut table| table.remove("value")) {
@@ -75,6 +75,16 @@ impl RunInfo {
             _ => return Err(format!("{key}: expected a TOML value, found {}", quoted(text))),
         };
         self.put(key, value)
+    }
+
+    /// Whether a key has a meaning to the program.
+    pub fn is_known(key: &str) -> bool {
+        kind_of(key).is_some()
+    }
+
+    /// The keys that have a meaning to the program, for a sentence.
+    pub fn known_keys() -> String {
+        KNOWN.map(|(name, _)| name).join(", ")
     }
 
     /// Sets one key of the document after checking its type.
@@ -103,9 +113,11 @@ impl RunInfo {
         Ok(())
     }
 
-    /// The document as TOML text, one line a key; [`RunInfo::from_toml`] gives the same run back.
+    /// The document as TOML text, one line a key, dotted within tables; [`RunInfo::from_toml`] gives the same run back.
     pub fn to_toml(&self) -> String {
-        self.document.to_string()
+        let mut text = String::new();
+        write_lines(&mut text, "", &self.document);
+        text
     }
 
     /// The whole document, unknown keys too.
@@ -153,8 +165,24 @@ fn kind_of(key: &str) -> Option<Kind> {
     KNOWN.iter().find(|(name, _)| *name == key).map(|(_, kind)| *kind)
 }
 
-fn known_keys() -> String {
-    KNOWN.map(|(name, _)| name).join(", ")
+/// Every entry on a line of its own; that of a table within by dotted keys. No line is empty, as no preamble's may be.
+fn write_lines(text: &mut String, before: &str, table: &Table) {
+    for (key, value) in table {
+        let path = format!("{before}{}", written_key(key));
+        match value.as_table().filter(|inner| !inner.is_empty()) {
+            Some(inner) => write_lines(text, &format!("{path}."), inner),
+            None => text.push_str(&format!("{path} = {value}\n")),
+        }
+    }
+}
+
+/// A key as TOML takes it: bare, or in quotes with escapes.
+fn written_key(key: &str) -> String {
+    if !key.is_empty() && key.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
+        return key.into();
+    }
+    // The escapes of JSON are TOML's, but for the one character that JSON lets stand.
+    serde_json::Value::from(key).to_string().replace('\u{7f}', "\\u007F")
 }
 
 fn position(value: &Value) -> Option<[f64; 3]> {
@@ -200,6 +228,18 @@ mod tests {
         let expected = RunGeometry { vane_position_m: [13.08, 0.0, -0.5], blades: Some(4), ..RunGeometry::default() };
         assert_eq!(info.geometry(), &expected);
         assert_eq!(RunInfo::from_toml(&info.to_toml()), Ok(info));
+    }
+
+    #[test]
+    fn tables_are_written_line_by_line_and_read_back() {
+        let text = "run = \"a\"\n[level1.flight]\nspeed = 51.5\nclimb = 0.0\n[level1.options]\nhub = \"exact\"\n\
+                    [\"odd key\".\"\u{e9}\\n\"]\nx = [1, 2]\n[empty]\n";
+        let info = RunInfo::from_toml(text).unwrap();
+        let written = info.to_toml();
+        assert!(written.contains("level1.flight.speed = 51.5\nlevel1.options.hub = \"exact\"\n"), "{written}");
+        assert!(written.lines().all(|line| line.contains(" = ")), "{written}");
+        let again = RunInfo::from_toml(&written).unwrap();
+        assert_eq!((again.to_toml(), again), (written, info));
     }
 
     #[test]

@@ -3,6 +3,11 @@
 //! Consumes the information matrix F; produces D = F^-1, whose diagonal holds the Cramer-Rao bounds of the variances. F is scaled
 //! to a unit diagonal and factored by Cholesky; a pivot below 1e-10 means that a derivative is imitated by the others and the
 //! biases to five digits, and it is named instead of inverted.
+//!
+//! Of n derivatives of interest among others that have to be estimated with them the information is
+//!     F_nn - F_no F_oo^-1 F_on                                                             (1)
+//! whose inverse is their block of F^-1. Others that nothing moves, or that only imitate one another, take nothing away and
+//! are passed over.
 
 #![expect(clippy::needless_range_loop, reason = "indices are those of the matrix")]
 
@@ -15,7 +20,38 @@ pub struct Uninformed(
     pub Parameter,
 );
 
+/// Pivots of a matrix with unit diagonal below this are none.
+const SINGULAR: f64 = 1e-10;
+
 impl Information {
+    /// About these derivatives alone, the others estimated besides; (1).
+    ///
+    /// # Errors
+    /// [`Uninformed`] with the first of them that the others and the biases imitate, that nothing moves, or that is not here.
+    pub fn about(&self, wanted: &[Parameter]) -> Result<Self, Uninformed> {
+        let place = |wanted: &Parameter| self.parameters.iter().position(|here| here == wanted).ok_or(Uninformed(*wanted));
+        let places = wanted.iter().map(place).collect::<Result<Vec<usize>, Uninformed>>()?;
+        let mut f = self.fisher.clone();
+        let full: Vec<f64> = (0..f.len()).map(|i| f[i][i]).collect();
+        // One other after the other is eliminated.
+        for k in (0..f.len()).filter(|k| !places.contains(k)) {
+            let pivot = f[k][k];
+            if !(pivot > SINGULAR * full[k]) {
+                continue;
+            }
+            let row = f[k].clone();
+            for entries in &mut f {
+                let share = entries[k] / pivot;
+                entries.iter_mut().zip(&row).for_each(|(entry, of_other)| *entry -= share * of_other);
+            }
+        }
+        if let Some((_, lost)) = places.iter().zip(wanted).find(|(place, _)| !(f[**place][**place] > SINGULAR * full[**place])) {
+            return Err(Uninformed(*lost));
+        }
+        let fisher = places.iter().map(|&i| places.iter().map(|&j| 0.5 * (f[i][j] + f[j][i])).collect()).collect();
+        Ok(Information { parameters: wanted.to_vec(), fisher, excursion: self.excursion })
+    }
+
     /// With another manoeuvre's, of the same derivatives, each with biases of its own.
     #[must_use]
     pub fn plus(mut self, other: &Information) -> Self {
@@ -83,7 +119,6 @@ impl Information {
 
     /// Lower factor of F scaled to a unit diagonal.
     fn cholesky(&self) -> Result<Vec<Vec<f64>>, Uninformed> {
-        const SINGULAR: f64 = 1e-10;
         let (n, scale) = (self.parameters.len(), self.scales());
         let mut lower = vec![vec![0.0; n]; n];
         for i in 0..n {
@@ -109,6 +144,7 @@ mod tests {
     use super::super::information::outputs;
     use super::super::information::tests::{LATERAL, manoeuvre, puma};
     use super::*;
+    use crate::flight::derivative::{Axis, Variable};
     use crate::simulation::instrument::Instruments;
 
     #[test]
@@ -131,6 +167,55 @@ mod tests {
         assert!(once.iter().zip(&twice_std).all(|(once, twice)| (once / twice - 2f64.sqrt()).abs() < 1e-9));
         let (single, double) = (one.log_determinant().unwrap(), twice.log_determinant().unwrap());
         assert!((single - double - 7.0 * 2f64.ln()).abs() < 1e-9);
+    }
+
+    #[test]
+    fn of_some_among_others_it_is_their_block_of_the_whole_inverse() {
+        let model = puma();
+        let parameters = LATERAL.map(|(axis, variable)| Parameter { axis, variable });
+        let outputs = outputs(&model, &Instruments::flight_quality(1.0));
+        let flown = manoeuvre(&["pedal:3211:0.02:0.7", "lat_cyclic:3211:0.01:0.5:6"]);
+        let whole = Information::of(&model, &parameters, &outputs, &flown);
+        let all = whole.dispersion().unwrap();
+        let wanted = [parameters[2], parameters[0], parameters[3]];
+        let some = whole.about(&wanted).unwrap().dispersion().unwrap();
+        for (i, of_i) in [2, 0, 3].into_iter().enumerate() {
+            for (j, of_j) in [2, 0, 3].into_iter().enumerate() {
+                let scale = (all[of_i][of_i] * all[of_j][of_j]).sqrt();
+                assert!((some[i][j] - all[of_i][of_j]).abs() < 1e-9 * scale, "{i} {j}: {} {}", some[i][j], all[of_i][of_j]);
+            }
+        }
+        // Known, the others take nothing away: the bound is no larger.
+        let alone = Information::of(&model, &wanted, &outputs, &flown).standard_errors().unwrap();
+        assert!(alone.iter().enumerate().all(|(i, std)| *std < some[i][i].sqrt()), "{alone:?} {some:?}");
+        assert_eq!(whole.about(&parameters).unwrap().fisher.len(), 7);
+    }
+
+    #[test]
+    fn others_that_nothing_moves_or_that_imitate_one_another_are_passed_over() {
+        let model = puma();
+        let named = [(Axis::N, Variable::V), (Axis::N, Variable::R), (Axis::N, Variable::Pedal)];
+        let named = named.map(|(axis, variable)| Parameter { axis, variable });
+        let outputs = outputs(&model, &Instruments::flight_quality(1.0));
+        let flown = manoeuvre(&["pedal:3211:0.02:0.7"]);
+        let known = Information::of(&model, &named, &outputs, &flown).standard_errors().unwrap();
+        // Nothing moves the stick; the pedal's effect twice over is the same column twice.
+        let still = Parameter { axis: Axis::N, variable: Variable::LonCyclic };
+        let with_still = Information::of(&model, &[&[still][..], &named].concat(), &outputs, &flown);
+        assert_eq!(with_still.about(&named).unwrap().standard_errors().unwrap(), known);
+        let others =
+            [(Axis::L, Variable::Pedal), (Axis::L, Variable::Pedal)].map(|(axis, variable)| Parameter { axis, variable });
+        let once = Information::of(&model, &[&others[..1], &named].concat(), &outputs, &flown);
+        let twice = Information::of(&model, &[&others[..], &named].concat(), &outputs, &flown);
+        let (once, twice) = (once.about(&named).unwrap(), twice.about(&named).unwrap());
+        for (one, other) in once.standard_errors().unwrap().iter().zip(twice.standard_errors().unwrap()) {
+            assert!((one / other - 1.0).abs() < 1e-9);
+        }
+        // One that another imitates is named, and so is one that is not here.
+        let doubled = Information::of(&model, &[named[2], named[2], named[0]], &outputs, &flown);
+        assert_eq!(doubled.about(&[named[0], named[2]]), Err(Uninformed(named[2])));
+        assert_eq!(with_still.about(&[still]), Err(Uninformed(still)));
+        assert_eq!(once.about(&others[..1]), Err(Uninformed(others[0])));
     }
 
     #[test]

@@ -2,12 +2,15 @@
 //!
 //! Consumes a model, the derivatives wanted, a control, limits; produces the best of all patterns of 1 to
 //! [`Limits::longest`] clocks (each pulse a whole number of clocks, signs alternating, as `simulate --input` flies them) and
-//! of all clocks offered. Each is scaled down until no limit is passed; then it is judged by
+//! of all clocks offered. Each is scaled down until no limit is passed (one that would have to be smaller than
+//! [`LEAST_AMPLITUDE`] does not fit); then it is judged by
 //!     J = Sum_j w_j (std_j / theta_j)^2   (trace of the weighted dispersion)                (1)
 //!     J = log det D                                                                         (2)
+//! D is that of the derivatives wanted, those that are free besides estimated with them.
 //! The search is complete, not a descent: 2^(n-1) patterns of n clocks. Records are of one length, so that no sequence wins by
 //! lasting longer.
 
+use super::dispersion::Uninformed;
 use super::information::{Information, Manoeuvre, Output, Parameter};
 use crate::flight::control::{CONTROLS, Control};
 use crate::flight::model::LinearModel;
@@ -16,6 +19,9 @@ use crate::simulation::input::InputSpec;
 
 /// How often an amplitude is lowered at most.
 const MOST_TRIES: u32 = 8;
+
+/// The smallest amplitude that is an input, rad: a hand and its measurement know no less.
+pub const LEAST_AMPLITUDE: f64 = 1e-5;
 
 /// What is judged.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,11 +54,13 @@ pub struct Limits {
 /// An input with what it brings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judged {
-    /// The input; its amplitude keeps every limit.
+    /// The input; its amplitude keeps every limit, if it fits.
     pub spec: InputSpec,
-    /// J; smaller is better. Infinite where a derivative stays without information.
+    /// Whether an amplitude of [`LEAST_AMPLITUDE`] or more keeps every limit.
+    pub fits: bool,
+    /// J; smaller is better. Infinite where a derivative stays without information, or where it does not fit.
     pub cost: f64,
-    /// What it brings.
+    /// What it brings about the derivatives wanted and those that are free besides.
     pub information: Information,
 }
 
@@ -63,6 +71,8 @@ pub struct Problem<'a> {
     pub model: &'a LinearModel,
     /// What is to be known.
     pub parameters: &'a [Parameter],
+    /// What is unknown besides, and has to be estimated with them.
+    pub free: &'a [Parameter],
     /// What is measured.
     pub outputs: &'a [Output],
     /// The control that moves.
@@ -88,25 +98,48 @@ impl Problem<'_> {
         let mut chosen = spec(self.limits.amplitude);
         let mut information = self.information(&chosen);
         // The hand's edges get shorter with the amplitude, so that the response is not quite proportional to it.
+        let mut room = self.room(&information);
         for _ in 0..MOST_TRIES {
-            let room = information.excursion.iter().zip(self.limits.excursion).map(|(most, limit)| limit / most);
-            let room = room.fold(f64::INFINITY, f64::min);
-            if room >= 1.0 {
+            let amplitude = rounded_down(0.998 * room * chosen.amplitude);
+            if room >= 1.0 || !(amplitude >= LEAST_AMPLITUDE) {
                 break;
             }
-            chosen = spec(rounded_down(0.998 * room * chosen.amplitude));
+            chosen = spec(amplitude);
             information = self.information(&chosen);
+            room = self.room(&information);
         }
+        let fits = room >= 1.0;
         let all = match self.known {
             Some(known) => information.clone().plus(known),
             None => information.clone(),
         };
-        let cost = self.cost(&all);
-        Judged { spec: chosen, cost, information }
+        let cost = if fits { self.cost(&all) } else { f64::INFINITY };
+        Judged { spec: chosen, fits, cost, information }
+    }
+
+    /// The limits as multiples of what was reached: the least of them.
+    fn room(&self, information: &Information) -> f64 {
+        let room = information.excursion.iter().zip(self.limits.excursion).map(|(most, limit)| limit / most);
+        room.fold(f64::INFINITY, |least, room| if room < least || room.is_nan() { room } else { least })
+    }
+
+    /// The state that goes furthest beyond its limit, by its place among u w q theta v p phi r.
+    pub fn tightest(&self, information: &Information) -> usize {
+        let room = information.excursion.iter().zip(self.limits.excursion).map(|(most, limit)| limit / most).enumerate();
+        room.min_by(|(_, one), (_, other)| one.total_cmp(other)).map_or(0, |(place, _)| place)
+    }
+
+    /// Of the derivatives wanted alone.
+    ///
+    /// # Errors
+    /// [`Uninformed`] where it tells one of them from nothing.
+    pub fn wanted(&self, information: &Information) -> Result<Information, Uninformed> {
+        information.about(self.parameters)
     }
 
     /// J.
     pub fn cost(&self, information: &Information) -> f64 {
+        let Ok(information) = self.wanted(information) else { return f64::INFINITY };
         match self.criterion {
             Criterion::LogDeterminant => information.log_determinant().unwrap_or(f64::INFINITY),
             Criterion::Trace(weights) => {
@@ -126,7 +159,27 @@ impl Problem<'_> {
             *history = spec.deviation(self.limits.lead_s);
         }
         let Limits { duration_s, rate_hz, .. } = *self.limits;
-        Information::of(self.model, self.parameters, self.outputs, &Manoeuvre { controls, duration_s, rate_hz })
+        let parameters = [self.free, self.parameters].concat();
+        Information::of(self.model, &parameters, self.outputs, &Manoeuvre { controls, duration_s, rate_hz })
+    }
+
+    /// How many sequences [`Problem::search`] judges.
+    pub fn sequences(&self) -> usize {
+        let of_length = |length: u32| (0..1_u32 << (length - 1)).filter(|&cuts| pulses(length, cuts).is_some()).count();
+        let counts: Vec<usize> = (1..=self.limits.longest).map(of_length).collect();
+        let of_clock = |&clock_s: &f64| -> usize {
+            counts
+                .iter()
+                .zip(1..)
+                .take_while(|&(_, length)| self.ends_s(length, clock_s) <= self.limits.duration_s)
+                .map(|(n, _)| n)
+                .sum()
+        };
+        self.limits.clocks_s.iter().map(of_clock).sum()
+    }
+
+    fn ends_s(&self, length: u32, clock_s: f64) -> f64 {
+        self.limits.lead_s + f64::from(length) * clock_s
     }
 
     /// Every pattern and clock that fits into the record, each judged once by `each`; stops early where that says `false`.
@@ -134,8 +187,7 @@ impl Problem<'_> {
         let mut best: Option<Judged> = None;
         for &clock_s in &self.limits.clocks_s {
             for length in 1..=self.limits.longest {
-                let end_s = self.limits.lead_s + f64::from(length) * clock_s;
-                if end_s > self.limits.duration_s {
+                if self.ends_s(length, clock_s) > self.limits.duration_s {
                     break;
                 }
                 for cuts in 0..1_u32 << (length - 1) {
@@ -227,6 +279,7 @@ mod tests {
             let problem = Problem {
                 model: &model,
                 parameters: &parameters,
+                free: &[],
                 outputs: &outputs,
                 control: Control::Pedal,
                 criterion: &criterion,
@@ -241,11 +294,21 @@ mod tests {
                     true
                 })
                 .unwrap();
-            assert_eq!(judged, 3 * 127);
+            assert_eq!((judged, problem.sequences()), (3 * 127, 3 * 127));
             for clock_s in [0.5, 0.7, 1.0] {
                 assert!(best.cost <= problem.judge(&[3, 2, 1, 1], clock_s).cost);
                 assert!(best.cost <= problem.judge(&[1, 1], clock_s).cost);
             }
+            // Other yaw derivatives that are unknown too make it worse; a limit that nothing keeps leaves nothing.
+            let free = [Parameter { axis: Axis::L, variable: Variable::P }, Parameter { axis: Axis::Y, variable: Variable::V }];
+            let freed = Problem { free: &free, ..problem.clone() }.judge(&[3, 2, 1, 1], 0.7);
+            assert!(freed.cost > problem.judge(&[3, 2, 1, 1], 0.7).cost && freed.information.parameters.len() == 6);
+            let mut excursion = [f64::INFINITY; 8];
+            excursion[7] = 1e-12;
+            let none = Problem { limits: &Limits { excursion, ..limits.clone() }, ..problem.clone() };
+            let judged = none.judge(&[1, 1], 0.7);
+            assert!(!judged.fits && judged.cost.is_infinite() && none.tightest(&judged.information) == 7);
+            assert!(none.search(|_| true).is_none());
         }
     }
 }

@@ -90,8 +90,7 @@ fn not_negative(table: &Table<'_>, key: &str) -> Result<f64, Misread> {
 
 fn choose<T: Copy>(table: &Table<'_>, key: &str, choices: &[(&str, T)]) -> Result<T, Misread> {
     let entry = table.require(key)?;
-    let text = entry.text()?;
-    match choices.iter().find(|(name, _)| *name == text) {
+    match choices.iter().find(|(name, _)| entry.text() == Ok(*name)) {
         Some(&(_, choice)) => Ok(choice),
         None => Err(entry.choice("a choice", &choices.iter().map(|&(name, _)| name).collect::<Vec<_>>())),
     }
@@ -146,7 +145,7 @@ fn main_rotor(table: &Table<'_>) -> Result<MainRotor, Misread> {
         direction: choose(table, "rotation", &[("clockwise", -1.0), ("anticlockwise", 1.0)])?,
         radius: positive(table, "radius")?,
         chord: positive(table, "chord")?,
-        blades: positive(table, "blades")?,
+        blades: table.require("blades")?.whole(1.0, 32.0)?,
         lift_slope: positive(table, "lift_slope")?,
         drag_0: not_negative(table, "drag_0")?,
         drag_2: not_negative(table, "drag_2")?,

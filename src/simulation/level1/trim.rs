@@ -81,6 +81,12 @@ pub enum NoTrim {
         /// Largest acceleration left.
         left: f64,
     },
+    /// The equations of a rotor have no solution there.
+    #[error(
+        "no trim at {:.2} m/s, climb {:.2} m/s, sideslip {:.3} rad, {:.3} kg/m^3: the inflow of a rotor has no solution there",
+        .0.speed, .0.climb, .0.sideslip, .0.density
+    )]
+    NoInflow(Condition),
     /// No attitude gives that sideslip on that path.
     #[error("no trim: a path of {:.2} m/s with climb {:.2} m/s is too steep for a sideslip of {:.3} rad", .0.speed, .0.climb, .0.sideslip)]
     TooSteep(Condition),
@@ -177,7 +183,8 @@ impl Level1 {
             (found, left) = self.along_a_path(&condition, cold).unwrap_or((found, left));
         }
         if left == f64::INFINITY {
-            return Err(NoTrim::TooSteep(condition));
+            let has_velocity = condition.velocity(0.0, 0.0).is_some();
+            return Err(if has_velocity { NoTrim::NoInflow(condition) } else { NoTrim::TooSteep(condition) });
         }
         if !(left < TOLERANCE) {
             return Err(NoTrim::NotFound { condition, left });

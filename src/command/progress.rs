@@ -8,19 +8,19 @@ const EVERY: Duration = Duration::from_millis(100);
 
 /// The line.
 #[derive(Debug)]
-pub(super) struct Progress {
+pub(crate) struct Progress {
     shown: bool,
     next: Option<Instant>,
 }
 
 impl Progress {
     /// A line where standard error is a terminal.
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Progress { shown: false, next: std::io::stderr().is_terminal().then(|| Instant::now() + EVERY) }
     }
 
     /// Writes the line where it is due.
-    pub(super) fn show(&mut self, line: impl FnOnce() -> String) {
+    pub(crate) fn show(&mut self, line: impl FnOnce() -> String) {
         let Some(next) = self.next else { return };
         let now = Instant::now();
         if now >= next {
