@@ -3,6 +3,7 @@
 pub(crate) mod demo;
 pub(crate) mod design;
 pub(crate) mod estimate;
+mod estimation_options;
 mod flight_condition;
 mod flown_inputs;
 pub(crate) mod ingest;

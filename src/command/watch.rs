@@ -127,6 +127,7 @@ fn line(name: &str, controls: ControlNames, estimate: Option<&Estimate>) -> Resu
         modes: Some(&estimate.modes),
         warnings: &[],
         consistency: [None, None],
+        noise: None,
     };
     let wrong = |error: serde_json::Error| Failure::Running(error.to_string());
     let document: Value = serde_json::from_str(&derivatives_json(&[run]).map_err(wrong)?).map_err(wrong)?;

@@ -1,5 +1,6 @@
 //! What the state estimation assumes: noise of the instruments, priors of their biases, gates and windows.
 
+use super::record::Aid;
 pub use crate::flight::setting::ConfigError;
 use crate::flight::setting::{Setting, check};
 
@@ -26,6 +27,34 @@ pub struct Noise {
     pub altitude_std: f64,
 }
 
+impl Noise {
+    /// Of one aid, in the aid's unit.
+    pub fn of(&self, aid: Aid) -> f64 {
+        match aid {
+            Aid::Airspeed => self.airspeed_std,
+            Aid::Incidence => self.incidence_std,
+            Aid::Sideslip => self.sideslip_std,
+            Aid::Bank => self.bank_std,
+            Aid::Pitch => self.pitch_std,
+            Aid::Heading => self.heading_std,
+            Aid::Altitude => self.altitude_std,
+        }
+    }
+
+    /// The same, to be changed.
+    pub(super) fn of_mut(&mut self, aid: Aid) -> &mut f64 {
+        match aid {
+            Aid::Airspeed => &mut self.airspeed_std,
+            Aid::Incidence => &mut self.incidence_std,
+            Aid::Sideslip => &mut self.sideslip_std,
+            Aid::Bank => &mut self.bank_std,
+            Aid::Pitch => &mut self.pitch_std,
+            Aid::Heading => &mut self.heading_std,
+            Aid::Altitude => &mut self.altitude_std,
+        }
+    }
+}
+
 /// Where the noise statistics come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum NoiseSource {
@@ -34,6 +63,16 @@ pub enum NoiseSource {
     Record,
     /// As configured.
     Configured,
+}
+
+/// What the regression runs on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RegressionStates {
+    /// Smoothed states: every signal through the same zero-phase kernel, `lag_s` late.
+    #[default]
+    Smoothed,
+    /// Filtered states, without any lag: noisier, and late where the filter is.
+    Filtered,
 }
 
 /// Configuration of the estimation stage.
@@ -61,6 +100,8 @@ pub struct Config {
     pub unmeasured_acceleration_std: f64,
     /// Innovations beyond so many of their standard deviations are rejected.
     pub gate_sigmas: f64,
+    /// What the regression runs on.
+    pub regression_states: RegressionStates,
     /// Lag of the fixed-lag smoother, s.
     pub smoother_lag_s: f64,
     /// Half width of the smoothing kernel: the regression lags the newest sample by that much, s.
@@ -105,6 +146,7 @@ impl Config {
         gyro_bias_walk: 1e-5,
         unmeasured_acceleration_std: 1.0,
         gate_sigmas: 5.0,
+        regression_states: RegressionStates::Smoothed,
         smoother_lag_s: 0.5,
         lag_s: 0.4,
         grid_s: 0.08,

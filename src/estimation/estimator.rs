@@ -5,7 +5,7 @@
 
 use super::admission::{Admission, Verdict};
 use super::aid::{self, inertial};
-use super::config::{Config, ConfigError};
+use super::config::{Config, ConfigError, RegressionStates};
 use super::consistency::{Consistency, flow_angle_rates};
 use super::delay_line::{DelayLine, Smoothed};
 use super::ekf::{Ekf, Follow};
@@ -19,7 +19,7 @@ use super::process::{
     State, VELOCITY,
 };
 use super::record::{
-    AIDS, Aid, EstimationEvent, Innovation, Instrumentation, NoiseRecord, SmoothedRecord, StateRecord, TrimRecord,
+    AIDS, Aid, EstimationEvent, Innovation, Instrumentation, NoiseRecord, SmoothedRecord, StateRecord, StateSet, TrimRecord,
 };
 use super::trim::TrimWindow;
 use super::vibration::LineNotch;
@@ -42,8 +42,8 @@ const KINEMATIC_SIGNALS: usize = 17;
 pub const INSTANTS: usize = 4;
 
 /// Events that one sample can bring: two of its time, one a channel (taken out, or judged as an aid), the start or a breakdown,
-/// the trim, two vanes that disagree, and once the instruments that are missing.
-pub const EVENTS: usize = 2 + CHANNELS + 1 + 1 + 2 + 3 + AIDS;
+/// the trim, two vanes that disagree, and once the states, the lines of vibration and the instruments that are missing.
+pub const EVENTS: usize = 2 + CHANNELS + 1 + 1 + 2 + 3 + 3 + AIDS;
 
 /// How long the filter waits for the aids that it would like to start with, s.
 const START_WAIT_S: f64 = 0.5;
@@ -105,6 +105,7 @@ pub struct Estimator {
     waiting_since_s: Option<f64>,
     started_s: f64,
     missing_said: bool,
+    folded_said: bool,
     health: [AidHealth; AIDS],
     delay: DelayLine<SIGNALS>,
     next_grid: u64,
@@ -140,6 +141,7 @@ impl Estimator {
             waiting_since_s: None,
             started_s: 0.0,
             missing_said: false,
+            folded_said: false,
             health: [AidHealth::NEW; AIDS],
             delay: DelayLine::new(config.lag_s, config.hold_s),
             next_grid: 0,
@@ -353,13 +355,26 @@ impl Estimator {
             });
         }
         self.ekf = Some(ekf);
+        if self.vibration.folded() && !self.folded_said {
+            self.folded_said = true;
+            self.notice(EstimationEvent::LineFolded);
+        }
         self.delay(sample, &state);
         if tick {
-            self.come_of_age();
+            match self.config.regression_states {
+                RegressionStates::Smoothed => self.come_of_age(),
+                RegressionStates::Filtered => self.as_filtered(&state),
+            }
         }
         if !self.missing_said && time_s - self.started_s > MISSING_AFTER_S {
             self.missing_said = true;
             let found = self.instrumentation();
+            let scale_error = core::array::from_fn(|i| found.aids[i] && self.config.scale_error_std[i] > 0.0);
+            let set = StateSet { specific_force: found.accelerometers, scale_error };
+            self.notice(EstimationEvent::StatesChosen { set });
+            if let Some(passing_hz) = self.vibration.passing_hz() {
+                self.notice(EstimationEvent::LinesNotched { passing_hz });
+            }
             for (i, channel) in [Channel::Ax, Channel::Ay, Channel::Az].into_iter().enumerate() {
                 if !found.accelerometers[i] {
                     self.notice(EstimationEvent::NoAccelerometer { channel });
@@ -454,6 +469,37 @@ impl Estimator {
             }
             centre_s = origin_s + self.next_grid as f64 * grid_s;
         }
+    }
+
+    /// The filter's states of now at the instants of the regression grid, with the biases that the trim holds too.
+    fn as_filtered(&mut self, state: &StateRecord) {
+        let origin_s = *self.grid_origin_s.get_or_insert(self.time_s);
+        let gone = (self.time_s - origin_s) / self.config.grid_s;
+        if !(gone >= 0.0) {
+            // A clock that was set back: the grid starts again.
+            self.grid_origin_s = Some(self.time_s);
+            self.next_grid = 0;
+            return;
+        }
+        if gone < self.next_grid as f64 {
+            return;
+        }
+        let interval_s = self.latest.interval_s().max(self.config.grid_s);
+        self.next_grid = libm::floor(gone) as u64 + 1;
+        let controls = Channel::CONTROLS.map(|control| self.latest.get(control, self.time_s));
+        let plus = |a: [f64; 3], b: [f64; 3]| core::array::from_fn(|i| a[i] + b[i]);
+        let record = SmoothedRecord {
+            time_s: self.time_s,
+            interval_s,
+            velocity: state.velocity,
+            rates: plus(state.rates, state.gyro_bias),
+            attitude: [state.attitude[0], state.attitude[1]],
+            specific_force: plus(state.specific_force, state.accelerometer_bias),
+            angular_acceleration: state.angular_acceleration,
+            controls: controls.map(|control| control.unwrap_or(0.0)),
+            controls_present: controls.map(|control| control.is_some()),
+        };
+        let _ = self.output.smoothed.push(record);
     }
 
     fn smoothed_record(&self, time_s: f64, interval_s: f64, smoothed: &Smoothed<SIGNALS>) -> SmoothedRecord {

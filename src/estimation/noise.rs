@@ -108,10 +108,8 @@ impl NoiseStatistics {
                     now.specific_force_walk[i] = within(walk, was.specific_force_walk[i], WALK_LEAST, WALK_MOST);
                 }
                 _ => {
-                    if let (Some(now), Some(was)) =
-                        (aid_std(&mut now.noise, place - 6), aid_std(&mut { was.noise }, place - 6).map(|was| *was))
-                    {
-                        *now = within(std, was, 1.0, MOST);
+                    if let Some(&aid) = Aid::ALL.get(place - 6) {
+                        *now.noise.of_mut(aid) = within(std, was.noise.of(aid), 1.0, MOST);
                     }
                 }
             }
@@ -132,17 +130,4 @@ impl NoiseStatistics {
             gyro_walk_var: square(config.gyro_bias_walk),
         }
     }
-}
-
-fn aid_std(noise: &mut Noise, place: usize) -> Option<&mut f64> {
-    let aid = Aid::ALL.get(place)?;
-    Some(match aid {
-        Aid::Airspeed => &mut noise.airspeed_std,
-        Aid::Incidence => &mut noise.incidence_std,
-        Aid::Sideslip => &mut noise.sideslip_std,
-        Aid::Bank => &mut noise.bank_std,
-        Aid::Pitch => &mut noise.pitch_std,
-        Aid::Heading => &mut noise.heading_std,
-        Aid::Altitude => &mut noise.altitude_std,
-    })
 }

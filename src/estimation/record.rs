@@ -124,6 +124,29 @@ pub struct NoiseRecord {
     pub specific_force_walk: [f64; 3],
 }
 
+/// Which states the filter carries besides velocity, attitude, altitude, rates, angular accelerations and gyro biases.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StateSet {
+    /// Specific force and accelerometer bias along x, y, z.
+    pub specific_force: [bool; 3],
+    /// Scale errors of airspeed, incidence and sideslip.
+    pub scale_error: [bool; 3],
+}
+
+impl StateSet {
+    /// A bit for each entry, in their order.
+    pub fn code(self) -> u8 {
+        let entries = self.specific_force.into_iter().chain(self.scale_error);
+        entries.enumerate().fold(0, |code, (bit, entry)| code | u8::from(entry) << bit)
+    }
+
+    /// The set of that code; higher bits do not count.
+    pub fn from_code(code: u8) -> Self {
+        let entry = |bit: usize| code >> bit & 1 == 1;
+        StateSet { specific_force: core::array::from_fn(entry), scale_error: core::array::from_fn(|place| entry(3 + place)) }
+    }
+}
+
 /// Smoothed signals at one instant of the regression grid: every entry has been through the same zero-phase kernel,
 /// so a linear relation between them is the one between the signals themselves.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -224,6 +247,18 @@ pub enum EstimationEvent {
     SegmentRestart,
     /// The filter has a state from here on.
     Initialised,
+    /// Which states the filter carries, by what is instrumented.
+    StatesChosen {
+        /// The set.
+        set: StateSet,
+    },
+    /// The blades' passing and its double are taken out of every channel.
+    LinesNotched {
+        /// Frequency of the passing, Hz.
+        passing_hz: f64,
+    },
+    /// Sampling folds the blades' passing, or its double, into the flight's own frequencies in some channel: it is left there.
+    LineFolded,
     /// No accelerometer on this axis: its specific force is taken to balance gravity, with a large uncertainty.
     NoAccelerometer {
         /// `Ax`, `Ay` or `Az`.

@@ -60,9 +60,9 @@ impl LineNotch {
         self.folded
     }
 
-    /// Whether lines are being taken out.
-    pub fn active(&self) -> bool {
-        self.passing.is_some()
+    /// Frequency of the blades' passing where it is being taken out, Hz.
+    pub fn passing_hz(&self) -> Option<f64> {
+        self.passing.map(|(rate, _)| rate / TAU)
     }
 
     /// Takes the lines out of a sample.
@@ -151,7 +151,7 @@ mod tests {
         for rate_hz in [256.0, 128.0, 64.0] {
             let (left, was, notch) = run(rate_hz, motion, line, 4.0);
             assert!(left < 0.05 * was, "{rate_hz}: {left} of {was}");
-            assert!(notch.active());
+            assert!((notch.passing_hz().unwrap() - 108.0 / TAU).abs() < 1e-9);
         }
     }
 

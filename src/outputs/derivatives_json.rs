@@ -4,6 +4,7 @@
 //! at the top are those of the last run. A number that is not finite and a mode that is not there are null. SI and radians.
 
 use super::message_json::{EquationsJson, OscillationJson, RootJson, reason_text, status_text};
+use super::noise::NoiseUsed;
 use crate::estimation::record::StateRecord;
 use crate::flight::channel::ControlNames;
 use crate::modes::record::ModesRecord;
@@ -27,6 +28,8 @@ pub struct RunEstimates<'a> {
     pub warnings: &'a [String],
     /// Coefficients of determination of the rates of alpha and beta by the kinematics, where they can be told.
     pub consistency: [Option<f64>; 2],
+    /// The noise statistics that the filter used.
+    pub noise: Option<NoiseUsed>,
 }
 
 /// The estimates as a JSON document, ended by a line feed.
@@ -65,6 +68,7 @@ struct RunJson<'a> {
     warnings: &'a [String],
     consistency: ConsistencyJson,
     bias: Option<Biases>,
+    noise: Option<NoiseUsed>,
     equations: EquationsJson<'a>,
     modes: Option<AllModes>,
 }
@@ -82,6 +86,7 @@ impl<'a> RunJson<'a> {
             warnings: run.warnings,
             consistency: ConsistencyJson::new(run.consistency),
             bias: run.state.map(Biases::new),
+            noise: run.noise,
             equations: EquationsJson { equations, controls },
             modes: run.modes.map(|modes| AllModes::new(modes, controls)),
         }
@@ -199,6 +204,7 @@ mod tests {
             modes: Some(&modes),
             warnings: &warnings,
             consistency: [None, Some(0.965)],
+            noise: None,
         };
         let found: serde_json::Value = serde_json::from_str(&derivatives_json(&[run]).unwrap()).unwrap();
         let first = &found["runs"][0];

@@ -20,6 +20,8 @@ pub mod mcap_log;
 #[cfg(feature = "std")]
 mod message_json;
 #[cfg(feature = "std")]
+pub mod noise;
+#[cfg(feature = "std")]
 pub mod queue;
 #[cfg(feature = "std")]
 pub mod terminal;

@@ -33,7 +33,7 @@ impl Severity {
 }
 
 /// How many kinds of event there are.
-pub const EVENT_KINDS: usize = 22;
+pub const EVENT_KINDS: usize = 25;
 
 /// The names of all kinds of event, by [`event_place`].
 pub const EVENT_NAMES: [&str; EVENT_KINDS] = [
@@ -59,6 +59,9 @@ pub const EVENT_NAMES: [&str; EVENT_KINDS] = [
     "signal_missing",
     "no_trim",
     "rates_silent",
+    "states_chosen",
+    "lines_notched",
+    "line_folded",
 ];
 
 /// Place of the event's kind in tables per kind.
@@ -82,6 +85,9 @@ pub const fn event_place(kind: &EventKind) -> usize {
             EstimationEvent::TrimNotSteady { .. } => 14,
             EstimationEvent::NumericBreakdown => 15,
             EstimationEvent::RatesSilent { .. } => 21,
+            EstimationEvent::StatesChosen { .. } => 22,
+            EstimationEvent::LinesNotched { .. } => 23,
+            EstimationEvent::LineFolded => 24,
         },
         EventKind::Regression(event) => match event {
             RegressionEvent::ExcitationBegan => 16,
@@ -107,7 +113,10 @@ pub const fn event_severity(kind: &EventKind) -> Severity {
             | EstimationEvent::TimeNotFinite
             | EstimationEvent::DuplicateTime
             | EstimationEvent::TimeWentBack { .. } => Severity::DataLost,
-            EstimationEvent::Initialised | EstimationEvent::AidAccepted { .. } => Severity::Info,
+            EstimationEvent::Initialised
+            | EstimationEvent::AidAccepted { .. }
+            | EstimationEvent::StatesChosen { .. }
+            | EstimationEvent::LinesNotched { .. } => Severity::Info,
             EstimationEvent::Gap { .. }
             | EstimationEvent::RatesSilent { .. }
             | EstimationEvent::SegmentRestart
@@ -117,6 +126,7 @@ pub const fn event_severity(kind: &EventKind) -> Severity {
             | EstimationEvent::KinematicsDisagree { .. }
             | EstimationEvent::InnovationsTooLarge { .. }
             | EstimationEvent::TrimNotSteady { .. }
+            | EstimationEvent::LineFolded
             | EstimationEvent::NumericBreakdown => Severity::Warning,
         },
         EventKind::Regression(event) => match event {
@@ -346,6 +356,26 @@ fn estimation_sentence(f: &mut Formatter<'_>, event: &EstimationEvent, controls:
         }
         EstimationEvent::SegmentRestart => f.write_str("time runs on from an earlier instant; a new segment begins"),
         EstimationEvent::Initialised => f.write_str("the filter has a state"),
+        EstimationEvent::StatesChosen { set } => {
+            f.write_str("states: u v w, phi theta psi, altitude, p q r, p-dot q-dot r-dot, gyro biases")?;
+            for (there, name) in set.specific_force.into_iter().zip(["ax", "ay", "az"]) {
+                if there {
+                    write!(f, ", {name} and its bias")?;
+                }
+            }
+            for (there, name) in set.scale_error.into_iter().zip(["tas", "alpha", "beta"]) {
+                if there {
+                    write!(f, ", scale of {name}")?;
+                }
+            }
+            Ok(())
+        }
+        EstimationEvent::LinesNotched { passing_hz } => {
+            write!(f, "the blades' passing at {} Hz and its double are taken out of every channel", Digits(passing_hz, 3))
+        }
+        EstimationEvent::LineFolded => {
+            f.write_str("sampling folds the blades' passing onto the flight's own frequencies; it is left in some channel")
+        }
         EstimationEvent::NoAccelerometer { channel } => write!(
             f,
             "no accelerometer {}; its specific force is taken to balance gravity, with a large uncertainty",

@@ -5,7 +5,7 @@ use sideslip::bus::payload::{
     ABSENT, DerivativesPayload, EventPayload, InnovationsPayload, ModesPayload, OTHERS, SAMPLE, SamplePayload, StatePayload,
     StatusBody,
 };
-use sideslip::estimation::record::{Aid, EstimationEvent};
+use sideslip::estimation::record::{Aid, EstimationEvent, StateSet};
 use sideslip::flight::channel::Channel;
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::run::RunGeometry;
@@ -58,6 +58,11 @@ fn events() -> Vec<EventKind> {
         EstimationEvent::TrimNotSteady { rate_rms: 0.1 },
         EstimationEvent::NumericBreakdown,
         EstimationEvent::RatesSilent { seconds: 0.5 },
+        EstimationEvent::StatesChosen {
+            set: StateSet { specific_force: [true, false, true], scale_error: [false, true, false] },
+        },
+        EstimationEvent::LinesNotched { passing_hz: 17.2 },
+        EstimationEvent::LineFolded,
     ];
     let mut all: Vec<EventKind> = estimation.map(EventKind::Estimation).to_vec();
     let regression = [
@@ -84,7 +89,7 @@ fn every_status_and_every_event_comes_back() {
         codes.insert(payload.code);
         same(&payload.record().unwrap(), &record);
     }
-    assert!(codes.into_iter().eq(0..22), "each kind has a code of its own");
+    assert!(codes.into_iter().eq(0..25), "each kind has a code of its own");
 }
 
 fn compare(tick: &Tick) -> usize {
@@ -143,7 +148,7 @@ fn codes_that_there_are_not_are_refused_with_the_field() {
     refused(status(5, 3, [10, 0]), "variable: expected a place in its table, found 10");
     let event = EventPayload { code: 0, subject: 24, ..EventPayload::default() };
     refused(event.record().unwrap_err().to_string(), "subject");
-    refused(EventPayload { code: 22, ..event }.record().unwrap_err().to_string(), "code");
+    refused(EventPayload { code: 25, ..event }.record().unwrap_err().to_string(), "code");
     let mut derivatives = DerivativesPayload::default();
     derivatives.record().unwrap();
     derivatives.equations[0].count = 12;

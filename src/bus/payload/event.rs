@@ -2,7 +2,7 @@
 
 use super::{ABSENT, Header, StatusBody, at, place, service};
 use crate::bus::error::BusError;
-use crate::estimation::record::{Aid, EstimationEvent as Noticed};
+use crate::estimation::record::{Aid, EstimationEvent as Noticed, StateSet};
 use crate::flight::channel::Channel;
 use crate::flight::derivative::Axis;
 use crate::outputs::record::{EventKind, EventRecord};
@@ -11,7 +11,7 @@ use iceoryx2::prelude::ZeroCopySend;
 
 const SCHEMA: &str = "sideslip.Event.1";
 
-/// An event. A kind keeps its code for good; a new kind takes the next number (now 22), whichever stage it is of.
+/// An event. A kind keeps its code for good; a new kind takes the next number (now 25), whichever stage it is of.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[type_name("sideslip.Event.1")]
@@ -53,6 +53,9 @@ impl From<&EventRecord> for EventPayload {
                 Noticed::TrimNotSteady { rate_rms } => (14, ABSENT, rate_rms),
                 Noticed::NumericBreakdown => (15, ABSENT, 0.0),
                 Noticed::RatesSilent { seconds } => (19, ABSENT, seconds),
+                Noticed::StatesChosen { set } => (22, ABSENT, set.code().into()),
+                Noticed::LinesNotched { passing_hz } => (23, ABSENT, passing_hz),
+                Noticed::LineFolded => (24, ABSENT, 0.0),
             },
             EventKind::Regression(RegressionEvent::ExcitationBegan) => (16, ABSENT, 0.0),
             EventKind::Regression(RegressionEvent::ExcitationEnded) => (17, ABSENT, 0.0),
@@ -100,9 +103,13 @@ impl EventPayload {
                 return Ok(self.of_regression(RegressionEvent::StatusChanged { axis, status: self.status.status()? }));
             }
             19 => Noticed::RatesSilent { seconds: value },
+            // A number that is no set's code comes to the nearest one.
+            22 => Noticed::StatesChosen { set: StateSet::from_code(value as u8) },
+            23 => Noticed::LinesNotched { passing_hz: value },
+            24 => Noticed::LineFolded,
             20 => return Ok(self.of_regression(RegressionEvent::SignalMissing { channel: channel()? })),
             21 => return Ok(self.of_regression(RegressionEvent::NoTrim { channel: channel()? })),
-            found => return Err(BusError::Payload { schema: SCHEMA, field: "code", expected: "0 to 21", found: found.into() }),
+            found => return Err(BusError::Payload { schema: SCHEMA, field: "code", expected: "0 to 24", found: found.into() }),
         };
         Ok(EventRecord { time_s: self.header.time_s, kind: EventKind::Estimation(estimation) })
     }

@@ -4,6 +4,7 @@ pub(crate) mod outlet;
 mod run;
 mod voice;
 
+use super::estimation_options::EstimationOptions;
 use super::output_file::write_json;
 use super::stop::{stopped_by_signals, supervised};
 use super::{patience, root_path};
@@ -65,9 +66,8 @@ pub(crate) struct Args {
     /// Write the last estimates as JSON to this file at the end, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Length of the window at the run's start whose mean is the trim, s
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    trim_window: Option<f64>,
+    #[command(flatten)]
+    estimation: EstimationOptions,
     /// End when standard input ends
     #[arg(long, hide = true)]
     supervised: bool,
@@ -80,10 +80,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if let Some(out) = args.out.as_ref().filter(|out| out.extension().is_none_or(|ending| ending != "mcap")) {
         return Err(Failure::file(out, "--out: expected a name that ends in .mcap"));
     }
-    let mut config = Config::default();
-    if let Some(seconds) = args.trim_window {
-        config.estimation.trim_window_s = seconds;
-    }
+    let config = args.estimation.config();
     // A wrong setting is the call's fault, not the first run's.
     Pipeline::new(&config, RunGeometry::default()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
     let mut bus = Bus::enter(&root_path(args.root.as_ref()))?;

@@ -11,6 +11,7 @@ use sideslip::flight::log_head::LogHead;
 use sideslip::flight::run_file::RunInfo;
 use sideslip::outputs::derivatives_json::RunEstimates;
 use sideslip::outputs::event_ring::{FoldedEvent, FoldedText};
+use sideslip::outputs::noise::NoiseUsed;
 use sideslip::outputs::terminal::{Style, Table};
 use sideslip::outputs::text::{Severity, event_severity};
 use sideslip::pipeline::{Config, Pipeline};
@@ -46,6 +47,7 @@ pub(super) struct Ended {
     sink: Sink,
     events: Vec<FoldedEvent>,
     consistency: [Option<f64>; 2],
+    noise: Option<NoiseUsed>,
     warnings: Vec<String>,
     log: Option<Logged>,
     unlogged: Option<String>,
@@ -139,6 +141,7 @@ impl LiveRun {
             sink: self.sink,
             events,
             consistency: self.pipeline.estimator().consistency(),
+            noise: NoiseUsed::of(self.pipeline.estimator()),
             warnings,
             log,
             unlogged: self.unlogged,
@@ -156,6 +159,9 @@ impl Ended {
         let (derivatives, modes) = (self.sink.derivatives.as_ref(), self.sink.modes.as_ref());
         let table = Table { controls: self.head.controls, derivatives, modes, events: &self.events, notes: &[], style };
         let _ = write!(text, "\n{table}");
+        if let Some(noise) = &self.noise {
+            let _ = writeln!(text, "{noise}");
+        }
         if let Some(log) = &self.log {
             let _ = writeln!(text, "log: {}, {} messages", log.path.display(), log.written);
         }
@@ -172,6 +178,7 @@ impl Ended {
             modes: self.sink.modes.as_ref(),
             warnings: &self.warnings,
             consistency: self.consistency,
+            noise: self.noise,
         }
     }
 

@@ -6,6 +6,7 @@
 
 mod child;
 
+use super::estimation_options::EstimationOptions;
 use super::ingest::Source;
 use super::stop::{stopped_by_signals, supervised};
 use super::{message, root_path};
@@ -70,9 +71,8 @@ pub(crate) struct Args {
     /// Override a key of the run, such as vane_position_m=[13.08,0,0]; repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Length of the window at the run's start whose mean is the trim, s
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    trim_window: Option<f64>,
+    #[command(flatten)]
+    estimation: EstimationOptions,
     /// End when standard input ends
     #[arg(long, hide = true)]
     supervised: bool,
@@ -172,9 +172,7 @@ fn estimate_call(args: &Args, root: &Path, source: &Source) -> Vec<String> {
         };
         call.extend(["--out".to_owned(), out.join(name.unwrap_or_else(|| "live.mcap".into())).display().to_string()]);
     }
-    if let Some(seconds) = args.trim_window {
-        call.push(format!("--trim-window={seconds}"));
-    }
+    call.extend(args.estimation.call());
     if let Some(json) = &args.json {
         call.extend(["--json".to_owned(), json.display().to_string()]);
     }

@@ -5,6 +5,7 @@ pub(crate) mod log;
 mod run;
 pub(crate) mod sink;
 
+use super::estimation_options::EstimationOptions;
 use super::mapping_input::read_mapping;
 use super::message;
 use super::output_file::{print, refuse_to_overwrite, write_json};
@@ -13,7 +14,6 @@ use run::{From, Played, Run};
 use sideslip::error::{Failure, Outcome};
 use sideslip::outputs::derivatives_json::derivatives_json;
 use sideslip::outputs::terminal::Style;
-use sideslip::pipeline::Config;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
@@ -55,17 +55,13 @@ pub(crate) struct Args {
     /// Through shared memory: the recording is brought in by another process, nothing is lost on the way
     #[arg(long)]
     bus: bool,
-    /// Length of the window at the run's start whose mean is the trim, s
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    trim_window: Option<f64>,
+    #[command(flatten)]
+    estimation: EstimationOptions,
 }
 
 /// Plays every recording and prints what it came to.
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let mut config = Config::default();
-    if let Some(seconds) = args.trim_window {
-        config.estimation.trim_window_s = seconds;
-    }
+    let config = args.estimation.config();
     let to_standard_output = args.json.as_ref().is_some_and(|json| json.as_os_str() == "-");
     if let Some(json) = args.json.as_ref().filter(|_| !to_standard_output) {
         refuse_to_overwrite("--json", json, &args.files)?;

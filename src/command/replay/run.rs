@@ -13,6 +13,7 @@ use sideslip::flight::log_head::LogHead;
 use sideslip::flight::run_file::RunInfo;
 use sideslip::outputs::derivatives_json::RunEstimates;
 use sideslip::outputs::event_ring::{FoldedEvent, FoldedText};
+use sideslip::outputs::noise::NoiseUsed;
 use sideslip::outputs::record::EventKind;
 use sideslip::outputs::terminal::{Style, Table};
 use sideslip::outputs::text::{Severity, event_severity};
@@ -60,6 +61,7 @@ pub(super) struct Played {
     sink: Sink,
     events: Vec<FoldedEvent>,
     consistency: [Option<f64>; 2],
+    noise: Option<NoiseUsed>,
     /// Rows skipped, a file cut short: sentences about the recording itself; the first so many are losses.
     notes: Vec<String>,
     losses: usize,
@@ -173,6 +175,7 @@ impl Run {
             sink,
             events,
             consistency,
+            noise: NoiseUsed::of(self.pipeline.estimator()),
             warnings: Vec::new(),
             log,
             interrupted,
@@ -230,6 +233,7 @@ impl Played {
             modes: self.sink.modes.as_ref(),
             warnings: &self.warnings,
             consistency: self.consistency,
+            noise: self.noise,
         }
     }
 
@@ -272,6 +276,9 @@ impl Played {
         let (derivatives, modes) = (self.sink.derivatives.as_ref(), self.sink.modes.as_ref());
         let table = Table { controls: self.controls, derivatives, modes, events: &self.events, notes: &self.notes, style };
         let _ = write!(text, "\n{table}");
+        if let Some(noise) = &self.noise {
+            let _ = writeln!(text, "{noise}");
+        }
         if let Some(log) = &self.log {
             let _ = writeln!(text, "log: {}, {} messages", log.path.display(), log.written);
         }
