@@ -6,10 +6,10 @@
 //!
 //! `--set` writes `key=value` into the `[level1]` table, the key dotted (`main_rotor.shaft_tilt=0.05`), with or without
 //! `level1.` before it; that of an option may stand alone (`hub=exact`). A value that is no TOML is taken as a text. The key
-//! must be there already.
+//! must be there already, but for `engine.torque_limit`, which a model may do without.
 
 use super::fly::Flight;
-use super::level1::file::{Declared, OPTIONS, read};
+use super::level1::file::{Declared, OPTIONS, TORQUE_LIMIT, read};
 use super::level1::trim::{NoTrim, Trimmed};
 use crate::flight::document::Misread;
 use crate::flight::effect_file::DeclaredEffect;
@@ -159,6 +159,11 @@ fn assign(text: &str, assignments: &[String]) -> Result<toml::Table, ModelError>
         let path = key.strip_prefix("level1.").unwrap_or(key);
         let path: Vec<&str> = if OPTIONS.contains(&path) { vec!["options", path] } else { path.split('.').collect() };
         let mut place = document.get_mut("level1");
+        if path == ["engine", TORQUE_LIMIT]
+            && let Some(engine) = place.as_mut().and_then(|level1| level1.get_mut("engine")).and_then(toml::Value::as_table_mut)
+        {
+            engine.entry(TORQUE_LIMIT).or_insert(toml::Value::Float(0.0));
+        }
         for part in &path {
             place = place.and_then(|value| value.as_table_mut()).and_then(|table| table.get_mut(*part));
         }

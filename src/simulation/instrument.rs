@@ -323,7 +323,8 @@ pub(crate) fn gather(readings: &[(Channel, Vec<(f64, f64)>)]) -> Vec<Sample> {
     const APART_S: f64 = 1e-9;
     let longest = readings.iter().map(|(_, values)| values.len()).max().unwrap_or(0);
     let mut samples: Vec<Sample> = Vec::with_capacity(longest);
-    let mut left: Vec<(Channel, &[(f64, f64)])> = readings.iter().map(|(channel, values)| (*channel, values.as_slice())).collect();
+    let mut left: Vec<(Channel, &[(f64, f64)])> =
+        readings.iter().map(|(channel, values)| (*channel, values.as_slice())).collect();
     loop {
         let first = left.iter().filter_map(|(_, values)| values.first()).map(|&(time_s, _)| time_s).min_by(f64::total_cmp);
         let Some(time_s) = first else { break };

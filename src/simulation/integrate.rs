@@ -260,7 +260,11 @@ impl Drive<'_> {
         let instant = trimmed.instant(equations, (&asked, &inner, guess), effectiveness, |blade, speed| {
             added.then(|| self.additions(deviations(), blade, deviation(Some(speed))))
         });
-        let torque = if trimmed.aircraft.options.governed { inner.torque } else { instant.response.torque };
+        let torque = if trimmed.aircraft.options.governed {
+            trimmed.aircraft.engine.delivered(inner.torque)
+        } else {
+            instant.response.torque
+        };
         Some(Moment {
             accelerations: instant.response.accelerations,
             air_velocity,

@@ -17,9 +17,9 @@ use crate::simulation::input::InputSpec;
 use crate::simulation::instrument::FLIGHT_QUALITY;
 use std::f64::consts::PI;
 
-const KNOT: f64 = 1852.0 / 3600.0;
+pub(super) const KNOT: f64 = 1852.0 / 3600.0;
 
-fn puma(set: &[&str]) -> Trimmed {
+pub(super) fn puma(set: &[&str]) -> Trimmed {
     let set = set.iter().map(|&text| text.to_owned()).collect();
     let asked = Asked { speed: Some(100.0 * KNOT), set, ..Asked::default() };
     *FlightModel::puma(&asked).unwrap().level1.unwrap()
@@ -192,7 +192,7 @@ fn larger_perturbations_give_a_larger_n_v() {
     assert!((n_v("0.01") - small).abs() < 1e-5);
 }
 
-fn flight(trimmed: &Trimmed, input: &str, duration_s: f64) -> Flight {
+pub(super) fn flight(trimmed: &Trimmed, input: &str, duration_s: f64) -> Flight {
     let times_s = uniform_times(0.0, duration_s, 100.0).unwrap();
     let mut flight = Flight::of_level1(trimmed.clone());
     let spec = InputSpec::parse(input).unwrap();

@@ -96,7 +96,8 @@ impl Drive {
                 - 4.0 / 3.0 * mu * flap.coning
                 - e * flap.cosine
                 - (1.0 + 0.5 * mu2) * flap.sine,
-            8.0 / 3.0 * mu * theta0 + 2.0 * mu * twist + (1.0 + 1.5 * mu2) * theta1s + 2.0 * mu * through + p - 16.0 * per_lock * q
+            8.0 / 3.0 * mu * theta0 + 2.0 * mu * twist + (1.0 + 1.5 * mu2) * theta1s + 2.0 * mu * through + p
+                - 16.0 * per_lock * q
                 + (1.0 - 0.5 * mu2) * flap.cosine
                 - e * flap.sine,
         ]

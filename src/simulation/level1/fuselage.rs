@@ -1,7 +1,8 @@
 //! The fuselage: forces and moments as polynomials of incidence and sideslip near the nose, wind-tunnel lines elsewhere.
 //!
 //! Consumes velocity through the air, induced velocity of the main rotor, density; produces force and moment about the centre of
-//! mass. With w_f = w - k_lambda v_i, V^2 = u^2 + v^2 + w_f^2, alpha = atan2(w_f, u), beta = asin(v/V) = atan2(v, sqrt(u^2 + w_f^2)):
+//! mass. With w_f = w - k_lambda v_i, V^2 = u^2 + v^2 + w_f^2, alpha = atan2(w_f, u),
+//! beta = asin(v/V) = atan2(v, sqrt(u^2 + w_f^2)):
 //!     near:  X Z M = polynomial(alpha), Y N = polynomial(beta), times (rho/rho_ref) (V/V_ref)^2        (1)
 //!     far:   X Z = C(alpha) S_p, M = C(alpha) S_p l, Y = C(beta) S_s, N = C(beta) S_s l, times rho V^2/2   (2)
 //! (1) up to the near limit, (2) from the far limit on, and between them the one goes over into the other (a smooth step of

@@ -7,10 +7,11 @@
 //!     lambda_1c = lambda tan(chi/2) for chi < 90 degrees, else lambda cot(chi/2)           (2)
 //! written without the angle: lambda mu/(sqrt(mu^2 + d^2) + |d|), d = lambda - mu_z.
 //! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, ch. 3.
-//! Numerics: Newton's and Chebyshev's method, until the next step would be below rounding, from a guess such as the inflow a moment ago, or from
-//! a cold start. For mu_z <= 0 the left side less the right is convex and rises, so that Newton's method comes home from any
+//! Numerics: Newton's and Chebyshev's method, until the next step would be below rounding, from a guess such as the
+//! inflow a moment ago, or from a cold start. For mu_z <= 0 the left side less the right is convex and rises, so that Newton's method comes home from any
 //! start. In slow descent (1) has three roots; the one with lambda > mu_z (air still driven down through the disc) is taken
-//! wherever it exists, inside a bracket that holds one sign change. So the guess chooses the way, never the answer.
+//! wherever it exists, inside a bracket; below mu_z, where a bracket may hold three, the start is the cold one whatever the
+//! guess. So the guess chooses the way, never the answer.
 
 /// Most iterations; bisection alone would end within them.
 const ITERATIONS: usize = 80;
@@ -40,17 +41,22 @@ impl Guess {
 /// the more the more air comes through).
 #[inline]
 pub(crate) fn uniform(mu2: f64, mu_z: f64, (c0, c1): (f64, f64), guess: f64) -> f64 {
-    if !(c1 > 0.0 && (mu2 + mu_z + c0 + c1).is_finite()) {
+    if !(c1 > 0.0 && c1.is_finite()) {
         return f64::NAN;
     }
     // Upside down (1) is the same equation.
     let sign = if c0 < 0.0 { -1.0 } else { 1.0 };
     let (mu_z, c0, guess) = (sign * mu_z, sign * c0, sign * guess);
     if !(c0 > 0.0) {
-        return 0.0;
+        return c0;
     }
-    let start = if guess > 0.0 && guess < 1.0 { guess } else { c0 / (2.0 * libm::sqrt(mu2 + mu_z * mu_z) + c1) };
-    sign * if mu_z > 0.0 { bracketed(mu2, mu_z, (c0, c1), start) } else { rising(mu2, mu_z, (c0, c1), start) }
+    let cold = || c0 / (2.0 * libm::sqrt(mu2 + mu_z * mu_z) + c1);
+    let known = guess > 0.0 && guess < 1.0;
+    sign * if mu_z > 0.0 {
+        bracketed(mu2, mu_z, (c0, c1), known.then_some(guess), cold)
+    } else {
+        rising(mu2, mu_z, (c0, c1), if known { guess } else { cold() })
+    }
 }
 
 /// One step: left less right side f of (1), the next lambda, and whether that is the solution to rounding.
@@ -88,13 +94,19 @@ fn rising(mu2: f64, mu_z: f64, line: (f64, f64), start: f64) -> f64 {
 }
 
 /// For mu_z > 0.
-fn bracketed(mu2: f64, mu_z: f64, (c0, c1): (f64, f64), start: f64) -> f64 {
+fn bracketed(mu2: f64, mu_z: f64, (c0, c1): (f64, f64), guess: Option<f64>, cold: impl Fn() -> f64) -> f64 {
     let (mut low, mut high) = (0.0, c0 / c1);
+    // The slope is positive wherever r^2 > lambda |d|, so everywhere in edgewise flow, and above mu_z.
+    let mut single = 4.0 * mu2 > mu_z * mu_z;
     if mu_z < high {
         // (1) at lambda = mu_z.
-        if 2.0 * mu_z * libm::sqrt(mu2) - c0 + c1 * mu_z <= 0.0 { low = mu_z } else { high = mu_z }
+        if 2.0 * mu_z * libm::sqrt(mu2) - c0 + c1 * mu_z <= 0.0 {
+            (low, single) = (mu_z, true);
+        } else {
+            high = mu_z;
+        }
     }
-    let mut lambda = start.clamp(low, high);
+    let mut lambda = guess.filter(|_| single).unwrap_or_else(cold).max(low).min(high);
     for _ in 0..ITERATIONS {
         let (value, next, settled) = step(mu2, mu_z, (c0, c1), lambda);
         if value > 0.0 {
@@ -158,7 +170,10 @@ mod tests {
                     for guess in [0.0, 1e-9, 0.01, -0.02, 0.9, 7.0, lambda * (1.0 + 1e-6)] {
                         let again = uniform(mu * mu, mu_z, (c0, 0.13), guess);
                         let apart = (again - lambda).abs();
-                        assert!(apart <= 1e-14 * lambda.abs(), "mu {mu}, mu_z {mu_z}, c0 {c0}: {lambda}, from {guess} {apart:e} off");
+                        assert!(
+                            apart <= 1e-14 * lambda.abs(),
+                            "mu {mu}, mu_z {mu_z}, c0 {c0}: {lambda}, from {guess} {apart:e} off"
+                        );
                     }
                 }
             }

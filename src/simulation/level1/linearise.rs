@@ -52,6 +52,18 @@ impl Trimmed {
         model
     }
 
+    /// Which differences [`Trimmed::linear`] takes, in words.
+    pub fn perturbation_used(&self) -> String {
+        let sizes = self.aircraft.perturbation;
+        match self.aircraft.options.finite_perturbation {
+            true => format!(
+                "differences over +-{} m/s, +-{} rad/s, +-{} rad; --set perturbation=small gives the tangent",
+                sizes.velocity, sizes.rate, sizes.control
+            ),
+            false => "the tangent (small perturbations)".to_owned(),
+        }
+    }
+
     /// The situation of the trim.
     pub fn situation(&self) -> Situation {
         let trim = &self.trim;

@@ -32,3 +32,5 @@ pub mod trim;
 mod checks;
 #[cfg(test)]
 mod first_principles;
+#[cfg(test)]
+mod power;
