@@ -8,8 +8,8 @@
 //! written without the angle: lambda mu/(sqrt(mu^2 + d^2) + |d|), d = lambda - mu_z.
 //! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, ch. 3.
 //! Numerics: Newton's and Chebyshev's method, until the next step would be below rounding, from a guess such as the
-//! inflow a moment ago, or from a cold start. For mu_z <= 0 the left side less the right is convex and rises, so that Newton's method comes home from any
-//! start. In slow descent (1) has three roots; the one with lambda > mu_z (air still driven down through the disc) is taken
+//! inflow a moment ago, or from a cold start. For mu_z <= 0 the left side less the right is convex
+//! and rises, so that Newton's method comes home from any start. In slow descent (1) has three roots; the one with lambda > mu_z (air still driven down through the disc) is taken
 //! wherever it exists, inside a bracket; below mu_z, where a bracket may hold three, the start is the cold one whatever the
 //! guess. So the guess chooses the way, never the answer.
 
@@ -37,8 +37,8 @@ impl Guess {
 }
 
 /// The lambda of (1) for mu^2, mu_z and (c0, c1), looked for from that guess on. Its sign is that of c0. NaN where there is none:
-/// for numbers that are not finite, and for c1 of zero or less (a tail rotor far faster than it can fly, whose blades would thrust
-/// the more the more air comes through).
+/// for numbers that are not finite, and for c1 of zero or less (a tail rotor far faster than it can fly, whose blades would
+/// thrust the more the more air comes through).
 #[inline]
 pub(crate) fn uniform(mu2: f64, mu_z: f64, (c0, c1): (f64, f64), guess: f64) -> f64 {
     if !(c1 > 0.0 && c1.is_finite()) {

@@ -8,9 +8,9 @@ use crate::simulation::input::InputSpec;
 use crate::simulation::integrate::TrueState;
 use std::f64::consts::PI;
 
-/// Power of the rotors is what they do to the air, what drags the blades, what drags the rest, and the climb. In the exact geometry
-/// the hub's forces act where the hub moves, so in a steady flight it holds to the accelerations that the trim leaves: 1e-10 m/s^2
-/// times mass and speed, against megawatts.
+/// Power of the rotors is what they do to the air, what drags the blades, what drags the rest, and the climb. In the exact
+/// geometry the hub's forces act where the hub moves, so in a steady flight it holds to the accelerations that the trim
+/// leaves, 1e-10 m/s^2 times mass and speed at most, and rounding.
 #[test]
 fn in_steady_flight_the_rotors_power_is_induced_profile_parasite_and_climb() {
     for (knots, climb, sideslip) in
