@@ -7,11 +7,11 @@
 //!     lambda_1c = lambda tan(chi/2) for chi < 90 degrees, else lambda cot(chi/2)           (2)
 //! written without the angle: lambda mu/(sqrt(mu^2 + d^2) + |d|), d = lambda - mu_z.
 //! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, ch. 3.
-//! Numerics: Newton's and Chebyshev's method, until the next step would be below rounding, from a guess such as the
-//! inflow a moment ago, or from a cold start. For mu_z <= 0 the left side less the right is convex
-//! and rises, so that Newton's method comes home from any start. In slow descent (1) has three roots; the one with lambda > mu_z (air still driven down through the disc) is taken
-//! wherever it exists, inside a bracket; below mu_z, where a bracket may hold three, the start is the cold one whatever the
-//! guess. So the guess chooses the way, never the answer.
+//! Numerics: Newton's and Chebyshev's method, until the next step would be below rounding, from a guess such as the inflow a
+//! moment ago, or from a cold start. For mu_z <= 0 the left side less the right is convex and rises, so that Newton's method
+//! comes home from any start. In slow descent (1) has three roots; the one with lambda > mu_z (air still driven down through
+//! the disc) is taken wherever it exists, inside a bracket; below mu_z, where a bracket may hold three, the start is the cold
+//! one whatever the guess. So the guess chooses the way, never the answer.
 
 /// Most iterations; bisection alone would end within them.
 const ITERATIONS: usize = 80;
