@@ -140,6 +140,9 @@ mod tests {
         assert_eq!(eigenmodes(&a), None);
     }
 
+    /// Names and values.
+    type Wanted = &'static [(&'static str, f64, f64)];
+
     /// Every mode of A with its name, reals and upper halves of pairs.
     fn named(a: &SMatrix<f64, 8, 8>) -> Vec<(&'static str, Complex<f64>)> {
         let modes = eigenmodes(a).unwrap();
@@ -150,7 +153,7 @@ mod tests {
         all
     }
 
-    fn assert_named(what: &str, a: &SMatrix<f64, 8, 8>, wanted: &[(&str, f64, f64)]) {
+    fn assert_named(what: &str, a: &SMatrix<f64, 8, 8>, wanted: Wanted) {
         let found = named(a);
         assert_eq!(found.len(), wanted.len(), "{what}: {found:?}");
         for &(name, re, im) in wanted {
@@ -165,7 +168,7 @@ mod tests {
     /// 60 to 140 kn: p 0.57 to 0.42, w + q 0.72 to 0.83, v 0.41 to 0.36, phi 0.65 to 0.30, u 0.43 to 0.39 with theta the same.
     #[test]
     fn the_pumas_modes_are_named_by_what_takes_part() {
-        let cases: [(f64, &[(&str, f64, f64)]); 5] = [
+        let cases: [(f64, Wanted); 5] = [
             (
                 0.0,
                 &[
