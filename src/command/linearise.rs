@@ -121,8 +121,8 @@ fn add_whole(result: &mut Value, table: &mut String, whole: &[Complex<f64>]) {
 
 fn write_mode(text: &mut String, name: &str, mode: &Complex<f64>) {
     let _ = match mode.im > 0.0 {
-        true => writeln!(text, "{name:<10}  {:9.4} +- {:.4}i", mode.re, mode.im),
-        false => writeln!(text, "{name:<10}  {:9.4}", mode.re),
+        true => writeln!(text, "{name:<12}  {:9.4} +- {:.4}i", mode.re, mode.im),
+        false => writeln!(text, "{name:<12}  {:9.4}", mode.re),
     };
 }
 
@@ -149,7 +149,7 @@ fn modes_json(modes: &Eigenmodes) -> Value {
         }),
         "roll": real(modes.roll),
         "spiral": real(modes.spiral),
-        "others": modes.others.iter().map(|mode| json!({"real": mode.re, "imag": mode.im})).collect::<Vec<Value>>(),
+        "others": modes.others.iter().map(|mode| json!({"real": mode.re, "imag": mode.im, "name": modes.name_of(mode)})).collect::<Vec<Value>>(),
     })
 }
 
@@ -213,12 +213,12 @@ fn to_table(read: &FlightModel, model: &LinearModel, effects: &[Effect], modes: 
     }
     for (name, mode) in [("roll", modes.roll), ("spiral", modes.spiral)] {
         let _ = match mode {
-            Some(real) => writeln!(text, "{name:<10}  {real:9.4}"),
-            None => writeln!(text, "{name:<10}  none"),
+            Some(real) => writeln!(text, "{name:<12}  {real:9.4}"),
+            None => writeln!(text, "{name:<12}  none"),
         };
     }
     for mode in &modes.others {
-        write_mode(&mut text, "other", mode);
+        write_mode(&mut text, modes.name_of(mode), mode);
     }
     text.push_str("\nmodes of the lateral subsystem v p phi r alone (1/s), as estimates from flight name them too\n");
     match subsystem(model) {
@@ -226,12 +226,12 @@ fn to_table(read: &FlightModel, model: &LinearModel, effects: &[Effect], modes: 
         Some(modes) => {
             for (name, mode) in [("Dutch roll", modes.dutch_roll), ("phugoid", modes.lateral_phugoid)] {
                 if let Some(Oscillation { real, imag, omega, zeta, .. }) = mode {
-                    let _ = writeln!(text, "{name:<10}  {real:9.4} +- {imag:.4}i   omega {omega:.4} rad/s, zeta {zeta:.4}");
+                    let _ = writeln!(text, "{name:<12}  {real:9.4} +- {imag:.4}i   omega {omega:.4} rad/s, zeta {zeta:.4}");
                 }
             }
             for (name, mode) in [("roll", modes.roll), ("spiral", modes.spiral)] {
                 if let Some(root) = mode {
-                    let _ = writeln!(text, "{name:<10}  {:9.4}", root.value);
+                    let _ = writeln!(text, "{name:<12}  {:9.4}", root.value);
                 }
             }
         }

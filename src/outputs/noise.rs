@@ -4,7 +4,6 @@
 //! `walk` of what drives them: of the angular acceleration (rad/s^2 per sqrt(s)) or of the specific force (m/s^2 per sqrt(s)).
 
 use super::text::Digits;
-use crate::estimation::estimator::Estimator;
 use crate::estimation::record::{Aid, Instrumentation, NoiseRecord};
 use crate::flight::channel::Channel;
 use core::fmt;
@@ -23,10 +22,9 @@ pub struct NoiseUsed {
 type Entry = (Channel, f64, Option<f64>);
 
 impl NoiseUsed {
-    /// What the estimator has in use; `None` where it never ran.
-    pub fn of(estimator: &Estimator) -> Option<Self> {
-        let found = estimator.instrumentation();
-        (found.gyros && found.rate_hz > 0.0).then(|| NoiseUsed { noise: *estimator.noise(), found })
+    /// Of a run with these instruments; `None` where the filter never ran.
+    pub fn of(noise: &NoiseRecord, found: Instrumentation) -> Option<Self> {
+        (found.gyros && found.rate_hz > 0.0).then_some(NoiseUsed { noise: *noise, found })
     }
 
     fn entries(&self) -> impl Iterator<Item = Entry> {

@@ -103,7 +103,11 @@ impl ControlPath {
         for control in Control::ALL {
             let way = &mut self.ways[control.index()];
             let Some(commanded) = &way.commanded else { continue };
-            let mut line: Vec<f64> = times_s.iter().map(|&time_s| commanded.at(time_s)).collect();
+            if way.lags.is_empty() && commanded.points().iter().all(|&(_, moved)| moved == 0.0) {
+                continue;
+            }
+            let mut after = times_s.first().map_or(0, |&first_s| commanded.points().partition_point(|&(t, _)| t <= first_s));
+            let mut line: Vec<f64> = times_s.iter().map(|&time_s| commanded.at_next(time_s, &mut after)).collect();
             for lag in &mut way.lags {
                 lag.follow(times_s, &mut line);
             }

@@ -5,11 +5,11 @@
 //! refused.
 //!
 //! `--set` writes `key=value` into the `[level1]` table, the key dotted (`main_rotor.shaft_tilt=0.05`); that of an option may
-//! stand alone (`hub=exact`). A value that is no TOML is taken as a text. The key must be there already. What is flown can be
-//! told to a run: see [`FlightModel::flown`].
+//! stand alone (`hub=exact`). A value that is no TOML is taken as a text. The key must be there already, but for
+//! `engine.torque_limit`, which a model may do without. What is flown can be told to a run: see [`FlightModel::flown`].
 
 use super::fly::Flight;
-use super::level1::file::{Declared, OPTIONS, read};
+use super::level1::file::{Declared, OPTIONS, TORQUE_LIMIT, read};
 use super::level1::trim::{Condition, NoTrim, Trimmed};
 use crate::flight::document::Misread;
 use crate::flight::effect_file::DeclaredEffect;
@@ -211,6 +211,11 @@ fn assign(text: &str, assignments: &[String], assigned: &mut Vec<Vec<String>>) -
         let key = key.trim();
         let path: Vec<&str> = if OPTIONS.contains(&key) { vec!["options", key] } else { key.split('.').collect() };
         let mut place = document.get_mut("level1");
+        if path == ["engine", TORQUE_LIMIT]
+            && let Some(engine) = place.as_mut().and_then(|level1| level1.get_mut("engine")).and_then(toml::Value::as_table_mut)
+        {
+            engine.entry(TORQUE_LIMIT).or_insert(toml::Value::Float(0.0));
+        }
         for part in &path {
             place = place.and_then(|value| value.as_table_mut()).and_then(|table| table.get_mut(*part));
         }

@@ -22,6 +22,7 @@ use crate::flight::control::{CONTROLS, Control};
 use crate::flight::effect::Effect;
 use crate::flight::model::LinearModel;
 use crate::telemetry::record::Sample;
+use std::borrow::Cow;
 
 /// Altitude at which a linear model's flight starts unless told otherwise, m.
 pub const START_ALTITUDE_M: f64 = 1000.0;
@@ -164,14 +165,19 @@ impl Flight {
         let early_s = readings.iter().map(|reading| -reading.delay_s).fold(0.0, f64::max);
         let last_s = end_s + early_s;
         refuse_long((last_s - start_s) / step_s)?;
-        let channel_times: Vec<Vec<f64>> =
+        let channel_times: Vec<Cow<'_, [f64]>> =
             self.instruments.channels.iter().map(|i| self.times_of(i.rate_hz, start_s, end_s)).collect::<Result<_, _>>()?;
         let air = self.turbulence(start_s, last_s);
 
         let mut wanted: Vec<f64> = self.times_s.clone();
         wanted.push(last_s);
-        for (times, reading) in channel_times.iter().zip(&readings) {
-            wanted.extend(times.iter().map(|time_s| time_s - reading.delay_s));
+        let mut known = vec![(None, 0.0)];
+        for ((instrument, times), reading) in self.instruments.channels.iter().zip(&channel_times).zip(&readings) {
+            let times_of = (instrument.rate_hz, reading.delay_s);
+            if !known.contains(&times_of) {
+                known.push(times_of);
+                wanted.extend(times.iter().map(|time_s| time_s - reading.delay_s));
+            }
         }
         wanted.extend(self.inputs.rotor_speed.iter().flat_map(History::times));
         wanted.extend(air.iter().flatten().flat_map(History::times));
@@ -185,6 +191,8 @@ impl Flight {
             model: &model,
             level1: self.level1.as_ref().map(|trimmed| Nonlinear {
                 trimmed,
+                equations: trimmed.aircraft.equations(),
+                inner: trimmed.aircraft.options.active().contains(&true),
                 effectiveness: effectiveness(&self.effects),
                 added: model != self.model,
             }),
@@ -199,9 +207,11 @@ impl Flight {
 
         let vibrates = self.instruments.channels.iter().any(|instrument| instrument.vibration.is_some());
         let azimuth = if vibrates { Azimuth::of(&states) } else { None };
+        let mesh_s: Vec<f64> = states.iter().map(|state| state.time_s).collect();
         let seen = Seen {
             stands: Stands::of(&self.instruments, &self.effects),
             states: &states,
+            mesh_s: &mesh_s,
             rotor: azimuth.as_ref().zip(self.blades()),
             start_s,
             seed: self.seed,
@@ -210,10 +220,10 @@ impl Flight {
         for ((instrument, reading), times) in self.instruments.channels.iter().zip(&readings).zip(&channel_times) {
             recorded.push((instrument.channel, read(instrument, reading, &seen, times)));
         }
-        let at = |time_s: &f64| {
-            states.binary_search_by(|state| state.time_s.total_cmp(time_s)).ok().and_then(|place| states.get(place))
-        };
-        let truth = self.times_s.iter().map_while(|time_s| at(time_s).copied()).collect();
+        // Every wanted time is in the mesh, up to where the motion diverged.
+        let mut wanted = self.times_s.iter().peekable();
+        let mut truth = states;
+        truth.retain(|state| wanted.next_if(|time_s| state.time_s.total_cmp(time_s).is_eq()).is_some());
         let samples = sent(gather(&recorded), self.instruments.dropouts, start_s, self.seed);
         Ok(Flown { samples, truth, diverged_at_s })
     }
@@ -227,10 +237,10 @@ impl Flight {
         Ok(Some((pilot, holding)))
     }
 
-    fn times_of(&self, rate_hz: Option<f64>, start_s: f64, end_s: f64) -> Result<Vec<f64>, Refused> {
+    fn times_of(&self, rate_hz: Option<f64>, start_s: f64, end_s: f64) -> Result<Cow<'_, [f64]>, Refused> {
         match rate_hz {
-            None => Ok(self.times_s.clone()),
-            Some(rate_hz) => uniform_times(start_s, end_s - start_s, rate_hz),
+            None => Ok(Cow::Borrowed(&self.times_s)),
+            Some(rate_hz) => uniform_times(start_s, end_s - start_s, rate_hz).map(Cow::Owned),
         }
     }
 

@@ -77,7 +77,11 @@ impl History {
 
     /// The value at a time, s.
     pub fn at(&self, time_s: f64) -> f64 {
-        let after = self.points.partition_point(|&(t, _)| t <= time_s);
+        self.before(self.points.partition_point(|&(t, _)| t <= time_s), time_s)
+    }
+
+    /// The value at a time, s, the first breakpoint after it given.
+    fn before(&self, after: usize, time_s: f64) -> f64 {
         let before = after.checked_sub(1).and_then(|place| self.points.get(place));
         match (before, self.points.get(after)) {
             (Some(&(t0, x0)), Some(&(t1, x1))) => x0 + (x1 - x0) * ((time_s - t0) / (t1 - t0)),
@@ -86,9 +90,18 @@ impl History {
         }
     }
 
+    /// As [`History::at`] for times that do not go back; `after`, zero at first, remembers the place.
+    pub(crate) fn at_next(&self, time_s: f64, after: &mut usize) -> f64 {
+        while self.points.get(*after).is_some_and(|&(t, _)| t <= time_s) {
+            *after += 1;
+        }
+        self.before(*after, time_s)
+    }
+
     /// The lines through the values at these increasing times: what a recording sampled then would show.
     pub fn sampled(&self, times_s: &[f64]) -> Self {
-        let points: Vec<(f64, f64)> = times_s.iter().map(|&time_s| (time_s, self.at(time_s))).collect();
+        let mut after = 0;
+        let points: Vec<(f64, f64)> = times_s.iter().map(|&time_s| (time_s, self.at_next(time_s, &mut after))).collect();
         if points.is_empty() { self.clone() } else { History { points } }
     }
 
@@ -257,6 +270,10 @@ mod tests {
     fn values_lie_on_the_lines_and_are_held_outside() {
         let x = zigzag();
         assert_eq!([x.at(-1.0), x.at(0.5), x.at(1.0), x.at(1.25), x.at(9.0)], [0.0, 1.5, 3.0, 0.5, 0.5]);
+        let mut after = 0;
+        for time_s in [-1.0, 0.0, 0.0, 0.3, 1.0, 1.2, 4.1, 4.1, 7.0, 9.0] {
+            assert_eq!(x.at_next(time_s, &mut after), x.at(time_s));
+        }
         assert_eq!(x.clone().delayed(0.5).at(1.5), 3.0);
         assert_eq!(x.plus(2.0, &x).at(1.25), 1.5);
         assert_eq!(x.sampled(&[0.5, 1.0]).points(), [(0.5, 1.5), (1.0, 3.0)]);

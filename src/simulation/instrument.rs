@@ -269,6 +269,8 @@ impl Stands {
 pub(crate) struct Seen<'s> {
     pub(crate) stands: Stands,
     pub(crate) states: &'s [TrueState],
+    /// Their times, s.
+    pub(crate) mesh_s: &'s [f64],
     /// The rotor's turning and its blades, where anything vibrates with them.
     pub(crate) rotor: Option<(&'s Azimuth, f64)>,
     pub(crate) start_s: f64,
@@ -278,24 +280,30 @@ pub(crate) struct Seen<'s> {
 /// One instrument's reading at each of its times, s.
 pub(crate) fn read(instrument: &Instrument, reading: &Reading, seen: &Seen<'_>, times_s: &[f64]) -> Vec<(f64, f64)> {
     let channel = instrument.channel;
-    let mesh_s: Vec<f64> = seen.states.iter().map(|state| state.time_s).collect();
+    let mesh_s = seen.mesh_s;
     let truth: Option<Vec<f64>> = seen.states.iter().map(|state| seen.stands.true_value(channel, state)).collect();
     let Some(mut truth) = truth else { return Vec::new() };
     for &tau in &reading.lags_s {
-        Lag::new(tau).follow(&mesh_s, &mut truth);
+        Lag::new(tau).follow(mesh_s, &mut truth);
     }
+    // Each reading has its own number of the stream, whether its noise is on or not.
     let mut noise = NormalNoise::new(seen.seed, channel.index() as u64);
-    let bias = reading.bias + instrument.bias_std * noise.draw();
+    let noisy = instrument.noise_std != 0.0;
+    let bias = reading.bias + if noisy || instrument.bias_std != 0.0 { instrument.bias_std * noise.draw() } else { 0.0 };
     let shaken = instrument.vibration.zip(seen.rotor);
     let shaken = shaken.map(|(lines, (azimuth, blades))| (Vibration::new(channel, lines, blades, seen.seed), azimuth));
     let mut link = instrument.dropouts.map(|dropouts| Link::new(dropouts, channel.index() as u64, seen.start_s, seen.seed));
     let until_s = mesh_s.last().copied().unwrap_or(f64::NEG_INFINITY);
     let mut values = Vec::with_capacity(times_s.len());
+    let mut after = 0;
     for &time_s in times_s.iter().take_while(|&&time_s| time_s - reading.delay_s <= until_s) {
         let felt_s = time_s - reading.delay_s;
         let shaking = shaken.as_ref().map_or(0.0, |(lines, azimuth)| lines.at(felt_s, azimuth, reading.lags_s.iter().copied()));
-        let exact = between(&mesh_s, &truth, felt_s) + shaking;
-        let value = reading.factor * exact + bias + instrument.noise_std * noise.draw();
+        while mesh_s.get(after).is_some_and(|&mesh_s| mesh_s <= felt_s) {
+            after += 1;
+        }
+        let exact = between(mesh_s, &truth, felt_s, after) + shaking;
+        let value = reading.factor * exact + bias + if noisy { instrument.noise_std * noise.draw() } else { 0.0 };
         if !link.as_mut().is_some_and(|link| link.loses(time_s)) {
             values.push((time_s, instrument.word(value)));
         }
@@ -312,25 +320,30 @@ pub(crate) fn sent(samples: Vec<Sample>, dropouts: Option<Dropouts>, start_s: f6
 
 /// Samples out of every instrument's readings; readings closer than a nanosecond are of one time.
 pub(crate) fn gather(readings: &[(Channel, Vec<(f64, f64)>)]) -> Vec<Sample> {
-    let mut all: Vec<(f64, Channel, f64)> =
-        readings.iter().flat_map(|(channel, values)| values.iter().map(|&(time_s, value)| (time_s, *channel, value))).collect();
-    all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let mut samples: Vec<Sample> = Vec::new();
-    for (time_s, channel, value) in all {
-        match samples.last_mut() {
-            Some(sample) if time_s - sample.time_s < 1e-9 => sample.set(channel, value),
-            _ => {
-                let mut sample = Sample::new(time_s);
-                sample.set(channel, value);
-                samples.push(sample);
+    const APART_S: f64 = 1e-9;
+    let longest = readings.iter().map(|(_, values)| values.len()).max().unwrap_or(0);
+    let mut samples: Vec<Sample> = Vec::with_capacity(longest);
+    let mut left: Vec<(Channel, &[(f64, f64)])> =
+        readings.iter().map(|(channel, values)| (*channel, values.as_slice())).collect();
+    loop {
+        let first = left.iter().filter_map(|(_, values)| values.first()).map(|&(time_s, _)| time_s).min_by(f64::total_cmp);
+        let Some(time_s) = first else { break };
+        let mut sample = Sample::new(time_s);
+        for (channel, values) in &mut left {
+            while let Some((&(at_s, value), rest)) = values.split_first()
+                && at_s - time_s < APART_S
+            {
+                sample.set(*channel, value);
+                *values = rest;
             }
         }
+        samples.push(sample);
     }
     samples
 }
 
-fn between(times_s: &[f64], values: &[f64], time_s: f64) -> f64 {
-    let after = times_s.partition_point(|&t| t <= time_s);
+/// The value at a time, the place of the first time after it given.
+fn between(times_s: &[f64], values: &[f64], time_s: f64, after: usize) -> f64 {
     let at = |place: usize| times_s.get(place).copied().zip(values.get(place).copied());
     match (after.checked_sub(1).and_then(at), at(after)) {
         (Some((t0, x0)), Some((t1, x1))) => x0 + (x1 - x0) * ((time_s - t0) / (t1 - t0)),

@@ -9,8 +9,9 @@
 //! Where the motion leaves what the kinematics can carry ([`MAX_PITCH`], [`MAX_MAGNITUDE`]) it ends, and it is said when.
 
 use super::history::History;
-use super::level1::aircraft::Situation;
+use super::level1::aircraft::{Equations, Situation};
 use super::level1::flapping::Flap;
+use super::level1::inflow::Guess;
 use super::level1::inner::{INNER, Inner};
 use super::level1::trim::Trimmed;
 use super::linear::{forces, state_matrix, trim_specific_force};
@@ -67,25 +68,37 @@ pub struct TrueRotor {
     pub flap: Flap,
 }
 
-impl TrueState {
-    /// Rate of change of the motion, as its vector.
-    fn rate_of_change(&self) -> [f64; MOTION_STATES] {
-        self.motion.rate_of_change(self.specific_force, self.angular_acceleration).to_vector()
-    }
-}
-
 /// A Level-1 aircraft, and what effects make of it.
 #[derive(Clone, Copy)]
 pub(crate) struct Nonlinear<'d> {
     pub(crate) trimmed: &'d Trimmed,
+    pub(crate) equations: Equations<'d>,
     /// Share of each control's deviation that acts.
     pub(crate) effectiveness: [f64; CONTROLS],
+    /// Whether any inner state moves.
+    pub(crate) inner: bool,
     /// Whether the linear model has anything to add.
     pub(crate) added: bool,
 }
 
-/// The motion and the states beside it.
-pub(crate) type State = ([f64; MOTION_STATES], [f64; INNER]);
+/// The motion and the states beside it, or their rates.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct State {
+    pub(crate) motion: [f64; MOTION_STATES],
+    pub(crate) inner: [f64; INNER],
+}
+
+/// What holds at one instant.
+struct Moment {
+    accelerations: [f64; AXES],
+    air_velocity: [f64; 3],
+    blade: [f64; CONTROLS],
+    rotor_speed: Option<f64>,
+    rotor: Option<TrueRotor>,
+    inner_rates: Inner,
+    /// Where the next instant's inflows are looked for.
+    guess: Guess,
+}
 
 /// What drives the motion.
 pub(crate) struct Drive<'d> {
@@ -134,91 +147,133 @@ impl Drive<'_> {
     /// points after those that are there. The time at which the motion diverged, where it did.
     pub(crate) fn fly(&self, now: &mut State, states: &mut Vec<TrueState>) -> Option<f64> {
         let known_s = states.last().map_or(f64::NEG_INFINITY, |state| state.time_s);
-        let mut node = 0;
-        while let Some((state, inner_rates)) = self.state_at(node, now) {
-            if !carries(&state.motion) {
-                return Some(state.time_s);
+        states.reserve(self.nodes_s.len() / 2 + 1);
+        let (mut node, mut guess, mut places) = (0, Guess::NONE, [0; CONTROLS]);
+        let mut slopes = [State::default(); 4];
+        while let (Some(&time_s), Some(moment)) = (self.nodes_s.get(node), self.moment(node, now, guess)) {
+            let motion = Motion::from_vector(now.motion);
+            if !carries(&motion) {
+                return Some(time_s);
             }
-            if state.time_s > known_s {
-                states.push(state);
+            if time_s > known_s {
+                let mut controls = [0.0; CONTROLS];
+                for ((value, history), place) in controls.iter_mut().zip(self.controls).zip(&mut places) {
+                    *value = history.at_next(time_s, place);
+                }
+                let [ax, ay, az, dp, dq, dr] = moment.accelerations;
+                states.push(TrueState {
+                    time_s,
+                    air_velocity: moment.air_velocity,
+                    motion,
+                    specific_force: [ax, ay, az],
+                    angular_acceleration: [dp, dq, dr],
+                    controls,
+                    blade: moment.blade,
+                    rotor_speed: moment.rotor_speed,
+                    rotor: moment.rotor,
+                });
             }
-            let Some(next) = self.step(node, now, (state.rate_of_change(), inner_rates)) else { break };
-            *now = next;
+            guess = moment.guess;
+            self.slope_into(&mut slopes[0], &moment, &now.motion);
+            if self.step(node, now, &mut slopes, &mut guess).is_none() {
+                break;
+            }
             node += 2;
         }
         None
     }
 
-    /// One Runge-Kutta step from a mesh point, where the slope is known, to the next; `None` past the last.
-    fn step(&self, node: usize, x: &State, k1: State) -> Option<State> {
+    /// One Runge-Kutta step from a mesh point, where the first slope is known, to the next; `None` past the last.
+    fn step(&self, node: usize, x: &mut State, k: &mut [State; 4], guess: &mut Guess) -> Option<()> {
         let h = self.nodes_s.get(node + 2)? - self.nodes_s.get(node)?;
-        let slope = |node: usize, x: &State| -> Option<State> {
-            let (state, inner) = self.state_at(node, x)?;
-            Some((state.rate_of_change(), inner))
+        let mut there = *x;
+        let mut slope = |node: usize, h: f64, known: &State, found: &mut State| -> Option<()> {
+            along(&mut there.motion, &x.motion, h, &known.motion);
+            if self.inner() {
+                along(&mut there.inner, &x.inner, h, &known.inner);
+            }
+            let moment = self.moment(node, &there, *guess)?;
+            *guess = moment.guess;
+            self.slope_into(found, &moment, &there.motion);
+            Some(())
         };
-        let k2 = slope(node + 1, &along(x, 0.5 * h, &k1))?;
-        let k3 = slope(node + 1, &along(x, 0.5 * h, &k2))?;
-        let k4 = slope(node + 2, &along(x, h, &k3))?;
-        let inner = if self.level1.is_some() { weighted(&x.1, h, [&k1.1, &k2.1, &k3.1, &k4.1]) } else { x.1 };
-        Some((weighted(&x.0, h, [&k1.0, &k2.0, &k3.0, &k4.0]), inner))
+        let [k1, k2, k3, k4] = k;
+        slope(node + 1, 0.5 * h, k1, k2)?;
+        slope(node + 1, 0.5 * h, k2, k3)?;
+        slope(node + 2, h, k3, k4)?;
+        weighted(&mut x.motion, h, [&k1.motion, &k2.motion, &k3.motion, &k4.motion]);
+        if self.inner() {
+            weighted(&mut x.inner, h, [&k1.inner, &k2.inner, &k3.inner, &k4.inner]);
+        }
+        Some(())
     }
 
-    /// Everything that holds at a node for this state, and the rates of the inner states.
-    fn state_at(&self, node: usize, (motion, inner): &State) -> Option<(TrueState, [f64; INNER])> {
-        let motion = Motion::from_vector(*motion);
+    /// Whether anything but the motion moves.
+    fn inner(&self) -> bool {
+        self.level1.as_ref().is_some_and(|level1| level1.inner)
+    }
+
+    /// Rates of the state that holds at that moment.
+    fn slope_into(&self, slope: &mut State, moment: &Moment, motion: &[f64; MOTION_STATES]) {
+        let [ax, ay, az, dp, dq, dr] = moment.accelerations;
+        slope.motion = Motion::from_vector(*motion).rate_of_change([ax, ay, az], [dp, dq, dr]).to_vector();
+        if self.inner() {
+            slope.inner = moment.inner_rates.to_vector();
+        }
+    }
+
+    /// Everything that holds at a node for this state; the inflows are looked for from `guess` on.
+    fn moment(&self, node: usize, state: &State, guess: Guess) -> Option<Moment> {
+        let [u, v, w, p, q, r, ..] = state.motion;
         let time_s = *self.nodes_s.get(node)?;
         let moved = *self.blade.get(node)?;
         let trim = &self.model.trim;
-        let [u, v, w] = motion.velocity;
         let [gust_u, gust_v, gust_w] = self.gusts.map_or([0.0; 3], |[x, y, z]| [x.at(time_s), y.at(time_s), z.at(time_s)]);
         let air_velocity = [u - gust_u, v - gust_v, w - gust_w];
-        let mut deviations = [0.0; VARIABLES];
-        let body = [Variable::U, Variable::V, Variable::W, Variable::P, Variable::Q, Variable::R];
-        for (variable, value) in body.into_iter().zip(air_velocity.into_iter().chain(motion.rates)) {
-            deviations[variable.index()] = value - trim.of(variable);
-        }
+        let deviations = || {
+            let mut deviations = [0.0; VARIABLES];
+            let body = [Variable::U, Variable::V, Variable::W, Variable::P, Variable::Q, Variable::R];
+            for (variable, value) in body.into_iter().zip(air_velocity.into_iter().chain([p, q, r])) {
+                deviations[variable.index()] = value - trim.of(variable);
+            }
+            deviations
+        };
         let mut blade = trim.controls;
         blade.iter_mut().zip(moved).for_each(|(position, deviation)| *position += deviation);
-        let mut rotor_speed = self.rotor_speed.map(|history| history.at(time_s)).or(trim.rotor_speed);
-        let (mut inner_rates, mut rotor) = ([0.0; INNER], None);
+        let rotor_speed = self.rotor_speed.map(|history| history.at(time_s)).or(trim.rotor_speed);
         let deviation = |speed: Option<f64>| speed.zip(trim.rotor_speed).map_or(0.0, |(speed, at_trim)| speed - at_trim);
-        let accelerations = match &self.level1 {
-            None => {
-                controls_into(&mut deviations, moved);
-                forces(self.model, &deviations, deviation(rotor_speed))
-            }
-            Some(Nonlinear { trimmed, effectiveness, added }) => {
-                let asked = Situation {
-                    velocity: air_velocity,
-                    rates: motion.rates,
-                    blade,
-                    rotor_speed: rotor_speed.unwrap_or(trimmed.aircraft.main_rotor.speed),
-                    density: trimmed.condition.density,
-                };
-                let inner = Inner::from_vector(*inner);
-                let instant = trimmed.instant(&asked, &inner, effectiveness, |blade, speed| {
-                    added.then(|| self.additions(deviations, blade, deviation(Some(speed))))
-                });
-                (blade, rotor_speed) = (instant.blade, Some(instant.rotor_speed));
-                inner_rates = instant.rates.to_vector();
-                let torque = if trimmed.aircraft.options.governed { inner.torque } else { instant.response.torque };
-                rotor = Some(TrueRotor { torque, flap: instant.response.flap });
-                instant.response.accelerations
-            }
+        let Some(Nonlinear { trimmed, equations, effectiveness, added, .. }) = &self.level1 else {
+            let mut deviations = deviations();
+            controls_into(&mut deviations, moved);
+            let accelerations = forces(self.model, &deviations, deviation(rotor_speed));
+            let inner_rates = Inner::default();
+            return Some(Moment { accelerations, air_velocity, blade, rotor_speed, rotor: None, inner_rates, guess });
         };
-        let [ax, ay, az, dp, dq, dr] = accelerations;
-        let state = TrueState {
-            time_s,
-            air_velocity,
-            motion,
-            specific_force: [ax, ay, az],
-            angular_acceleration: [dp, dq, dr],
-            controls: Control::ALL.map(|control| self.controls[control.index()].at(time_s)),
+        let asked = Situation {
+            velocity: air_velocity,
+            rates: [p, q, r],
             blade,
-            rotor_speed,
-            rotor,
+            rotor_speed: rotor_speed.unwrap_or(trimmed.aircraft.main_rotor.speed),
+            density: trimmed.condition.density,
         };
-        Some((state, inner_rates))
+        let inner = Inner::from_vector(state.inner);
+        let instant = trimmed.instant(equations, (&asked, &inner, guess), effectiveness, |blade, speed| {
+            added.then(|| self.additions(deviations(), blade, deviation(Some(speed))))
+        });
+        let torque = if trimmed.aircraft.options.governed {
+            trimmed.aircraft.engine.delivered(inner.torque)
+        } else {
+            instant.response.torque
+        };
+        Some(Moment {
+            accelerations: instant.response.accelerations,
+            air_velocity,
+            blade: instant.blade,
+            rotor_speed: Some(instant.rotor_speed),
+            rotor: Some(TrueRotor { torque, flap: instant.response.flap }),
+            inner_rates: instant.rates,
+            guess: instant.response.inflows,
+        })
     }
 
     /// What the linear model's deviations add to a Level-1 aircraft.
@@ -239,29 +294,26 @@ fn controls_into(deviations: &mut [f64; VARIABLES], moved: [f64; CONTROLS]) {
     }
 }
 
-/// Runge and Kutta's weights.
-fn weighted<const N: usize>(x: &[f64; N], h: f64, [k1, k2, k3, k4]: [&[f64; N]; 4]) -> [f64; N] {
-    let mut sum = [0.0; N];
-    for (((((sum, x), k1), k2), k3), k4) in sum.iter_mut().zip(x).zip(k1).zip(k2).zip(k3).zip(k4) {
-        *sum = x + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4);
+/// x + h k.
+fn along<const N: usize>(there: &mut [f64; N], x: &[f64; N], h: f64, k: &[f64; N]) {
+    for ((there, x), k) in there.iter_mut().zip(x).zip(k) {
+        *there = x + h * k;
     }
-    sum
 }
 
-fn along(x: &State, h: f64, slope: &State) -> State {
-    let mut moved = *x;
-    moved.0.iter_mut().zip(slope.0).for_each(|(x, slope)| *x += h * slope);
-    moved.1.iter_mut().zip(slope.1).for_each(|(x, slope)| *x += h * slope);
-    moved
+/// Runge and Kutta's weights.
+fn weighted<const N: usize>(x: &mut [f64; N], h: f64, [k1, k2, k3, k4]: [&[f64; N]; 4]) {
+    let sixth = h / 6.0;
+    for ((((x, k1), k2), k3), k4) in x.iter_mut().zip(k1).zip(k2).zip(k3).zip(k4) {
+        *x += sixth * (k1 + 2.0 * (k2 + k3) + k4);
+    }
 }
 
 /// Whether the kinematics carry this motion.
 fn carries(motion: &Motion) -> bool {
-    let [phi, theta, _] = motion.attitude;
+    let [phi, theta, psi] = motion.attitude;
     let mut watched = motion.velocity.into_iter().chain(motion.rates).chain([phi]);
-    watched.all(|value| value.is_finite() && libm::fabs(value) < MAX_MAGNITUDE)
-        && libm::fabs(theta) < MAX_PITCH
-        && motion.to_vector().iter().all(|value| value.is_finite())
+    watched.all(|value| libm::fabs(value) < MAX_MAGNITUDE) && libm::fabs(theta) < MAX_PITCH && (psi + motion.altitude).is_finite()
 }
 
 #[cfg(test)]

@@ -73,7 +73,11 @@ impl Course<'_> {
 
     fn ready(&self, start: Motion) -> Passage {
         let inner = self.level1.map_or([0.0; INNER], |level1| level1.trimmed.inner.to_vector());
-        Passage { now: (start.to_vector(), inner), path: ControlPath::new(&self.flight.effects), states: Vec::new() }
+        Passage {
+            now: State { motion: start.to_vector(), inner },
+            path: ControlPath::new(&self.flight.effects),
+            states: Vec::new(),
+        }
     }
 
     /// Flies from one time to another with these controls, absolute values; when the motion diverged, where it did.

@@ -141,7 +141,7 @@ impl LiveRun {
             sink: self.sink,
             events,
             consistency: self.pipeline.estimator().consistency(),
-            noise: NoiseUsed::of(self.pipeline.estimator()),
+            noise: NoiseUsed::of(self.pipeline.estimator().noise(), self.pipeline.estimator().instrumentation()),
             warnings,
             log,
             unlogged: self.unlogged,

@@ -175,7 +175,7 @@ impl Run {
             sink,
             events,
             consistency,
-            noise: NoiseUsed::of(self.pipeline.estimator()),
+            noise: NoiseUsed::of(self.pipeline.estimator().noise(), self.pipeline.estimator().instrumentation()),
             warnings: Vec::new(),
             log,
             interrupted,

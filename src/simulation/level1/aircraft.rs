@@ -14,9 +14,10 @@ use super::fin::Fin;
 use super::flapping::Flap;
 use super::fuselage::Fuselage;
 use super::hub::{Hub, Place};
+use super::inflow::Guess;
 use super::inner::Options;
-use super::rotor::{MainRotor, RotorPoint, RotorStates};
-use super::tail_rotor::TailRotor;
+use super::rotor::{MainRotor, ReadyRotor, RotorPoint, RotorStates};
+use super::tail_rotor::{ReadyTail, TailRotor};
 use super::tailplane::Tailplane;
 use crate::flight::control::{CONTROLS, Control};
 use crate::flight::derivative::AXES;
@@ -105,6 +106,25 @@ pub struct Response {
     /// lambda0.
     pub inflow: f64,
     pub(crate) rotor: RotorPoint,
+    /// Inflows of both rotors.
+    pub(crate) inflows: Guess,
+}
+
+/// An aircraft with what its data come to, computed once for all the instants of a flight.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Equations<'a> {
+    aircraft: &'a Level1,
+    pub(crate) place: Place,
+    rotor: ReadyRotor,
+    tail: ReadyTail,
+    /// Arms of fin and tailplane behind the centre of mass, m.
+    fin_arm: f64,
+    plane_arm: f64,
+    /// 1/m, 1/I_yy.
+    per_mass: f64,
+    per_iyy: f64,
+    /// I_xx, I_xz and I_zz over D.
+    inverse: [f64; 3],
 }
 
 impl Level1 {
@@ -121,38 +141,53 @@ impl Level1 {
 
     /// Everything that is not the motion at once: the plain model, whatever the options.
     pub fn respond(&self, situation: &Situation) -> Response {
-        self.sum(situation, RotorStates::default())
+        self.equations().sum(situation, RotorStates::default(), Guess::NONE)
     }
 
-    /// (1) to (3).
-    pub(crate) fn sum(&self, met: &Situation, states: RotorStates) -> Response {
+    pub(crate) fn equations(&self) -> Equations<'_> {
+        let body = &self.body;
+        let d = body.ixx * body.izz - body.ixz * body.ixz;
+        Equations {
+            aircraft: self,
+            place: self.place(),
+            rotor: self.main_rotor.ready(),
+            tail: self.tail_rotor.ready(self.tail_rotor.aft + body.cg_forward),
+            fin_arm: self.fin.aft + body.cg_forward,
+            plane_arm: self.tailplane.aft + body.cg_forward,
+            per_mass: 1.0 / body.mass,
+            per_iyy: 1.0 / body.iyy,
+            inverse: [body.ixx / d, body.ixz / d, body.izz / d],
+        }
+    }
+}
+
+impl Equations<'_> {
+    /// (1) to (3); the inflows are looked for from `guess` on.
+    #[inline]
+    pub(crate) fn sum(&self, met: &Situation, states: RotorStates, guess: Guess) -> Response {
         let Situation { velocity, rates, blade, rotor_speed, density } = *met;
         let [p, q, r] = rates;
-        let body = &self.body;
+        let Equations { aircraft: Level1 { body, tail_rotor, fin, tailplane, fuselage, .. }, place, .. } = self;
         let pitch = [blade[Control::Collective.index()], blade[Control::LonCyclic.index()], blade[Control::LatCyclic.index()]];
-        let place = self.place();
-        let rotor = self.main_rotor.point(&place.motion(velocity, rates), pitch, rotor_speed, density, states);
+        let rotor = self.rotor.point(&place.motion(velocity, rates), pitch, (rotor_speed, density), states, guess.main);
         let ([mut x, mut y, mut z], [mut l, mut m, mut n]) = place.at_centre_of_mass(rotor.loads);
 
-        let tail_arm = self.tail_rotor.aft + body.cg_forward;
         let air = (rotor_speed, density, rotor.induced);
-        let tail = self.tail_rotor.point(velocity, rates, blade[Control::Pedal.index()], air, tail_arm);
+        let tail = self.tail.point(velocity, rates, blade[Control::Pedal.index()], air, guess.tail);
         y += tail.side_force;
-        l += self.tail_rotor.height * tail.side_force;
-        n -= tail_arm * tail.side_force;
+        l += tail_rotor.height * tail.side_force;
+        n -= self.tail.arm * tail.side_force;
 
-        let fin_arm = self.fin.aft + body.cg_forward;
-        let fin = self.fin.side_force(velocity, rates, density, fin_arm);
-        y += fin;
-        l += self.fin.height * fin;
-        n -= fin_arm * fin;
+        let side = fin.side_force(velocity, rates, density, self.fin_arm);
+        y += side;
+        l += fin.height * side;
+        n -= self.fin_arm * side;
 
-        let plane_arm = self.tailplane.aft + body.cg_forward;
-        let plane = self.tailplane.normal_force(velocity, q, (density, rotor.induced), plane_arm);
+        let plane = tailplane.normal_force(velocity, q, (density, rotor.induced), self.plane_arm);
         z += plane;
-        m += plane_arm * plane;
+        m += self.plane_arm * plane;
 
-        let (force, moment) = self.fuselage.loads(velocity, (density, rotor.induced));
+        let (force, moment) = fuselage.loads(velocity, (density, rotor.induced));
         x += force[0];
         y += force[1];
         z += force[2];
@@ -163,20 +198,14 @@ impl Level1 {
         l += (body.iyy - body.izz) * q * r + body.ixz * p * q;
         n += (body.ixx - body.iyy) * p * q - body.ixz * q * r;
         m += (body.izz - body.ixx) * p * r + body.ixz * (r * r - p * p);
-        let d = body.ixx * body.izz - body.ixz * body.ixz;
+        let (per_mass, [ixx, ixz, izz]) = (self.per_mass, self.inverse);
         Response {
-            accelerations: [
-                x / body.mass,
-                y / body.mass,
-                z / body.mass,
-                (body.izz * l + body.ixz * n) / d,
-                m / body.iyy,
-                (body.ixx * n + body.ixz * l) / d,
-            ],
-            torque: rotor.torque + self.tail_rotor.gearing * tail.torque,
+            accelerations: [x * per_mass, y * per_mass, z * per_mass, izz * l + ixz * n, m * self.per_iyy, ixx * n + ixz * l],
+            torque: rotor.torque + tail_rotor.gearing * tail.torque,
             thrust: -rotor.loads.force[2],
             flap: rotor.flap,
             inflow: rotor.inflow,
+            inflows: Guess { main: rotor.inflow, tail: tail.inflow },
             rotor,
         }
     }

@@ -1,6 +1,8 @@
 //! The whole Level-1 aircraft: symmetry, momentum, trim, its states, and its flights.
 
 use super::aircraft::Perturbation;
+use super::dynamics::Instant;
+use super::inflow::Guess;
 use super::inner::{Flapping, Options};
 use super::trim::{Condition, NoTrim, TOLERANCE, Trimmed};
 use crate::flight::channel::Channel;
@@ -15,12 +17,18 @@ use crate::simulation::input::InputSpec;
 use crate::simulation::instrument::FLIGHT_QUALITY;
 use std::f64::consts::PI;
 
-const KNOT: f64 = 1852.0 / 3600.0;
+pub(super) const KNOT: f64 = 1852.0 / 3600.0;
 
-fn puma(set: &[&str]) -> Trimmed {
+pub(super) fn puma(set: &[&str]) -> Trimmed {
     let set = set.iter().map(|&text| text.to_owned()).collect();
     let asked = Asked { speed: Some(100.0 * KNOT), set, ..Asked::default() };
     *FlightModel::puma(&asked).unwrap().level1.unwrap()
+}
+
+/// The first instant of a flight from trim.
+fn at_trim(trimmed: &Trimmed) -> Instant {
+    let start = (&trimmed.situation(), &trimmed.inner, Guess::NONE);
+    trimmed.instant(&trimmed.aircraft.equations(), start, &[1.0; 4], |_, _| None)
 }
 
 #[test]
@@ -86,7 +94,7 @@ fn there_is_a_trim_over_the_whole_grid_from_a_cold_start() {
                     let airspeed = speed.max(climb.abs());
                     assert!((trim.airspeed() - airspeed).abs() < 1e-9);
                     assert!((trim.flight_path_angle().sin() * airspeed - climb).abs() < 1e-9, "{condition:?}");
-                    let rates = trimmed.instant(&trimmed.situation(), &trimmed.inner, &[1.0; 4], |_, _| None).response;
+                    let rates = at_trim(&trimmed).response;
                     let [ax, ay, az, ..] = rates.accelerations;
                     assert!(((ax * ax + ay * ay + az * az).sqrt() - 9.80665).abs() < 1e-9);
                 }
@@ -123,7 +131,7 @@ fn inner_states_rest_in_trim_whatever_the_options() {
     let plain = puma(&[]);
     let all = ["flapping=second_order", "inflow=dynamic", "rotor_speed=governed", "actuators=first_order"];
     for trimmed in [puma(&all), puma(&["flapping=first_order", "hub=exact"])] {
-        let instant = trimmed.instant(&trimmed.situation(), &trimmed.inner, &[1.0; 4], |_, _| None);
+        let instant = at_trim(&trimmed);
         let rates = instant.rates.to_vector();
         // Torque rates are in N m; everything else of the order of one.
         assert!(rates.iter().enumerate().all(|(place, rate)| rate.abs() < if place > 7 { 1e-5 } else { 1e-9 }), "{rates:?}");
@@ -184,7 +192,7 @@ fn larger_perturbations_give_a_larger_n_v() {
     assert!((n_v("0.01") - small).abs() < 1e-5);
 }
 
-fn flight(trimmed: &Trimmed, input: &str, duration_s: f64) -> Flight {
+pub(super) fn flight(trimmed: &Trimmed, input: &str, duration_s: f64) -> Flight {
     let times_s = uniform_times(0.0, duration_s, 100.0).unwrap();
     let mut flight = Flight::of_level1(trimmed.clone());
     let spec = InputSpec::parse(input).unwrap();

@@ -4,7 +4,8 @@
 //! response and the inner rates. The order in which one acts on the next: actuators give the pitch, the pitch with flap and
 //! inflow the loads, the loads with what effects add the accelerations, and those drive flap and rotor speed.
 
-use super::aircraft::{Response, Situation};
+use super::aircraft::{Equations, Response, Situation};
+use super::inflow::Guess;
 use super::inner::{Flapping, Inner};
 use super::rotor::RotorStates;
 use super::trim::Trimmed;
@@ -25,11 +26,12 @@ pub(crate) struct Instant {
 
 impl Trimmed {
     /// Response and inner rates. Each control acts `effectiveness` times its deviation from trim; `added` gives from pitch
-    /// and rotor speed what effects add to the accelerations.
+    /// and rotor speed what effects add to the accelerations; inflows are looked for from `guess` on.
+    #[inline]
     pub(crate) fn instant(
         &self,
-        situation: &Situation,
-        inner: &Inner,
+        equations: &Equations<'_>,
+        (situation, inner, guess): (&Situation, &Inner, Guess),
         effectiveness: &[f64; CONTROLS],
         added: impl FnOnce([f64; CONTROLS], f64) -> Option<[f64; AXES]>,
     ) -> Instant {
@@ -55,7 +57,7 @@ impl Trimmed {
             flap_rates: (options.flapping == Flapping::SecondOrder).then(|| inner.flap_rate.scaled(1.0 / omega)),
             inflow: options.dynamic_inflow.then_some(inner.inflow),
         };
-        let mut response = aircraft.sum(&met, states);
+        let mut response = equations.sum(&met, states, guess);
         for (acceleration, added) in response.accelerations.iter_mut().zip(added(blade, omega).into_iter().flatten()) {
             *acceleration += added;
         }
@@ -71,7 +73,7 @@ impl Trimmed {
                 let wind = response.rotor.wind;
                 let (flap, rate) = (inner.flap.to_wind(wind), inner.flap_rate.scaled(1.0 / omega).to_wind(wind));
                 let omega2 = omega * omega;
-                let (p, q) = (aircraft.place().roll([dp, dr]) / omega2, dq / omega2);
+                let (p, q) = (equations.place.roll([dp, dr]) / omega2, dq / omega2);
                 let (p_w, q_w) = (p * wind.0 + q * wind.1, q * wind.0 - p * wind.1);
                 rates.flap = inner.flap_rate;
                 rates.flap_rate = drive.accelerations(flap, rate, p_w, q_w).to_hub(wind).scaled(omega2);

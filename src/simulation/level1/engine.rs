@@ -2,8 +2,12 @@
 //!
 //! Consumes rotor speed, engine torque and its rate, torque of both rotors, yaw acceleration; produces
 //!     dOmega/dt = (Q_e - Q_R)/I + sigma dr/dt                                                          (1)
-//!     tau_1 tau_3 d2Q_e/dt2 = -(tau_1 + tau_3) dQ_e/dt - Q_e - K (Omega - Omega_i + tau_2 dOmega/dt)   (2)
+//!     tau_1 tau_3 d2Q_e/dt2 = -(tau_1 + tau_3) dQ_e/dt - Q_e + Q_c                                     (2)
+//!     Q_c = -K (Omega - Omega_i + tau_2 dOmega/dt), held within 0 and the limit                        (3)
 //! with K = Q_full/(droop Omega_nominal): at full torque the speed has drooped by that part. All torques are at the main rotor.
+//! The fuel that (3) calls for has a least and, where the model file gives one, a most; (2) is two lags one behind the other, so
+//! Q_e stays within them too. A freewheel stands between engine and rotor: below zero, no torque passes in (1), and a rotor that
+//! the air drives runs away from the engine.
 //! The datum Omega_i stands where the rotor has its nominal speed in trim, as a pilot sets it.
 //! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, ch. 3, with constant time constants.
 
@@ -22,6 +26,8 @@ pub struct Engine {
     pub lead: f64,
     /// I, rotors and transmission at the main rotor, kg m^2.
     pub inertia: f64,
+    /// Most torque, N m at the main rotor; `None` has no limit.
+    pub torque_limit: Option<f64>,
 }
 
 impl Engine {
@@ -30,20 +36,30 @@ impl Engine {
         self.full_torque / (self.droop * nominal_speed)
     }
 
-    /// (1).
-    pub(crate) fn acceleration(&self, engine_torque: f64, rotor_torque: f64, yaw: f64) -> f64 {
-        (engine_torque - rotor_torque) / self.inertia + yaw
+    /// What passes the freewheel of an engine torque.
+    pub(crate) fn delivered(&self, torque: f64) -> f64 {
+        torque.clamp(0.0, self.most())
     }
 
-    /// (2): second derivative of the torque, speeds as (speed, datum, rate).
+    /// Most torque, N m.
+    pub(crate) fn most(&self) -> f64 {
+        self.torque_limit.unwrap_or(f64::INFINITY)
+    }
+
+    /// (1).
+    pub(crate) fn acceleration(&self, engine_torque: f64, rotor_torque: f64, yaw: f64) -> f64 {
+        (self.delivered(engine_torque) - rotor_torque) / self.inertia + yaw
+    }
+
+    /// (2), (3): second derivative of the torque, speeds as (speed, datum, rate).
     pub(crate) fn torque_acceleration(
         &self,
         (torque, rate): (f64, f64),
         gain: f64,
         (speed, datum, acceleration): (f64, f64, f64),
     ) -> f64 {
-        let called = gain * (speed - datum + self.lead * acceleration);
-        -((self.lag_fuel + self.lag_engine) * rate + torque + called) / (self.lag_fuel * self.lag_engine)
+        let called = self.delivered(-gain * (speed - datum + self.lead * acceleration));
+        (called - torque - (self.lag_fuel + self.lag_engine) * rate) / (self.lag_fuel * self.lag_engine)
     }
 }
 
@@ -53,10 +69,38 @@ mod tests {
 
     #[test]
     fn at_full_torque_the_speed_has_drooped() {
-        let engine = Engine { full_torque: 8e4, droop: 0.05, lag_fuel: 0.1, lag_engine: 0.4, lead: 0.3, inertia: 6500.0 };
+        let engine = Engine {
+            full_torque: 8e4,
+            droop: 0.05,
+            lag_fuel: 0.1,
+            lag_engine: 0.4,
+            lead: 0.3,
+            inertia: 6500.0,
+            torque_limit: None,
+        };
         // Steady: Q = -K (Omega - Omega_i), so 5 % of 27 rad/s below the datum is full torque.
         let called = engine.torque_acceleration((8e4, 0.0), engine.gain(27.0), (27.0 * 0.95, 27.0, 0.0));
         assert!(called.abs() < 1e-6, "{called}");
         assert!((engine.acceleration(7e4, 6.35e4, 0.2) - 1.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_freewheel_pulls_one_way_and_a_limit_holds() {
+        let engine = Engine {
+            full_torque: 8e4,
+            droop: 0.05,
+            lag_fuel: 0.1,
+            lag_engine: 0.4,
+            lead: 0.3,
+            inertia: 6500.0,
+            torque_limit: Some(5e4),
+        };
+        // A torque below zero neither brakes the rotor nor is called for; the air's 3.25 kN m alone speeds it up by 0.5 rad/s^2.
+        assert!((engine.acceleration(-1e4, -3250.0, 0.0) - 0.5).abs() < 1e-12);
+        assert!((engine.acceleration(9e4, 5e4, 0.0)).abs() < 1e-12);
+        // Three tenths fast, or 20 % slow: steady at no torque and at the limit.
+        for (speed, steady) in [(27.0 * 1.3, 0.0), (27.0 * 0.8, 5e4)] {
+            assert!(engine.torque_acceleration((steady, 0.0), engine.gain(27.0), (speed, 27.0, 0.0)).abs() < 1e-9);
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! The `[level1]` table of a model file: an aircraft, its options and the flight that it is trimmed for.
 //!
-//! Consumes the table; produces [`Declared`]. Every key is required and no other allowed, so that nothing of one helicopter is
-//! silently another's; what is wrong is named with its line and column.
+//! Consumes the table; produces [`Declared`]. Every key is required, but the engine's torque limit, and no other allowed,
+//! so that nothing of one helicopter is silently another's; what is wrong is named with its line and column.
 
 use super::actuator::Actuator;
 use super::aircraft::{Body, Level1, Perturbation};
@@ -44,6 +44,9 @@ const PARTS: [&str; 11] = [
 /// Keys of `[level1.options]`.
 pub const OPTIONS: [&str; 6] = ["hub", "flapping", "inflow", "rotor_speed", "actuators", "perturbation"];
 
+/// The one key that may be left out, of `[level1.engine]`.
+pub(crate) const TORQUE_LIMIT: &str = "torque_limit";
+
 /// Reads the table.
 pub(crate) fn read(table: &Table<'_>) -> Result<Declared, Misread> {
     table.allow_only(&PARTS)?;
@@ -61,7 +64,7 @@ pub(crate) fn read(table: &Table<'_>) -> Result<Declared, Misread> {
         fin: fin(&part("fin", &["area", "aft", "height", "incidence", "gain", "cubic", "quintic", "hold"])?)?,
         tailplane: tailplane(&part("tailplane", &["area", "aft", "incidence", "gain", "cubic", "hold", "downwash"])?)?,
         fuselage: fuselage(&part("fuselage", &FUSELAGE)?)?,
-        engine: engine(&part("engine", &["full_torque", "droop", "lag_fuel", "lag_engine", "lead", "inertia"])?)?,
+        engine: engine(&part("engine", &["full_torque", "droop", "lag_fuel", "lag_engine", "lead", "inertia", TORQUE_LIMIT])?)?,
         actuators: actuators(&part("actuators", &Control::ALL.map(|control| control.name(ControlNames::Rotorcraft)))?)?,
         perturbation: perturbation(&part("perturbation", &["velocity", "rate", "control"])?)?,
         options: read_options(&options)?,
@@ -288,6 +291,7 @@ fn engine(table: &Table<'_>) -> Result<Engine, Misread> {
         lag_engine: positive(table, "lag_engine")?,
         lead: not_negative(table, "lead")?,
         inertia: positive(table, "inertia")?,
+        torque_limit: table.find(TORQUE_LIMIT).map(|entry| entry.positive()).transpose()?,
     })
 }
 

@@ -2,10 +2,12 @@
 //!
 //! Consumes velocity through the air, rates, density; produces its side force, which acts at arm x behind and h above the
 //! centre of mass:
-//!     v_fn = v - r x + p h     V^2 = u^2 + v_fn^2     beta = beta_0 + asin(v_fn/V)                     (1)
+//!     v_fn = v - r x + p h     V^2 = u^2 + v_fn^2     beta = beta_0 + asin(v_fn/V) = beta_0 + atan2(v_fn, |u|)     (1)
 //!     C_Y = gain (c3 beta^3 + c5 beta^5)     Y = rho V^2 S C_Y/2     L = h Y     N = -x Y              (2)
 //! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, appendix 4B. Beyond its largest value the polynomial folds
 //! over; there the coefficient is held.
+
+use super::hub::angle;
 
 /// Data of the fin, SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,13 +32,11 @@ pub struct Fin {
 
 impl Fin {
     /// (1), (2): side force, N, its arm behind the centre of mass given.
+    #[inline]
     pub(crate) fn side_force(&self, [u, v, _]: [f64; 3], [p, _, r]: [f64; 3], density: f64, arm: f64) -> f64 {
         let v_fn = v - r * arm + p * self.height;
         let speed2 = u * u + v_fn * v_fn;
-        if !(speed2 > 0.0) {
-            return 0.0;
-        }
-        let beta = self.incidence + libm::asin((v_fn / libm::sqrt(speed2)).clamp(-1.0, 1.0));
+        let beta = self.incidence + angle(v_fn, libm::fabs(u));
         0.5 * density * speed2 * self.area * self.coefficient(beta)
     }
 

@@ -72,42 +72,48 @@ impl Flap {
 }
 
 impl Drive {
-    fn spring(&self) -> f64 {
-        8.0 * (self.lambda_beta2 - 1.0) / self.lock
+    /// e and 1/gamma.
+    #[inline]
+    fn spring(&self) -> (f64, f64) {
+        let per_lock = 1.0 / self.lock;
+        (8.0 * (self.lambda_beta2 - 1.0) * per_lock, per_lock)
     }
 
     /// (1) to (3).
+    #[inline]
     pub(crate) fn rows(&self, flap: Flap) -> [f64; 3] {
-        let Drive { mu, theta0, twist, theta1s, theta1c, through, lambda1c, p, q, lock, lambda_beta2 } = *self;
-        let (mu2, e) = (mu * mu, self.spring());
+        let Drive { mu, theta0, twist, theta1s, theta1c, through, lambda1c, p, q, lambda_beta2, .. } = *self;
+        let (mu2, (e, per_lock)) = (mu * mu, self.spring());
         [
             (1.0 + mu2) * theta0
                 + (0.8 + 2.0 / 3.0 * mu2) * twist
                 + 4.0 / 3.0 * mu * theta1s
                 + 4.0 / 3.0 * through
                 + 2.0 / 3.0 * mu * p
-                - 8.0 * lambda_beta2 / lock * flap.coning,
-            (1.0 + 0.5 * mu2) * theta1c + 16.0 / lock * p + q
+                - 8.0 * lambda_beta2 * per_lock * flap.coning,
+            (1.0 + 0.5 * mu2) * theta1c + 16.0 * per_lock * p + q
                 - lambda1c
                 - 4.0 / 3.0 * mu * flap.coning
                 - e * flap.cosine
                 - (1.0 + 0.5 * mu2) * flap.sine,
-            8.0 / 3.0 * mu * theta0 + 2.0 * mu * twist + (1.0 + 1.5 * mu2) * theta1s + 2.0 * mu * through + p - 16.0 / lock * q
+            8.0 / 3.0 * mu * theta0 + 2.0 * mu * twist + (1.0 + 1.5 * mu2) * theta1s + 2.0 * mu * through + p
+                - 16.0 * per_lock * q
                 + (1.0 - 0.5 * mu2) * flap.cosine
                 - e * flap.sine,
         ]
     }
 
     /// The flap at which (1) to (3) vanish.
+    #[inline]
     pub(crate) fn quasi_steady(&self) -> Flap {
         let [row0, ..] = self.rows(Flap::default());
         let coning = row0 * self.lock / (8.0 * self.lambda_beta2);
         let [_, row1, row2] = self.rows(Flap { coning, ..Flap::default() });
         // [e, 1 + mu^2/2; -(1 - mu^2/2), e] (beta1c, beta1s) = (row1, row2).
-        let (e, half) = (self.spring(), 0.5 * self.mu * self.mu);
-        let determinant = e * e + (1.0 + half) * (1.0 - half);
-        let cosine = (e * row1 - (1.0 + half) * row2) / determinant;
-        let sine = ((1.0 - half) * row1 + e * row2) / determinant;
+        let ((e, _), half) = (self.spring(), 0.5 * self.mu * self.mu);
+        let per_determinant = 1.0 / (e * e + (1.0 + half) * (1.0 - half));
+        let cosine = (e * row1 - (1.0 + half) * row2) * per_determinant;
+        let sine = ((1.0 - half) * row1 + e * row2) * per_determinant;
         Flap { coning, cosine, sine }
     }
 

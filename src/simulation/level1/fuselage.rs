@@ -1,13 +1,16 @@
 //! The fuselage: forces and moments as polynomials of incidence and sideslip near the nose, wind-tunnel lines elsewhere.
 //!
 //! Consumes velocity through the air, induced velocity of the main rotor, density; produces force and moment about the centre of
-//! mass. With w_f = w - k_lambda v_i, V^2 = u^2 + v^2 + w_f^2, alpha = atan2(w_f, u), beta = asin(v/V):
+//! mass. With w_f = w - k_lambda v_i, V^2 = u^2 + v^2 + w_f^2, alpha = atan2(w_f, u),
+//! beta = asin(v/V) = atan2(v, sqrt(u^2 + w_f^2)):
 //!     near:  X Z M = polynomial(alpha), Y N = polynomial(beta), times (rho/rho_ref) (V/V_ref)^2        (1)
 //!     far:   X Z = C(alpha) S_p, M = C(alpha) S_p l, Y = C(beta) S_s, N = C(beta) S_s l, times rho V^2/2   (2)
 //! (1) up to the near limit, (2) from the far limit on, and between them the one goes over into the other (a smooth step of
 //! (1) held at its limit). L is zero.
 //! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, appendix 4B, for (1); the lines of (2) as tabulated by open
 //! toolboxes; the passage between is ours.
+
+use super::hub::angle;
 
 /// A line of straight pieces through points, angle (rad) and coefficient.
 pub type Lines = Vec<[f64; 2]>;
@@ -37,23 +40,28 @@ pub struct Fuselage {
 
 impl Fuselage {
     /// Force, N, and moment, N m, (1) and (2).
+    #[inline]
     pub(crate) fn loads(&self, [u, v, w]: [f64; 3], (density, induced): (f64, f64)) -> ([f64; 3], [f64; 3]) {
         let w_f = w - self.downwash * induced;
         let speed2 = u * u + v * v + w_f * w_f;
         if !(speed2 > 0.0) {
             return ([0.0; 3], [0.0; 3]);
         }
-        let alpha = libm::atan2(w_f, u);
-        let beta = libm::asin((v / libm::sqrt(speed2)).clamp(-1.0, 1.0));
-        let near = density / self.reference_density * speed2 / (self.reference_speed * self.reference_speed);
+        let alpha = angle(w_f, u);
+        let beta = angle(v, libm::sqrt(u * u + w_f * w_f));
+        let near = density * speed2 / (self.reference_density * self.reference_speed * self.reference_speed);
+        let [x, z, m, y, n] = &self.near;
+        let most = self.limits.0;
+        if libm::fabs(alpha) <= most && libm::fabs(beta) <= most {
+            let force = [power_sum(x, alpha), power_sum(y, beta), power_sum(z, alpha)].map(|part| near * part);
+            return (force, [0.0, near * power_sum(m, alpha), near * power_sum(n, beta)]);
+        }
         let far = 0.5 * density * speed2;
         let (plan, side) = (far * self.plan_area, far * self.side_area);
-        let [x, z, m, y, n] = &self.near;
         let [far_x, far_z, far_m, far_y, far_n] = &self.far;
         let by = |angle: f64, polynomial: &[f64; 4], lines: &Lines, scale: f64| {
             let part = self.far_part(angle);
-            let held = angle.clamp(-self.limits.0, self.limits.0);
-            let close = if part < 1.0 { (1.0 - part) * near * power_sum(polynomial, held) } else { 0.0 };
+            let close = (1.0 - part) * near * power_sum(polynomial, angle.clamp(-most, most));
             close + if part > 0.0 { part * scale * along(lines, angle) } else { 0.0 }
         };
         (

@@ -26,6 +26,12 @@ pub enum Hub {
     Exact,
 }
 
+/// atan2, the same bits, by the short way where x leads.
+#[inline]
+pub(crate) fn angle(y: f64, x: f64) -> f64 {
+    if x > libm::fabs(y) { libm::atan(y / x) } else { libm::atan2(y, x) }
+}
+
 /// Where the hub stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Place {
@@ -60,13 +66,15 @@ pub(crate) struct HubLoads {
 
 impl Place {
     /// (1) to (3).
+    #[inline]
     pub(crate) fn motion(&self, [u, v, w]: [f64; 3], [p, q, r]: [f64; 3]) -> HubMotion {
         let (cos, sin) = self.tilt;
         let yaw_arm = if self.geometry == Hub::Exact { r * self.cg_forward } else { 0.0 };
         let (u_b, v_b, w_b) = (u - q * self.height, v + p * self.height - yaw_arm, w + q * self.cg_forward);
         let (u_h, v_h, w_h) = (u_b * cos + w_b * sin, self.sigma * v_b, w_b * cos - u_b * sin);
         let in_plane = libm::sqrt(u_h * u_h + v_h * v_h);
-        let wind = if in_plane > 0.0 { (u_h / in_plane, v_h / in_plane) } else { (1.0, 0.0) };
+        let per_speed = 1.0 / in_plane;
+        let wind = if in_plane > 0.0 { (u_h * per_speed, v_h * per_speed) } else { (1.0, 0.0) };
         HubMotion { in_plane, axial: w_h, wind, p: self.roll([p, r]), q }
     }
 
@@ -80,6 +88,7 @@ impl Place {
     }
 
     /// (4) or (5): force and moment about the centre of mass, body axes.
+    #[inline]
     pub(crate) fn at_centre_of_mass(&self, loads: HubLoads) -> ([f64; 3], [f64; 3]) {
         let (cos, sin) = self.tilt;
         let [x_h, y_h, z_h] = loads.force;

@@ -7,56 +7,128 @@
 //!     lambda_1c = lambda tan(chi/2) for chi < 90 degrees, else lambda cot(chi/2)           (2)
 //! written without the angle: lambda mu/(sqrt(mu^2 + d^2) + |d|), d = lambda - mu_z.
 //! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, ch. 3.
-//! Numerics: Newton's method inside a bracket that holds one sign change, to the last digit. In slow descent (1) has three
-//! roots; the one with lambda > mu_z (air still driven down through the disc) is taken wherever it exists.
+//! Numerics: Newton's and Chebyshev's method, until the next step would be below rounding, from a guess such as the inflow a
+//! moment ago, or from a cold start. For mu_z <= 0 the left side less the right is convex and rises, so that Newton's method
+//! comes home from any start. In slow descent (1) has three roots; the one with lambda > mu_z (air still driven down through
+//! the disc) is taken wherever it exists, inside a bracket; below mu_z, where a bracket may hold three, the start is the cold
+//! one whatever the guess. So the guess chooses the way, never the answer.
 
 /// Most iterations; bisection alone would end within them.
 const ITERATIONS: usize = 80;
 
-/// The lambda of (1). Its sign is that of c0. NaN where there is none: for numbers that are not finite, and for c1 of zero or
-/// less (a tail rotor far faster than it can fly, whose blades would thrust the more the more air comes through).
-pub(crate) fn uniform(mu: f64, mu_z: f64, c0: f64, c1: f64) -> f64 {
-    if !(c1 > 0.0 && (mu + mu_z + c0 + c1).is_finite()) {
+/// Part of lambda that the last step may leave.
+const LEFT: f64 = 1e-16;
+
+/// Share of Newton's step that Chebyshev's correction may be.
+const SHORT: f64 = 0.05;
+
+/// Inflows of both rotors from which the next solution of (1) sets out; any others lead to the same, after more steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Guess {
+    /// lambda of the main rotor.
+    pub(crate) main: f64,
+    /// lambda of the tail rotor.
+    pub(crate) tail: f64,
+}
+
+impl Guess {
+    /// Nothing is known: a cold start.
+    pub(crate) const NONE: Guess = Guess { main: f64::NAN, tail: f64::NAN };
+}
+
+/// The lambda of (1) for mu^2, mu_z and (c0, c1), looked for from that guess on. Its sign is that of c0. NaN where there is none:
+/// for numbers that are not finite, and for c1 of zero or less (a tail rotor far faster than it can fly, whose blades would
+/// thrust the more the more air comes through).
+#[inline]
+pub(crate) fn uniform(mu2: f64, mu_z: f64, (c0, c1): (f64, f64), guess: f64) -> f64 {
+    if !(c1 > 0.0 && c1.is_finite()) {
         return f64::NAN;
     }
     // Upside down (1) is the same equation.
-    if c0 < 0.0 { -lifting(mu, -mu_z, -c0, c1) } else { lifting(mu, mu_z, c0, c1) }
+    let sign = if c0 < 0.0 { -1.0 } else { 1.0 };
+    let (mu_z, c0, guess) = (sign * mu_z, sign * c0, sign * guess);
+    if !(c0 > 0.0) {
+        return c0;
+    }
+    let cold = || c0 / (2.0 * libm::sqrt(mu2 + mu_z * mu_z) + c1);
+    let known = guess > 0.0 && guess < 1.0;
+    sign * if mu_z > 0.0 {
+        bracketed(mu2, mu_z, (c0, c1), known.then_some(guess), cold)
+    } else {
+        rising(mu2, mu_z, (c0, c1), if known { guess } else { cold() })
+    }
 }
 
-fn lifting(mu: f64, mu_z: f64, c0: f64, c1: f64) -> f64 {
-    let value_and_slope = |lambda: f64| {
-        let d = lambda - mu_z;
-        let r = libm::sqrt(mu * mu + d * d);
-        let slope = 2.0 * r + c1 + if r > 0.0 { 2.0 * lambda * d / r } else { 0.0 };
-        (2.0 * lambda * r - c0 + c1 * lambda, slope)
-    };
-    let (mut low, mut high) = (0.0, c0 / c1);
-    if mu_z > low && mu_z < high {
-        if value_and_slope(mu_z).0 <= 0.0 { low = mu_z } else { high = mu_z }
+/// One step: left less right side f of (1), the next lambda, and whether that is the solution to rounding.
+///
+/// Newton's step s = f/f', and once it is short Chebyshev's, s + k s^2 with k = f''/(2 f'), which leaves of s cubed at most
+/// 2 k^2 + |f3/(6 f')| with the third derivative f3, for |d| <= r.
+#[inline]
+fn step(mu2: f64, mu_z: f64, (c0, c1): (f64, f64), lambda: f64) -> (f64, f64, bool) {
+    let d = lambda - mu_z;
+    let r2 = mu2 + d * d;
+    let r = libm::sqrt(r2);
+    let value = 2.0 * lambda * r - c0 + c1 * lambda;
+    // r f' = 2 r^2 + c1 r + 2 lambda d; r^3 f''/2 = 2 d r^2 + lambda mu^2.
+    let over = 1.0 / (r2 * (2.0 * r2 + c1 * r + 2.0 * lambda * d));
+    let (s, k) = (value * r * r2 * over, (2.0 * d * r2 + lambda * mu2) * over);
+    if !(libm::fabs(k * s) < SHORT) {
+        return (value, lambda - s, false);
     }
-    let mut lambda = (c0 / (2.0 * libm::sqrt(mu * mu + mu_z * mu_z) + c1)).clamp(low, high);
+    let cubic = 2.0 * k * k * r + mu2 * over * (r + lambda);
+    (value, lambda - s - k * s * s, libm::fabs(s * s * s) * cubic <= LEFT * lambda * r)
+}
+
+/// For mu_z <= 0.
+#[inline]
+fn rising(mu2: f64, mu_z: f64, line: (f64, f64), start: f64) -> f64 {
+    let mut lambda = start;
     for _ in 0..ITERATIONS {
-        let (value, slope) = value_and_slope(lambda);
-        if value > 0.0 {
-            high = lambda
-        } else {
-            low = lambda
-        }
-        let newton = lambda - value / slope;
-        let next = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
-        let step = libm::fabs(next - lambda);
+        let (_, next, settled) = step(mu2, mu_z, line, lambda);
         lambda = next;
-        if !(step > f64::EPSILON * lambda) {
+        if settled {
             break;
         }
     }
     lambda
 }
 
-/// The harmonic of (2).
-pub(crate) fn harmonic(mu: f64, mu_z: f64, lambda: f64) -> f64 {
-    let d = lambda - mu_z;
-    let sum = libm::sqrt(mu * mu + d * d) + libm::fabs(d);
+/// For mu_z > 0.
+fn bracketed(mu2: f64, mu_z: f64, (c0, c1): (f64, f64), guess: Option<f64>, cold: impl Fn() -> f64) -> f64 {
+    let (mut low, mut high) = (0.0, c0 / c1);
+    // The slope is positive wherever r^2 > lambda |d|, so everywhere in edgewise flow, and above mu_z.
+    let mut single = 4.0 * mu2 > mu_z * mu_z;
+    if mu_z < high {
+        // (1) at lambda = mu_z.
+        if 2.0 * mu_z * libm::sqrt(mu2) - c0 + c1 * mu_z <= 0.0 {
+            (low, single) = (mu_z, true);
+        } else {
+            high = mu_z;
+        }
+    }
+    let mut lambda = guess.filter(|_| single).unwrap_or_else(cold).max(low).min(high);
+    for _ in 0..ITERATIONS {
+        let (value, next, settled) = step(mu2, mu_z, (c0, c1), lambda);
+        if value > 0.0 {
+            high = lambda
+        } else {
+            low = lambda
+        }
+        let inside = next >= low && next <= high;
+        let next = if inside { next } else { 0.5 * (low + high) };
+        let moved = libm::fabs(next - lambda);
+        lambda = next;
+        if (inside && settled) || !(moved > f64::EPSILON * lambda) {
+            break;
+        }
+    }
+    lambda
+}
+
+/// The harmonic of (2), sqrt(mu^2 + (lambda - mu_z)^2) given.
+#[inline]
+pub(crate) fn harmonic(mu: f64, mu_z: f64, lambda: f64, speed: f64) -> f64 {
+    let sum = speed + libm::fabs(lambda - mu_z);
     if sum > 0.0 { lambda * mu / sum } else { 0.0 }
 }
 
@@ -69,7 +141,7 @@ mod tests {
         for (mu, c0, c1) in
             [(1.9, 0.01, -0.02), (0.2, 0.01, 0.0), (f64::NAN, 0.01, 0.1), (0.1, f64::INFINITY, 0.1), (0.1, 0.1, f64::NAN)]
         {
-            assert!(uniform(mu, 0.0, c0, c1).is_nan());
+            assert!(uniform(mu * mu, 0.0, (c0, c1), f64::NAN).is_nan());
         }
     }
 
@@ -80,8 +152,8 @@ mod tests {
         for mu_z in [0.0, -0.05, -0.2, 0.01, 0.05] {
             let b: f64 = c1 - 2.0 * mu_z;
             let exact = (-b + (b * b + 8.0 * c0).sqrt()) / 4.0;
-            assert!((uniform(0.0, mu_z, c0, c1) - exact).abs() < 1e-16, "mu_z {mu_z}");
-            assert!((uniform(0.0, -mu_z, -c0, c1) + exact).abs() < 1e-16, "upside down, mu_z {mu_z}");
+            assert!((uniform(0.0, mu_z, (c0, c1), f64::NAN) - exact).abs() < 1e-16, "mu_z {mu_z}");
+            assert!((uniform(0.0, -mu_z, (-c0, c1), f64::NAN) + exact).abs() < 1e-16, "upside down, mu_z {mu_z}");
         }
     }
 
@@ -91,10 +163,18 @@ mod tests {
             for place in -40..=40 {
                 let mu_z = f64::from(place) * 0.01;
                 for c0 in [-0.02, -1e-6, 0.0, 1e-9, 0.004, 0.03] {
-                    let (c1, lambda) = (0.13, uniform(mu, mu_z, c0, 0.13));
+                    let (c1, lambda) = (0.13, uniform(mu * mu, mu_z, (c0, 0.13), f64::NAN));
                     let r = (mu * mu + (lambda - mu_z) * (lambda - mu_z)).sqrt();
                     let off = 2.0 * lambda * r - c0 + c1 * lambda;
                     assert!(off.abs() < 1e-16, "mu {mu}, mu_z {mu_z}, c0 {c0}: lambda {lambda}, off by {off:e}");
+                    for guess in [0.0, 1e-9, 0.01, -0.02, 0.9, 7.0, lambda * (1.0 + 1e-6)] {
+                        let again = uniform(mu * mu, mu_z, (c0, 0.13), guess);
+                        let apart = (again - lambda).abs();
+                        assert!(
+                            apart <= 1e-14 * lambda.abs(),
+                            "mu {mu}, mu_z {mu_z}, c0 {c0}: {lambda}, from {guess} {apart:e} off"
+                        );
+                    }
                 }
             }
         }
@@ -102,11 +182,11 @@ mod tests {
 
     #[test]
     fn the_harmonic_is_the_tangent_of_half_the_skew_and_its_inverse() {
-        for (mu, mu_z, lambda) in [(0.2, -0.05, 0.02), (0.05, 0.04, 0.03), (0.001, 0.0, 0.05)] {
+        for (mu, mu_z, lambda) in [(0.2f64, -0.05, 0.02), (0.05, 0.04, 0.03), (0.001, 0.0, 0.05)] {
             let half = 0.5 * f64::atan2(mu, lambda - mu_z);
             let exact = if lambda > mu_z { lambda * half.tan() } else { lambda / half.tan() };
-            assert!((harmonic(mu, mu_z, lambda) - exact).abs() < 1e-15);
+            assert!((harmonic(mu, mu_z, lambda, mu.hypot(lambda - mu_z)) - exact).abs() < 1e-15);
         }
-        assert!(harmonic(0.0, 0.0, 0.0) == 0.0);
+        assert!(harmonic(0.0, 0.0, 0.0, 0.0) == 0.0);
     }
 }

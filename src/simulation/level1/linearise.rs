@@ -10,12 +10,14 @@
 //! which takes in what is not linear: the fin, dead at small sideslip, makes N_v grow with h.
 //! The whole system's states are u w q theta v p phi r and the active inner ones; its eigenvalues show rotor and engine modes.
 
-use super::aircraft::Situation;
+use super::aircraft::{Equations, Situation};
+use super::inflow::Guess;
 use super::inner::{INNER, Inner};
 use super::trim::{Trimmed, situation};
 use crate::flight::control::CONTROLS;
 use crate::flight::derivative::{AXES, Axis, Variable};
 use crate::flight::model::LinearModel;
+use crate::num::eigen::eigenvalues_8;
 use crate::simulation::motion::Motion;
 use nalgebra::{Complex, SMatrix, Schur};
 
@@ -50,6 +52,18 @@ impl Trimmed {
         model
     }
 
+    /// Which differences [`Trimmed::linear`] takes, in words.
+    pub fn perturbation_used(&self) -> String {
+        let sizes = self.aircraft.perturbation;
+        match self.aircraft.options.finite_perturbation {
+            true => format!(
+                "differences over +-{} m/s, +-{} rad/s, +-{} rad; --set perturbation=small gives the tangent",
+                sizes.velocity, sizes.rate, sizes.control
+            ),
+            false => "the tangent (small perturbations)".to_owned(),
+        }
+    }
+
     /// The situation of the trim.
     pub fn situation(&self) -> Situation {
         let trim = &self.trim;
@@ -81,7 +95,7 @@ impl Trimmed {
         const APART: f64 = -1e7;
         let mut a = SMatrix::<f64, WHOLE, WHOLE>::from_diagonal_element(APART);
         let places: Vec<usize> = (0..8).chain((0..INNER).filter(|&place| active[place]).map(|place| 8 + place)).collect();
-        let centre = self.whole_state();
+        let (centre, equations) = (self.whole_state(), self.aircraft.equations());
         for &column in &places {
             let size = match column {
                 0 | 1 | 4 => SMALL[0],
@@ -95,7 +109,7 @@ impl Trimmed {
             let slopes = differences((size, None), |by| {
                 let mut state = centre;
                 state[column] += by;
-                self.whole_rates(&state)
+                self.whole_rates(&equations, &state)
             });
             for &row in &places {
                 a[(row, column)] = slopes[row];
@@ -103,6 +117,10 @@ impl Trimmed {
         }
         if !a.iter().all(|entry| entry.is_finite()) {
             return None;
+        }
+        if count == 8 {
+            let entries = core::array::from_fn(|row| core::array::from_fn(|column| a[(row, column)]));
+            return Some(eigenvalues_8(&entries)?.to_vec());
         }
         let mut roots: Vec<Complex<f64>> = Schur::try_new(a, f64::EPSILON, 2000)?.complex_eigenvalues().iter().copied().collect();
         roots.sort_by(|a, b| b.re.total_cmp(&a.re).then(b.im.total_cmp(&a.im)));
@@ -121,10 +139,10 @@ impl Trimmed {
         state
     }
 
-    fn whole_rates(&self, state: &[f64; WHOLE]) -> [f64; WHOLE] {
+    fn whole_rates(&self, equations: &Equations<'_>, state: &[f64; WHOLE]) -> [f64; WHOLE] {
         let [u, w, q, theta, v, p, phi, r, inner @ ..] = *state;
         let met = Situation { velocity: [u, v, w], rates: [p, q, r], ..self.situation() };
-        let instant = self.instant(&met, &Inner::from_vector(inner), &[1.0; CONTROLS], |_, _| None);
+        let instant = self.instant(equations, (&met, &Inner::from_vector(inner), Guess::NONE), &[1.0; CONTROLS], |_, _| None);
         let [ax, ay, az, dp, dq, dr] = instant.response.accelerations;
         let motion = Motion { velocity: met.velocity, rates: met.rates, attitude: [phi, theta, 0.0], altitude: 0.0 };
         let change = motion.rate_of_change([ax, ay, az], [dp, dq, dr]);

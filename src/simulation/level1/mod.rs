@@ -20,7 +20,7 @@ pub mod fin;
 pub mod flapping;
 pub mod fuselage;
 pub mod hub;
-mod inflow;
+pub(crate) mod inflow;
 pub mod inner;
 pub mod linearise;
 pub mod rotor;
@@ -32,3 +32,5 @@ pub mod trim;
 mod checks;
 #[cfg(test)]
 mod first_principles;
+#[cfg(test)]
+mod power;

@@ -89,60 +89,107 @@ pub(crate) struct RotorPoint {
     pub(crate) wind: (f64, f64),
 }
 
+/// A main rotor with what its data come to, computed once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ReadyRotor {
+    radius: f64,
+    /// 1/R.
+    per_radius: f64,
+    twist: f64,
+    drag_0: f64,
+    drag_2: f64,
+    /// a0 s/2.
+    half: f64,
+    /// K over rho Omega^2.
+    scale: f64,
+    /// 1/(2 a0).
+    per_slope: f64,
+    /// gamma over rho.
+    lock: f64,
+    /// K_beta/I_beta.
+    stiffness: f64,
+    /// -N_b K_beta/2.
+    spring: f64,
+}
+
 impl MainRotor {
     /// Blade area over disc area.
     pub fn solidity(&self) -> f64 {
         self.blades * self.chord / (PI * self.radius)
     }
 
-    /// Loads (1) to (5) for pitch theta0, theta1s, theta1c in hub axes.
+    pub(crate) fn ready(&self) -> ReadyRotor {
+        let (radius, half) = (self.radius, 0.5 * self.lift_slope * self.solidity());
+        let radius2 = radius * radius;
+        ReadyRotor {
+            radius,
+            per_radius: 1.0 / radius,
+            twist: self.twist,
+            drag_0: self.drag_0,
+            drag_2: self.drag_2,
+            half,
+            scale: radius2 * PI * radius2 * half,
+            per_slope: 0.5 / self.lift_slope,
+            lock: self.chord * self.lift_slope * radius2 * radius2 / self.flap_inertia,
+            stiffness: self.flap_stiffness / self.flap_inertia,
+            spring: -0.5 * self.blades * self.flap_stiffness,
+        }
+    }
+}
+
+impl ReadyRotor {
+    /// Loads (1) to (5) for pitch theta0, theta1s, theta1c in hub axes; the inflow is looked for from `guess` on.
+    #[inline]
     pub(crate) fn point(
         &self,
         motion: &HubMotion,
         pitch: [f64; 3],
-        rotor_speed: f64,
-        density: f64,
+        (rotor_speed, density): (f64, f64),
         states: RotorStates,
+        guess: f64,
     ) -> RotorPoint {
         let tip = rotor_speed * self.radius;
-        let (mu, mu_z) = (motion.in_plane / tip, motion.axial / tip);
+        let per_omega = 1.0 / rotor_speed;
+        let per_tip = per_omega * self.per_radius;
+        let (mu, mu_z) = (motion.in_plane * per_tip, motion.axial * per_tip);
         let (cos_w, sin_w) = motion.wind;
         let [theta0, theta1s, theta1c] = pitch;
-        let p = (motion.p * cos_w + motion.q * sin_w) / rotor_speed;
-        let q = (motion.q * cos_w - motion.p * sin_w) / rotor_speed;
+        let p = (motion.p * cos_w + motion.q * sin_w) * per_omega;
+        let q = (motion.q * cos_w - motion.p * sin_w) * per_omega;
         let (theta1s, theta1c) = (theta1s * cos_w + theta1c * sin_w, theta1c * cos_w - theta1s * sin_w);
-        let radius2 = self.radius * self.radius;
-        let lock = density * self.chord * self.lift_slope * radius2 * radius2 / self.flap_inertia;
-        let lambda_beta2 = 1.0 + self.flap_stiffness / (self.flap_inertia * rotor_speed * rotor_speed);
+        let lock = density * self.lock;
+        let lambda_beta2 = 1.0 + self.stiffness * (per_omega * per_omega);
 
         let mu2 = mu * mu;
         let flapping = states.flap_rates.map_or(0.0, |rates| {
             let rates = rates.to_wind(motion.wind);
-            rates.coning / 3.0 + mu * rates.sine / 4.0
+            rates.coning * (1.0 / 3.0) + 0.25 * mu * rates.sine
         });
         let still =
             theta0 * (1.0 / 3.0 + 0.5 * mu2) + 0.5 * mu * (theta1s + 0.5 * p) + 0.25 * (1.0 + mu2) * self.twist - flapping;
-        let half = 0.5 * self.lift_slope * self.solidity();
-        let lambda0 = states.inflow.unwrap_or_else(|| uniform(mu, mu_z, half * (still + 0.5 * mu_z), 0.5 * half));
+        let half = self.half;
+        let line = (half * (still + 0.5 * mu_z), 0.5 * half);
+        let lambda0 = states.inflow.unwrap_or_else(|| uniform(mu2, mu_z, line, guess));
         let through = mu_z - lambda0;
         let f0 = still + 0.5 * through;
         let thrust_coefficient = half * f0;
-        let inflow_rate = (thrust_coefficient - 2.0 * lambda0 * libm::sqrt(mu2 + through * through)) / APPARENT_MASS;
+        let speed = libm::sqrt(mu2 + through * through);
+        let inflow_rate = (thrust_coefficient - 2.0 * lambda0 * speed) * (1.0 / APPARENT_MASS);
 
-        let lambda1c = harmonic(mu, mu_z, lambda0);
+        let lambda1c = harmonic(mu, mu_z, lambda0, speed);
         let twist = self.twist;
         let drive = Drive { mu, theta0, twist, theta1s, theta1c, through, lambda1c, p, q, lock, lambda_beta2 };
         let flap_w = states.flap.map_or_else(|| drive.quasi_steady(), |flap| flap.to_wind(motion.wind));
         let flap = states.flap.unwrap_or_else(|| flap_w.to_hub(motion.wind));
 
-        let k = density * tip * tip * PI * radius2 * half;
+        let k = density * (rotor_speed * rotor_speed) * self.scale;
         let thrust = k * f0;
         let delta = self.drag_0 + self.drag_2 * thrust_coefficient * thrust_coefficient;
-        let x_w = thrust * flap_w.cosine - k * delta * mu / (2.0 * self.lift_slope);
+        let x_w = thrust * flap_w.cosine - k * delta * mu * self.per_slope;
         let y_w = -thrust * flap_w.sine;
-        let profile = delta / (4.0 * self.lift_slope) * (1.0 + PROFILE_TORQUE * mu2);
-        let torque = k * self.radius * (-through * f0 + mu * x_w / k + profile);
-        let spring = -0.5 * self.blades * self.flap_stiffness;
+        let profile = 0.5 * delta * self.per_slope * (1.0 + PROFILE_TORQUE * mu2);
+        let torque = self.radius * (k * (profile - through * f0) + mu * x_w);
+        let spring = self.spring;
         let loads = HubLoads {
             force: [x_w * cos_w - y_w * sin_w, x_w * sin_w + y_w * cos_w, -thrust],
             moment: [spring * flap.sine, spring * flap.cosine, torque],

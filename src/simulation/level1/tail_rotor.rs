@@ -51,35 +51,70 @@ pub(crate) struct TailPoint {
     pub(crate) side_force: f64,
     /// Torque at its own shaft, N m.
     pub(crate) torque: f64,
+    /// lambda.
+    pub(crate) inflow: f64,
+}
+
+/// A tail rotor with what its data come to, computed once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ReadyTail {
+    data: TailRotor,
+    /// Its arm behind the centre of mass, m.
+    pub(crate) arm: f64,
+    /// Tip speed over the main rotor's, m, and 1 over it.
+    tip: f64,
+    per_tip: f64,
+    /// a0 s/2.
+    half: f64,
+    /// k3 G.
+    coupling: f64,
+    /// pi R^2.
+    area: f64,
 }
 
 impl TailRotor {
-    /// (1) to (5), its arm behind the centre of mass given.
+    /// With its arm behind the centre of mass, m.
+    pub(crate) fn ready(&self, arm: f64) -> ReadyTail {
+        let tip = self.gearing * self.radius;
+        ReadyTail {
+            data: *self,
+            arm,
+            tip,
+            per_tip: 1.0 / tip,
+            half: 0.5 * self.lift_slope * self.solidity,
+            coupling: self.pitch_flap_coupling * self.flap_ratio,
+            area: PI * self.radius * self.radius,
+        }
+    }
+}
+
+impl ReadyTail {
+    /// (1) to (5); the inflow is looked for from `guess` on.
+    #[inline]
     pub(crate) fn point(
         &self,
         [u, v, w]: [f64; 3],
         [p, q, r]: [f64; 3],
         pitch: f64,
         (rotor_speed, density, induced): (f64, f64, f64),
-        arm: f64,
+        guess: f64,
     ) -> TailPoint {
-        let tip = self.gearing * rotor_speed * self.radius;
-        let (u_t, v_t) = (u - q * self.height, v - r * arm + p * self.height);
-        let w_t = w + q * arm - self.downwash * induced;
-        let (mu2, mu_z) = ((u_t * u_t + w_t * w_t) / (tip * tip), -v_t / tip);
-        let coupling = self.pitch_flap_coupling * self.flap_ratio;
+        let ReadyTail { data, arm, coupling, half, area, .. } = *self;
+        let (tip, per_tip) = (rotor_speed * self.tip, self.per_tip / rotor_speed);
+        let (u_t, v_t) = (u - q * data.height, v - r * arm + p * data.height);
+        let w_t = w + q * arm - data.downwash * induced;
+        let (mu2, mu_z) = ((u_t * u_t + w_t * w_t) * (per_tip * per_tip), -v_t * per_tip);
         let feathered = 1.0 / (1.0 - coupling * (1.0 + mu2));
-        let (by_pitch, half) = (1.0 / 3.0 + 0.5 * mu2, 0.5 * self.lift_slope * self.solidity);
+        let by_pitch = 1.0 / 3.0 + 0.5 * mu2;
         // C_T = half (by_pitch feathered pitch + flow (mu_z - lambda)).
         let flow = by_pitch * feathered * coupling * (4.0 / 3.0) + 0.5;
         let (c0, c1) = (half * (by_pitch * feathered * pitch + flow * mu_z), half * flow);
-        let lambda = uniform(libm::sqrt(mu2), mu_z, c0, c1);
+        let lambda = uniform(mu2, mu_z, (c0, c1), guess);
         let thrust_coefficient = c0 - c1 * lambda;
-        let area = PI * self.radius * self.radius;
         let scale = density * tip * tip * area;
-        let delta = self.drag_0 + self.drag_2 * thrust_coefficient * thrust_coefficient;
-        let c_q = -(mu_z - lambda) * thrust_coefficient + delta * self.solidity * (1.0 + 3.0 * mu2) / 8.0;
-        TailPoint { side_force: scale * thrust_coefficient * self.blockage, torque: scale * self.radius * c_q }
+        let delta = data.drag_0 + data.drag_2 * thrust_coefficient * thrust_coefficient;
+        let c_q = -(mu_z - lambda) * thrust_coefficient + 0.125 * delta * data.solidity * (1.0 + 3.0 * mu2);
+        TailPoint { side_force: scale * thrust_coefficient * data.blockage, torque: scale * data.radius * c_q, inflow: lambda }
     }
 }
 
@@ -112,7 +147,7 @@ mod tests {
         let (a, b, c) = (2.0f64, 0.57 * (0.5 - 2.0 / 9.0), -0.57 * theta0 / 6.0);
         let lambda = (-b + (b * b - 4.0 * a * c).sqrt()) / (2.0 * a);
         let wanted = density * tip * tip * PI * 1.5 * 1.5 * 2.0 * lambda * lambda;
-        let found = rotor().point([0.0; 3], [0.0; 3], theta0, (omega, density, 0.0), 9.0);
+        let found = rotor().ready(9.0).point([0.0; 3], [0.0; 3], theta0, (omega, density, 0.0), f64::NAN);
         assert!((found.side_force - wanted).abs() < 1e-9 * wanted);
         assert!(found.torque > 0.0);
     }
@@ -120,8 +155,8 @@ mod tests {
     #[test]
     fn the_mirror_image_has_the_opposite_thrust_and_the_same_torque() {
         let given = (27.0, 1.1, 0.0);
-        let one = rotor().point([50.0, 3.0, -1.0], [0.1, 0.2, 0.3], 0.1, given, 9.0);
-        let other = rotor().point([50.0, -3.0, -1.0], [-0.1, 0.2, -0.3], -0.1, given, 9.0);
+        let one = rotor().ready(9.0).point([50.0, 3.0, -1.0], [0.1, 0.2, 0.3], 0.1, given, f64::NAN);
+        let other = rotor().ready(9.0).point([50.0, -3.0, -1.0], [-0.1, 0.2, -0.3], -0.1, given, f64::NAN);
         assert!((one.side_force + other.side_force).abs() < 1e-9 && (one.torque - other.torque).abs() < 1e-9);
     }
 }

@@ -7,6 +7,8 @@
 //! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, appendix 4B. Beyond its largest value the polynomial folds
 //! over; there the coefficient is held.
 
+use super::hub::angle;
+
 /// Data of the tailplane, SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tailplane {
@@ -28,9 +30,10 @@ pub struct Tailplane {
 
 impl Tailplane {
     /// (1), (2): force along body z, N, its arm behind the centre of mass given.
+    #[inline]
     pub(crate) fn normal_force(&self, [u, _, w]: [f64; 3], pitch_rate: f64, (density, induced): (f64, f64), arm: f64) -> f64 {
         let w_tp = w + pitch_rate * arm - self.downwash * induced;
-        let alpha = (self.incidence + libm::atan2(w_tp, u)).clamp(-self.hold, self.hold);
+        let alpha = (self.incidence + angle(w_tp, u)).clamp(-self.hold, self.hold);
         let coefficient = self.gain * alpha * (1.0 + self.cubic * alpha * alpha);
         0.5 * density * (u * u + w_tp * w_tp) * self.area * coefficient
     }

@@ -90,6 +90,19 @@ pub enum NoTrim {
     /// No attitude gives that sideslip on that path.
     #[error("no trim: a path of {:.2} m/s with climb {:.2} m/s is too steep for a sideslip of {:.3} rad", .0.speed, .0.climb, .0.sideslip)]
     TooSteep(Condition),
+    /// The rotors take more torque than the governed engine has, or drive it.
+    #[error(
+        "no trim at {:.2} m/s, climb {:.2} m/s, sideslip {:.3} rad, {:.3} kg/m^3: its rotors take {:.0} N m at their nominal speed, and the engine gives from 0 to {:.0} N m",
+        .condition.speed, .condition.climb, .condition.sideslip, .condition.density, .found, .most
+    )]
+    Torque {
+        /// The condition.
+        condition: Condition,
+        /// Torque at the main rotor, N m.
+        found: f64,
+        /// Its bound.
+        most: f64,
+    },
     /// The accelerations vanish only where the equations do not hold.
     #[error(
         "no trim at {:.2} m/s, climb {:.2} m/s, sideslip {:.3} rad, {:.3} kg/m^3: it would need {} {:.2} rad, beyond {:.1} rad",
@@ -174,7 +187,7 @@ impl Level1 {
     /// The trim at that condition, from a cold start.
     ///
     /// # Errors
-    /// [`NoTrim`] where the condition is none, no trim is found, or one only beyond what the equations hold for.
+    /// [`NoTrim`] where the condition is none, no trim is found, or one only beyond what equations or engine hold for.
     pub fn trim(&self, condition: Condition) -> Result<Trimmed, NoTrim> {
         condition.check()?;
         let cold = Unknowns::from([0.0, 0.0, 0.0, 0.0, 0.2, 0.0]);
@@ -201,6 +214,10 @@ impl Level1 {
         let rotor_speed = self.main_rotor.speed;
         let trim = Trim { u, v, w, phi, theta, rotor_speed: Some(rotor_speed), controls };
         let response = self.respond(&situation(velocity, [0.0; 3], controls, rotor_speed, condition.density));
+        let (found, most) = (response.torque, self.engine.most());
+        if self.options.governed && !(found >= 0.0 && found <= most) {
+            return Err(NoTrim::Torque { condition, found, most });
+        }
         let inner = Inner {
             flap: response.flap,
             inflow: response.inflow,
