@@ -14,8 +14,6 @@
 //! Numerics: (2) and (4) on the factors (`num::ud`). The biases' random walk is added in steps of `WALK_STEP_S`.
 //! Returns [`Breakdown`] where a variance is not positive or a state not finite; the filter is then to be thrown away.
 
-#![expect(clippy::needless_range_loop, reason = "indices are those of the equations")]
-
 use super::aid::Prediction;
 use super::process::{
     ACCELEROMETER_BIAS, ANGULAR_ACCELERATION, GYRO_BIAS, MOVING, NAVIGATION, RATES, SPECIFIC_FORCE, STATES, State, VELOCITY,

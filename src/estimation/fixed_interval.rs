@@ -100,8 +100,8 @@ impl Adjoint {
         }
         for j in 0..STATES {
             let column = transposed(&core::array::from_fn(|i| self.matrix[i][j]));
-            for i in 0..STATES {
-                self.matrix[i][j] = column[i];
+            for (row, entry) in self.matrix.iter_mut().zip(column) {
+                row[j] = entry;
             }
         }
     }

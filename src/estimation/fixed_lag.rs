@@ -117,7 +117,7 @@ impl FixedLag {
         let after = (0..self.len).position(|age| self.points[self.place(age)].time_s >= time_s)?;
         let later = self.smoothed(after)?;
         let Some(earlier) = after.checked_sub(1).and_then(|before| self.smoothed(before)) else {
-            return (later.time_s == time_s).then_some(later.correction);
+            return (later.time_s <= time_s).then_some(later.correction);
         };
         let interval = later.time_s - earlier.time_s;
         if !(interval > 0.0 && interval <= hold_s) {
