@@ -341,8 +341,13 @@ impl Estimator {
                 test_ratio: fusion.test_ratio,
                 fused: fusion.gain.is_some(),
             };
-            if let Some(event) = self.health[aid.index()].judge(&innovation) {
+            // Judged by the aid's own noise; what the filter makes of it beyond that is the filter's affair.
+            let own_var = fusion.innovation_var - prediction.noise_var + self.noise.without_inflation(aid);
+            if let Some(event) = self.health[aid.index()].judge(&innovation, own_var) {
                 self.notice(event);
+            }
+            if innovation.fused {
+                self.noise.fused(aid, fusion.innovation * fusion.innovation / fusion.innovation_var);
             }
             let _ = self.output.innovations.push(innovation);
         }
