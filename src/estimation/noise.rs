@@ -22,7 +22,7 @@ use core::f64::consts::PI;
 
 /// Bounds (1) and (2).
 const LEAST: f64 = 0.1;
-const FORCE_LEAST: f64 = 0.5;
+const FORCE_LEAST: f64 = 0.3;
 const MOST: f64 = 20.0;
 /// Bounds (3).
 const WALK_LEAST: f64 = 0.02;
