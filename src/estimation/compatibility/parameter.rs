@@ -145,6 +145,17 @@ impl Parameter {
         })
     }
 
+    /// Whether gusts feign it: accelerations answer the gust that moves the vanes, and velocities drift with it.
+    pub fn is_feigned_by_gusts(self) -> bool {
+        let air = matches!(self.channel(), Some(Channel::Tas | Channel::Alpha | Channel::Beta));
+        let force = matches!(self.channel(), Some(Channel::Ax | Channel::Ay | Channel::Az));
+        match self.kind {
+            Kind::Timing | Kind::Scale | Kind::Bias => air || force,
+            Kind::AlphaPlace(_) | Kind::BetaPlace(_) | Kind::VanePlace(_) | Kind::AccelerometerPlace(_) => true,
+            Kind::Flow(_) | Kind::Turned(_) => false,
+        }
+    }
+
     /// Smaller errors are not called a fault: s of timing (at least most of a sample), parts of one, m.
     pub fn matters(self, value: f64, sample_s: f64) -> bool {
         let least = match self.kind {

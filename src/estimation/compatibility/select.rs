@@ -21,6 +21,8 @@ pub const ENTER: f64 = 16.0;
 pub const LEAVE: f64 = 12.0;
 /// Evidence within which two explanations are not told apart: odds of e^4.
 pub const RIVAL: f64 = 8.0;
+/// Spectral density of unexplained acceleration above which the air is rough, m^2/s^3: gusts of about 0.3 m/s.
+const GUSTY: f64 = 0.05;
 /// Faults at once.
 const FAULTS_MAX: usize = 8;
 /// Exchanges of a fault for a better rival, and one.
@@ -129,11 +131,16 @@ fn is_timing(place: usize) -> bool {
 fn candidates(runs: &[Run], point: &Point) -> Vec<usize> {
     let acts = |place: usize| {
         let (parameter, own) = parameter_at(place);
-        let on = |run: &Run| run.active.contains(&parameter.index);
+        let on = |run: &Run| run.active.contains(&parameter.index) && !(parameter.is_feigned_by_gusts() && is_gusty(run));
         own.map_or_else(|| runs.iter().any(on), |run| runs.get(run).is_some_and(on))
     };
     let all = 0..point.values.len();
     all.filter(|&place| parameter_at(place).0.can_be_fault() && acts(place) && !point.free.contains(&place)).collect()
+}
+
+/// Whether the air of a run is so rough that gusts feign errors of air data and accelerometers.
+pub fn is_gusty(run: &Run) -> bool {
+    run.record.velocities && run.noise.input.iter().take(3).any(|density| *density > GUSTY)
 }
 
 /// Fits one name more, in full.
@@ -184,6 +191,12 @@ pub fn select(mut runs: Vec<Run>) -> Option<Found> {
     everything.free = candidates(&runs, &everything);
     let (anything, _) = minimise(&runs, &everything)?;
     estimate_noise(&mut runs, &anything, 4)?;
+    if runs.iter().any(is_gusty) {
+        // What may not be at fault there must not explain the gusts either.
+        everything.free = candidates(&runs, &everything);
+        let (anything, _) = minimise(&runs, &everything)?;
+        estimate_noise(&mut runs, &anything, 3)?;
+    }
     let (mut point, mut local) = minimise(&runs, &Point::zero(&runs))?;
     for round in 0..ROUNDS_MAX {
         enter(&mut runs, &mut point, &mut local)?;

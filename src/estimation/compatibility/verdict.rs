@@ -7,7 +7,7 @@ use super::fit::{Local, Point, Run, parameter_at, place_of};
 use super::matrix::Square;
 use super::parameter::{INPUT_CHANNELS, Kind, OUTPUT_CHANNELS, PARAMETERS, Parameter, channel_at};
 use super::record::Record;
-use super::select::{Found, Name, run_of, select};
+use super::select::{Found, Name, is_gusty, run_of, select};
 use crate::flight::channel::{Channel, ControlNames};
 use crate::flight::effect::{Effect, PositionedSensor};
 use crate::flight::effect_file::DeclaredEffect;
@@ -354,18 +354,26 @@ fn drowned(found: &Found, number: usize) -> Vec<String> {
     let Some(run) = found.runs.get(number) else { return Vec::new() };
     let minimum = found.local.minimum(&found.point);
     let mut said = Vec::new();
+    let mut rough = false;
     for index in 0..PARAMETERS {
         let parameter = Parameter::at(index);
         if !parameter.can_be_fault() || !run.active.contains(&index) {
             continue;
         }
         let what = words(parameter);
+        if parameter.is_feigned_by_gusts() && is_gusty(run) {
+            rough = true;
+            continue;
+        }
         let let_go = found.local.let_go(&found.point, &minimum, place_of(number, index));
         match let_go {
             Some(one) if one.std * 4.0 <= parameter.worth_finding() => {}
             Some(one) => said.push(format!("{what}: this motion shows too little of it (standard error {:.2})", one.std)),
             None => said.push(format!("{what}: this motion shows nothing of it")),
         }
+    }
+    if rough {
+        said.push("errors of tas alpha beta ax ay az and positions: the air is too rough, gusts look the same".to_owned());
     }
     if run.record.outputs.get(5).is_some_and(Option::is_some) {
         said.push("psi bias: any heading may be the start".to_owned());
