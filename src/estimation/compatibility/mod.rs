@@ -6,6 +6,8 @@
 //! Assumed: a rigid body in air that moves steadily; gusts widen the errors. Refused: to name one cause where two fit alike.
 
 pub mod agreement;
+#[cfg(test)]
+mod checks;
 pub mod filter;
 pub mod fit;
 pub mod matrix;

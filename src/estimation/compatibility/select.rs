@@ -19,8 +19,8 @@ use super::parameter::{Kind, OWN, TIMING};
 pub const ENTER: f64 = 16.0;
 /// Removed below this F.
 pub const LEAVE: f64 = 12.0;
-/// Evidence within which two explanations are not told apart: odds of e^4.
-pub const RIVAL: f64 = 8.0;
+/// Evidence within which two explanations are not told apart: odds of e^6, for the residuals are not quite white.
+pub const RIVAL: f64 = 12.0;
 /// Spectral density of unexplained acceleration above which the air is rough, m^2/s^3: gusts of about 0.3 m/s.
 const GUSTY: f64 = 0.05;
 /// Faults at once.

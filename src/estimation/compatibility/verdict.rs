@@ -5,7 +5,9 @@
 use super::agreement::agreement;
 use super::fit::{Local, Point, Run, parameter_at, place_of};
 use super::matrix::Square;
-use super::parameter::{INPUT_CHANNELS, Kind, OUTPUT_CHANNELS, PARAMETERS, Parameter, channel_at};
+use super::parameter::{
+    ACCELEROMETER_PLACE, ALPHA_PLACE, INPUT_CHANNELS, Kind, OUTPUT_CHANNELS, PARAMETERS, Parameter, channel_at,
+};
 use super::record::Record;
 use super::select::{Found, Name, is_gusty, run_of, select};
 use crate::flight::channel::{Channel, ControlNames};
@@ -366,6 +368,12 @@ fn drowned(found: &Found, number: usize) -> Vec<String> {
             continue;
         }
         let let_go = found.local.let_go(&found.point, &minimum, place_of(number, index));
+        // Of a sensor that is known to stand elsewhere nothing is missing.
+        let (from, axis) = (ALPHA_PLACE, index.saturating_sub(ALPHA_PLACE) % 3);
+        let known = |other: usize| found.point.free.contains(&place_of(number, from + 3 * other + axis));
+        if (ALPHA_PLACE..ACCELEROMETER_PLACE + 3).contains(&index) && (0..4).any(known) {
+            continue;
+        }
         match let_go {
             Some(one) if one.std * 4.0 <= parameter.worth_finding() => {}
             Some(one) => said.push(format!("{what}: this motion shows too little of it (standard error {:.2})", one.std)),
