@@ -1,7 +1,7 @@
 //! The kinematic model of the check: how the measured rates and specific forces move an aircraft, and what is seen of it.
 //!
-//! Consumes the state \[u v w phi theta psi h wind\] of the place where the accelerometers stand (m/s body axes through the air, rad, m)
-//! and the inputs \[ax ay az p q r\] (m/s^2, rad/s); produces rates of change, outputs and the Jacobians of both.
+//! Consumes the state \[u v w phi theta psi h wind\] of the place where the accelerometers stand (m/s body axes through the
+//! air, rad, m) and the inputs \[ax ay az p q r\] (m/s^2, rad/s); produces rates of change, outputs and the Jacobians of both.
 //!     u' = v r - w q + ax - g sin(theta)           phi' = p + (q sin(phi) + r cos(phi)) tan(theta)          (1)
 //!     v' = w p - u r + ay + g cos(theta) sin(phi)  theta' = q cos(phi) - r sin(phi)
 //!     w' = u q - v p + az + g cos(theta) cos(phi)  psi' = (q sin(phi) + r cos(phi))/cos(theta)

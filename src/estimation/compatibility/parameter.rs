@@ -109,8 +109,8 @@ impl Parameter {
         self.measured.and_then(channel_at)
     }
 
-    /// Whether it can be told as a fault: the flow about the airframe and a fraction of a degree between gyros are none, and what static pressure and rising air do to an
-    /// altitude looks like errors of its instrument.
+    /// Whether it can be told as a fault: the flow about the airframe and a degree between gyros are none, and what static
+    /// pressure and rising air do to an altitude looks like errors of its instrument.
     pub fn can_be_fault(self) -> bool {
         !matches!(self.kind, Kind::Flow(_) | Kind::Turned(_))
             && self.channel() != Some(Channel::Altitude)

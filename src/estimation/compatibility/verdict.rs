@@ -339,7 +339,8 @@ fn absent(record: &Record) -> Vec<String> {
     if !record.velocities {
         let reason = if record.inputs.iter().take(3).any(Option::is_none) { "accelerometers" } else { "airspeed" };
         said.push(format!(
-            "tas alpha beta altitude: without {reason} nothing says how the velocity moves; only attitude and rates are compared"
+            "tas alpha beta altitude: without {reason} nothing says how the velocity moves; \
+             only attitude and rates are compared"
         ));
     }
     let velocity = |channel: &Channel| !matches!(channel, Channel::Phi | Channel::Theta | Channel::Psi);
