@@ -287,7 +287,7 @@ fn splits(name: Name, rivals: impl Iterator<Item = Name>) -> Vec<&'static str> {
                 "lag or skew: a sharper input, with edges above 1 Hz (a lag attenuates them, a skew does not)"
             }
             (a, b) if is_place(a) && is_place(b) => {
-                "vane or accelerometers: measure the two places; or large climbs and bank angles, which altitude and airspeed feel"
+                "vane or accelerometers: measure the two places; or climbs and banks, which altitude and airspeed feel"
             }
             (a, Kind::Timing) if is_place(a) => "place or lateness: the same input at another speed (an arm reads r/V)",
             (Kind::Timing, b) if is_place(b) => "place or lateness: the same input at another speed (an arm reads r/V)",
