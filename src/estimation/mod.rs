@@ -7,6 +7,8 @@
 
 pub mod admission;
 pub mod aid;
+#[cfg(feature = "std")]
+pub mod compatibility;
 pub mod config;
 pub mod consistency;
 pub mod delay_line;
