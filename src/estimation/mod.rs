@@ -7,6 +7,7 @@
 
 pub mod admission;
 pub mod aid;
+mod centre;
 #[cfg(feature = "std")]
 pub mod compatibility;
 pub mod config;
