@@ -72,8 +72,8 @@ fn moved(trace: &Trace, rest: &Rest, from_s: f64, to_s: f64) -> Option<Measured>
     }
     let noise = trace.noise() * trace.noise();
     let value = libm::sqrt((squares / count - noise).max(0.0));
-    // The variance of the noise is itself known to sqrt(2/n); near nothing the root of that is the error.
+    // Noise times motion in the squares, and the variance of the noise, known to sqrt(2/n): near nothing its root counts.
     let noise_std = noise * libm::sqrt(2.0 / count);
     let by_noise = noise_std / (2.0 * value).max(libm::sqrt(noise_std)).max(f64::MIN_POSITIVE);
-    Some(Measured { value, std: libm::sqrt(by_noise * by_noise + rest.motion * rest.motion) })
+    Some(Measured { value, std: libm::sqrt(by_noise * by_noise + noise / count + rest.motion * rest.motion) })
 }

@@ -3,7 +3,8 @@
 //! Consumes the channels and the manoeuvre; produces frequency and damping by a damped sine through all channels of the plane
 //! at once (`damped_sine`), a logarithmic decrement of the clearest channel beside it, or the reason why there is none.
 //! A control is still in a stretch over which it stays in a band of [`STILL`] of the manoeuvre's travel to either side, others
-//! of the plane in one twice as wide, those of the other plane four times. The longest such stretch is taken. Where a later
+//! of the plane in one of three quarters of that (a rudder does more than an aileron to the same swing), those of the other plane
+//! in one twice as wide. The longest such stretch is taken. Where a later
 //! start gives another answer than chance explains, the later one counts and the first is said beside it.
 
 use super::channels::Channels;
@@ -26,11 +27,18 @@ const BIN_S: f64 = 0.04;
 /// No rigid-body oscillation is faster, rad/s.
 const FASTEST: f64 = 12.0;
 /// Cycles that must stand above the rest.
-const CYCLES_MIN: f64 = 0.75;
+const CYCLES_MIN: f64 = 0.6;
+/// Periods that the stretch must hold, so that a swing is told from a drift; or so many times over it must decay.
+const PERIODS_MIN: f64 = 1.5;
+const DECAYS: f64 = 2.5;
+/// Cycles that must be left for a later start to count.
+const CYCLES_LATER: f64 = 2.0;
 /// Part of the motion about its drift that one damped sine must explain.
 const EXPLAINED_MIN: f64 = 0.5;
 /// Size over residual that is an oscillation.
 const ABOVE: f64 = 3.0;
+/// A damping ratio less certain is none.
+const ZETA_STD: f64 = 0.1;
 /// A start put off must change zeta by more, besides chance.
 const CHANGE_MIN: f64 = 0.015;
 
@@ -53,7 +61,7 @@ pub fn oscillation(channels: &Channels, flown: &Flown, until_s: f64) -> Result<O
     let (mut begin_s, mut found) = (from_s, fitted(channels, &seen, from_s, to_s));
     let mut earlier = None;
     for _ in 0..4 {
-        let Ok(now) = &found else { break };
+        let Ok(now) = &mut found else { break };
         let later_s = begin_s + PI / now.damped;
         let Ok(later) = fitted(channels, &seen, later_s, to_s) else { break };
         // Of two fits, one within the other's stretch, the difference varies as the variances differ.
@@ -62,10 +70,23 @@ pub fn oscillation(channels: &Channels, flown: &Flown, until_s: f64) -> Result<O
         if change < CHANGE_MIN || change < 3.0 * apart(now.zeta, later.zeta) {
             break;
         }
+        let (_, cycles) = visible(&later, to_s - later_s);
+        if cycles < CYCLES_LATER || later.zeta.std > CHANGE_MIN {
+            // Which of the two is right cannot be told: the difference is part of the error.
+            let widened = |a: Measured, b: Measured| {
+                let apart = b.value - a.value;
+                Measured { value: a.value, std: libm::sqrt(a.std * a.std + apart * apart) }
+            };
+            (now.omega, now.zeta) = (widened(now.omega, later.omega), widened(now.zeta, later.zeta));
+            break;
+        }
         earlier = earlier.or(Some((begin_s, now.zeta)));
         (begin_s, found) = (later_s, Ok(later));
     }
     let sine = found?;
+    if !(sine.zeta.std < ZETA_STD) {
+        return Err(Untold::Uncertain(sine.omega, sine.zeta));
+    }
     told(channels, flown, &seen, &sine, begin_s, to_s, earlier)
 }
 
@@ -80,9 +101,9 @@ pub fn stillness(channels: &Channels, flown: &Flown, until_s: f64) -> Result<(f6
         let factor = if control == flown.control {
             1.0
         } else if Plane::of(control) == plane {
-            2.0
+            0.75
         } else {
-            4.0
+            2.0
         };
         let band = 2.0 * (STILL * factor * flown.travel + 3.0 * trace.noise());
         tracks.push((control, band, trace.binned(begin_s, end_s, BIN_S)));
@@ -126,14 +147,16 @@ fn bins(channels: &Channels, seen: &[Channel], from_s: f64, to_s: f64) -> Vec<Bi
     traces().map(|trace| trace.binned(from_s, to_s, width_s).into_iter().map(shifted).collect()).collect()
 }
 
+/// How far the clearest channel stands above its residual at the start, and for how many cycles.
+fn visible(sine: &DampedSine, length_s: f64) -> (f64, f64) {
+    let above = sine.channels.iter().map(|fit| fit.size() / fit.residual).fold(0.0, f64::max);
+    let visible_s = if sine.decay > 0.0 { libm::log(above.max(1.0)) / sine.decay } else { length_s };
+    (above, visible_s.min(length_s) * sine.damped / (2.0 * PI))
+}
+
 fn fitted(channels: &Channels, seen: &[Channel], from_s: f64, to_s: f64) -> Result<DampedSine, Untold> {
     let lanes = bins(channels, seen, from_s, to_s);
     let length_s = to_s - from_s;
-    let cycles = |sine: &DampedSine| {
-        let above = sine.channels.iter().map(|fit| fit.size() / fit.residual).fold(0.0, f64::max);
-        let visible_s = if sine.decay > 0.0 { libm::log(above.max(1.0)) / sine.decay } else { length_s };
-        (above, visible_s.min(length_s) * sine.damped / (2.0 * PI))
-    };
     let width_s = length_s / lanes.iter().map(Vec::len).max().unwrap_or(1).max(1) as f64;
     let fastest = FASTEST.min(0.3 * 2.0 * PI / width_s);
     let slowest = 2.0 * PI * CYCLES_MIN / length_s;
@@ -141,14 +164,15 @@ fn fitted(channels: &Channels, seen: &[Channel], from_s: f64, to_s: f64) -> Resu
         return Err(Untold::TooFewCycles(0.0));
     }
     let sine = fit(&lanes, slowest, fastest).ok_or(Untold::NoOscillation(0.0, 0.0))?;
-    let (above, seen_cycles) = cycles(&sine);
+    let (above, seen_cycles) = visible(&sine, length_s);
     if above < ABOVE || sine.explained < EXPLAINED_MIN {
         return Err(Untold::NoOscillation(sine.explained.max(0.0), above));
     }
-    if seen_cycles < CYCLES_MIN || sine.damped < 1.05 * slowest {
+    let periods = length_s * sine.damped / (2.0 * PI);
+    if seen_cycles < CYCLES_MIN || sine.damped < 1.05 * slowest || (periods < PERIODS_MIN && sine.decay * length_s < DECAYS) {
         return Err(Untold::TooFewCycles(seen_cycles));
     }
-    if !(sine.omega.std < 0.15 * sine.omega.value && sine.zeta.std < 0.1) {
+    if !(sine.omega.std < 0.15 * sine.omega.value && sine.zeta.std < ZETA_STD) {
         return Err(Untold::Uncertain(sine.omega, sine.zeta));
     }
     Ok(sine)
@@ -171,15 +195,14 @@ fn told(
         let about: Vec<(f64, f64)> = lane.iter().flatten().map(|(t, x)| (*t, x - offset - drift * t)).collect();
         decrement(&about, fit.residual)
     });
-    let above = sine.channels.iter().map(|fit| fit.size() / fit.residual).fold(0.0, f64::max);
-    let visible_s = if sine.decay > 0.0 { libm::log(above) / sine.decay } else { to_s - from_s };
+    let (_, cycles) = visible(sine, to_s - from_s);
     let control = channels.get(flown.control.channel());
     Ok(Oscillation {
         omega: sine.omega,
         zeta: sine.zeta,
         from_s,
         to_s,
-        cycles: visible_s.min(to_s - from_s) * sine.damped / (2.0 * PI),
+        cycles,
         explained: sine.explained,
         channels: seen.iter().copied().zip(sine.channels.iter().map(|fit| fit.size())).collect(),
         control_motion: control.map_or(0.0, |trace| super::manoeuvre::travel(trace, from_s, to_s) / flown.travel),

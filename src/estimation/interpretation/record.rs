@@ -56,7 +56,7 @@ impl fmt::Display for Untold {
             Untold::TooFewRuns(found, needed) => write!(f, "too few runs: {found}, of {needed} or more"),
             Untold::OneAmplitude(least, most) => write!(f, "one amplitude only ({least:.4} to {most:.4} rad)"),
             Untold::BelowNoise => f.write_str("not above the motion in trim"),
-            Untold::NoTrim => f.write_str("the control moves from the start: no trim before it"),
+            Untold::NoTrim => f.write_str("no still stretch before it"),
         }
     }
 }

@@ -17,6 +17,8 @@ use crate::flight::control::Control;
 const FIRST_S: f64 = 3.0;
 /// How long a response may lag behind the pulse, s.
 const LAG_S: f64 = 0.3;
+/// Half of what a hand takes for a flank, s.
+const FLANK_S: f64 = 0.05;
 /// Standard errors above which it is a response.
 const ABOVE: f64 = 3.0;
 
@@ -92,7 +94,10 @@ pub fn sensitivities(channels: &Channels, flown: &Flown, from_s: f64, to_s: f64)
         let trace = channels.get(channel)?;
         let rest = Rest::of(trace, from_s, to_s)?;
         let peak = peak(trace, &rest, first_s, last_s, 0.0)?;
-        let steepest = lines(trace, first_s, last_s).into_iter().max_by(|a, b| a.1.slope.abs().total_cmp(&b.1.slope.abs()));
+        // Only while the pulse stands: its end flank pushes back, harder than its first did.
+        let stands_s = (first.end_s - trace.half_window_s() - FLANK_S).max(first.start_s + FLANK_S);
+        let slopes = lines(trace, first_s, last_s.min(stands_s)).into_iter();
+        let steepest = slopes.max_by(|a, b| a.1.slope.abs().total_cmp(&b.1.slope.abs()));
         // What moves the channel in trim does so within about a second.
         let acceleration = steepest.filter(|_| channel != Channel::Az).map(|(_, line)| {
             over(Measured { value: line.slope, std: libm::sqrt(line.slope_std * line.slope_std + rest.motion * rest.motion) })

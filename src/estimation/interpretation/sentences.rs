@@ -4,6 +4,7 @@ use super::record::{
     Coupling, Interpretation, Line, Linearity, Manoeuvre, Measured, Oscillation, Plane, RUNS_A_POINT, Response,
     RunInterpretation, TestPoint, Untold, on_axis,
 };
+use super::table::shown;
 use crate::flight::channel::{Channel, ControlNames};
 
 /// Off-axis over on-axis response that is worth a sentence.
@@ -63,25 +64,27 @@ fn of_manoeuvre(manoeuvre: &Manoeuvre, controls: ControlNames) -> Vec<String> {
             .collect();
         if !strong.is_empty() {
             let on = on_axis(manoeuvre.control).name(controls);
-            said.push(format!("Strong coupling to {what}: beside {on}, {}.", strong.join(" and ")));
+            said.push(format!("Strong coupling to {what}: {} as {on}.", strong.join(" and ")));
         }
     }
     said
 }
 
 fn coupling_words(coupling: &Coupling, controls: ControlNames) -> String {
-    let Measured { value, std } = coupling.ratio;
-    format!("{} does {value:.2} +- {std:.2} of it", coupling.channel.name(controls))
+    format!("{} does {} times as much", coupling.channel.name(controls), shown(coupling.ratio))
 }
 
 fn of_oscillation(found: &Oscillation, what: &str, manoeuvre: &Manoeuvre, controls: ControlNames) -> Vec<String> {
     let plane = Plane::of(manoeuvre.control).word();
     let (omega, zeta) = (found.omega, found.zeta);
     let mut said = vec![format!(
-        "After {what} the {plane} oscillation has omega {:.2} +- {:.2} rad/s, zeta {:.3} +- {:.3} (free from {:.1} s, {:.1} cycles seen).",
-        omega.value, omega.std, zeta.value, zeta.std, found.from_s, found.cycles
+        "After {what} the {plane} oscillation has omega {} rad/s, zeta {} (free from {:.1} s, {:.1} cycles seen).",
+        shown(omega),
+        shown(zeta),
+        found.from_s,
+        found.cycles
     )];
-    if zeta.value + 2.0 * zeta.std < 0.0 {
+    if zeta.value + 3.0 * zeta.std < 0.0 {
         said.push(format!("The {plane} oscillation after {what} grows."));
     }
     if let Some((from_s, early)) = found.earlier {
@@ -112,6 +115,11 @@ fn of_oscillation(found: &Oscillation, what: &str, manoeuvre: &Manoeuvre, contro
 pub fn of_all(all: &Interpretation) -> Vec<String> {
     let controls = all.runs.first().map_or(ControlNames::default(), |run| run.controls);
     let mut said: Vec<String> = all.points.iter().flat_map(|point| of_point(point, controls)).collect();
+    let complete = all.points.iter().filter(|point| point.members.len() >= RUNS_A_POINT).count();
+    if complete < all.points.len() {
+        let points = all.points.len();
+        said.push(format!("{complete} of {points} test points have the {RUNS_A_POINT} runs that a test point takes."));
+    }
     said.extend(all.linearity.iter().filter_map(|one| of_line(one, controls)));
     said
 }
@@ -147,10 +155,6 @@ fn of_point(point: &TestPoint, controls: ControlNames) -> Vec<String> {
         if !wide.is_empty() {
             said.push(format!("{what}: repeats worse in {}.", wide.join(", ")));
         }
-    }
-    if runs < RUNS_A_POINT {
-        let run = if runs == 1 { "run" } else { "runs" };
-        said.push(format!("{what}: {runs} {run} of the {RUNS_A_POINT} that a test point takes."));
     }
     said
 }

@@ -1,7 +1,8 @@
 //! The interpretation for a person: tables of at most [`WIDTH`] columns, then the sentences.
 
 use super::record::{
-    Interpretation, Linearity, Manoeuvre, Measured, Oscillation, Response, RunInterpretation, TestPoint, Untold, on_axis,
+    Interpretation, LineTest, Linearity, Manoeuvre, Measured, Plane, RUNS_A_POINT, Response, RunInterpretation, TestPoint,
+    Untold, on_axis,
 };
 use super::sentences::{point_words, side_words};
 use crate::flight::channel::{Channel, ControlNames};
@@ -22,7 +23,7 @@ pub fn text(all: &Interpretation) -> String {
         lines.push(String::new());
         lines.push("Test points".to_owned());
         lines.extend(rows(
-            all.points.iter().map(|point| point_cells(point, all, controls)),
+            all.points.iter().map(|point| point_cells(point, controls)),
             &["what", "runs", "scatter of the response, in % (by noise)"],
         ));
     }
@@ -70,9 +71,9 @@ fn wrapped(sentence: &str, indent: &str) -> Vec<String> {
 }
 
 /// A number with its error, to the error's two leading digits.
-fn shown(one: Measured) -> String {
+pub fn shown(one: Measured) -> String {
     let places = if one.std > 0.0 && one.std.is_finite() { 1 - libm::floor(libm::log10(one.std)) as i32 } else { 3 };
-    let places = usize::try_from(places.clamp(0, 6)).unwrap_or(0);
+    let places = usize::try_from(places.clamp(0, 4)).unwrap_or(0);
     format!("{:.places$} +- {:.places$}", one.value, one.std)
 }
 
@@ -86,21 +87,10 @@ fn run_lines(run: &RunInterpretation) -> Vec<String> {
         lines.push(format!("  no manoeuvre: {nothing}"));
         return lines;
     }
-    let titles = [
-        "s",
-        "control",
-        "shape",
-        "first, rad",
-        "m/s",
-        "climb",
-        "kg/m^3",
-        "p q r in trim, rad/s",
-        "trim",
-        "omega, rad/s",
-        "zeta",
-        "free from",
-    ];
+    let titles = ["s", "control", "shape", "first, rad", "m/s", "climb", "kg/m^3", "p q r in trim, rad/s", "trim"];
     lines.extend(rows(run.manoeuvres.iter().map(|one| manoeuvre_cells(one, run.controls)), &titles));
+    let titles = ["s", "after", "plane", "omega, rad/s", "zeta", "zeta by peaks", "free from, to s", "cycles", "explained"];
+    lines.extend(rows(run.manoeuvres.iter().map(|one| oscillation_cells(one, run.controls)), &titles));
     let titles = ["s", "to", "axis", "rad/s^2 a rad", "rad/s a rad", "peak after", "over on-axis", "passes 0.25 after"];
     let answers = run.manoeuvres.iter().flat_map(|one| answer_cells(one, run.controls));
     lines.extend(rows(answers, &titles));
@@ -126,8 +116,21 @@ fn manoeuvre_cells(one: &Manoeuvre, controls: ControlNames) -> Vec<String> {
         }
         Err(_) => cells.extend(["-", "-", "-", "-", "none"].map(String::from)),
     }
+    cells
+}
+
+fn oscillation_cells(one: &Manoeuvre, controls: ControlNames) -> Vec<String> {
+    let name = one.control.name(controls).to_owned();
+    let mut cells = vec![format!("{:.1}", one.start_s), name, Plane::of(one.control).word().to_owned()];
     match &one.oscillation {
-        Ok(Oscillation { omega, zeta, from_s, .. }) => cells.extend([shown(*omega), shown(*zeta), format!("{from_s:.1} s")]),
+        Ok(found) => cells.extend([
+            shown(found.omega),
+            shown(found.zeta),
+            found.decrement.map_or("-".to_owned(), |(_, zeta)| shown(zeta)),
+            format!("{:.1} to {:.1}", found.from_s, found.to_s),
+            format!("{:.1}", found.cycles),
+            format!("{:.0} %", 100.0 * found.explained),
+        ]),
         Err(reason) => {
             let short = match reason {
                 Untold::StillMoves(..) => "still moves",
@@ -136,7 +139,7 @@ fn manoeuvre_cells(one: &Manoeuvre, controls: ControlNames) -> Vec<String> {
                 Untold::Uncertain(..) => "uncertain",
                 _ => "not told",
             };
-            cells.extend([short, "-", "-"].map(String::from));
+            cells.extend([short, "-", "-", "-", "-", "-"].map(String::from));
         }
     }
     cells
@@ -172,7 +175,7 @@ fn answer_cells(one: &Manoeuvre, controls: ControlNames) -> Vec<Vec<String>> {
         .collect()
 }
 
-fn point_cells(point: &TestPoint, _: &Interpretation, controls: ControlNames) -> Vec<String> {
+fn point_cells(point: &TestPoint, controls: ControlNames) -> Vec<String> {
     let scatter = match &point.scatter {
         Err(reason) => reason.to_string(),
         Ok(all) => all
@@ -181,7 +184,7 @@ fn point_cells(point: &TestPoint, _: &Interpretation, controls: ControlNames) ->
             .collect::<Vec<_>>()
             .join(", "),
     };
-    vec![point_words(point, controls), point.members.len().to_string(), scatter]
+    vec![point_words(point, controls), format!("{} of {RUNS_A_POINT}", point.members.len()), scatter]
 }
 
 fn line_cells(one: &Linearity, controls: ControlNames) -> Vec<String> {
@@ -192,7 +195,7 @@ fn line_cells(one: &Linearity, controls: ControlNames) -> Vec<String> {
     };
     let mut cells = vec![what, response, format!("{:.4} to {:.4}", one.amplitudes.0, one.amplitudes.1), one.runs.to_string()];
     if let Ok(line) = &one.line {
-        let test = |test: Option<super::record::LineTest>, plus: f64| {
+        let test = |test: Option<LineTest>, plus: f64| {
             test.map_or("-".to_owned(), |test| shown(Measured { value: test.found.value + plus, std: test.found.std }))
         };
         cells.push(shown(line.slope));
