@@ -83,11 +83,30 @@ pub fn oscillation(channels: &Channels, flown: &Flown, until_s: f64) -> Result<O
         earlier = earlier.or(Some((begin_s, now.zeta)));
         (begin_s, found) = (later_s, Ok(later));
     }
-    let sine = found?;
+    let mut sine = found?;
+    (sine.omega, sine.zeta) = moved_with_start(channels, &seen, &sine, begin_s, to_s);
     if !(sine.zeta.std < ZETA_STD) {
         return Err(Untold::Uncertain(sine.omega, sine.zeta));
     }
     told(channels, flown, &seen, &sine, begin_s, to_s, earlier)
+}
+
+/// Frequency and damping with what they change by when the fit starts later, beyond chance, as part of their errors: other
+/// modes than the one that swings die within the first period.
+fn moved_with_start(channels: &Channels, seen: &[Channel], sine: &DampedSine, from_s: f64, to_s: f64) -> (Measured, Measured) {
+    let (mut omega_excess, mut zeta_excess) = (0.0f64, 0.0f64);
+    for half_periods in [1.0, 2.0] {
+        let later_s = from_s + half_periods * PI / sine.damped;
+        let Ok(later) = fitted(channels, seen, later_s, to_s) else { break };
+        let excess = |a: Measured, b: Measured| {
+            let change = b.value - a.value;
+            change * change - (b.std * b.std - a.std * a.std).max(0.0)
+        };
+        omega_excess = omega_excess.max(excess(sine.omega, later.omega));
+        zeta_excess = zeta_excess.max(excess(sine.zeta, later.zeta));
+    }
+    let with = |one: Measured, excess: f64| Measured { value: one.value, std: libm::sqrt(one.std * one.std + excess) };
+    (with(sine.omega, omega_excess), with(sine.zeta, zeta_excess))
 }
 
 /// The longest stretch in which no control moves.

@@ -99,7 +99,7 @@ fn manoeuvre(one: &Manoeuvre, controls: ControlNames) -> Value {
         "travel": one.travel,
         "pulses": one.pulses.iter().map(pulse).collect::<Vec<_>>(),
         "other_controls": others,
-        "trim": told(&one.trim, controls, |trim| trim_state(trim)),
+        "trim": told(&one.trim, controls, trim_state),
         "oscillation": told(&one.oscillation, controls, |found| oscillation(found, Plane::of(one.control), controls)),
         "sensitivity": sensitivity,
         "coupling": told(&one.couplings, controls, |all| coupling(all, on, controls)),

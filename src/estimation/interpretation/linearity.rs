@@ -89,7 +89,9 @@ fn point(manoeuvre: &Manoeuvre, response: Response) -> Option<Point> {
             (side * manoeuvre.travel, Measured { value: answer * span.value, std: span.std })
         }
     };
-    let by_amplitude = value.value / amplitude * manoeuvre.amplitude_std;
+    // A travel is the difference of two levels.
+    let levels = if response == Response::Span { core::f64::consts::SQRT_2 } else { 1.0 };
+    let by_amplitude = value.value / amplitude * manoeuvre.amplitude_std * levels;
     let std = libm::sqrt(value.std * value.std + by_amplitude * by_amplitude);
     (amplitude != 0.0 && std > 0.0).then_some(Point { amplitude, response: Measured { value: value.value, std } })
 }

@@ -19,6 +19,9 @@ const PULSE: f64 = 0.3;
 const APART_S: f64 = 1.5;
 /// A pulse held longer is a step and the return from it, s.
 const HELD_S: f64 = 5.0;
+/// A pulse's level is the mean without this part of it at either end, at most so many seconds: what is left of the flanks.
+const TOP: f64 = 0.15;
+const TOP_MOST_S: f64 = 0.3;
 /// The control stood at first where it was in the first second, s.
 const FIRST_S: f64 = 1.0;
 
@@ -88,11 +91,9 @@ fn of_control(control: Control, trace: &Trace) -> Vec<Flown> {
         }
     }
     let flown = |pulses: Vec<Pulse>| {
-        let start_s = pulses.first().map_or(begin_s, |pulse| pulse.start_s);
-        let stop_s = pulses.last().map_or(end_s, |pulse| pulse.end_s);
         let levels = pulses.iter().map(|pulse| pulse.level).chain([0.0]);
         let (least, most) = levels.fold((0.0f64, 0.0f64), |(a, b), level| (a.min(level), b.max(level)));
-        let travel = (most - least).max(travel(trace, start_s, stop_s).min(1.5 * (most - least)));
+        let travel = most - least;
         Flown { control, from, shape: shape(&pulses), travel, pulses }
     };
     found.into_iter().map(flown).collect()
@@ -137,12 +138,11 @@ fn pulses(trace: &Trace, from: f64, end_s: f64) -> Vec<Pulse> {
         }
         let start_s = first_high.checked_sub(1).and_then(|outer| crossing(first_high, outer));
         let stop_s = crossing(last_high, last_high + 1);
-        found.push(Pulse {
-            start_s: start_s.or(deviations.first().map(|(t, _)| *t)).unwrap_or(0.0),
-            end_s: stop_s.unwrap_or(end_s),
-            level: level * side,
-            ended: stop_s.is_some(),
-        });
+        let begin_s = start_s.or(deviations.first().map(|(t, _)| *t)).unwrap_or(0.0);
+        let top_s = (TOP * (stop_s.unwrap_or(end_s) - begin_s)).min(TOP_MOST_S);
+        let top = trace.mean(begin_s + top_s, (stop_s.unwrap_or(end_s) - top_s).min(begin_s + HELD_S));
+        let level = top.map_or(level, |(mean, _, _)| (mean - from) * side);
+        found.push(Pulse { start_s: begin_s, end_s: stop_s.unwrap_or(end_s), level: level * side, ended: stop_s.is_some() });
         at = last + 1;
     }
     // One reading is a glitch, not a hand.

@@ -48,7 +48,7 @@ pub struct Run<'a> {
 
 /// Looks at every run, and at all of them together.
 pub fn interpret(runs: &[Run<'_>]) -> Interpretation {
-    let looked: Vec<(Channels, Vec<(Flown, f64)>, RunInterpretation)> = runs.iter().map(of_run).collect();
+    let looked: Vec<Looked> = runs.iter().map(of_run).collect();
     let mut candidates = Vec::new();
     for (run, (channels, flown, interpretation)) in looked.iter().enumerate() {
         for (place, (manoeuvre, (flown, until_s))) in interpretation.manoeuvres.iter().zip(flown).enumerate() {
@@ -64,7 +64,10 @@ pub fn interpret(runs: &[Run<'_>]) -> Interpretation {
     all
 }
 
-fn of_run(run: &Run<'_>) -> (Channels, Vec<(Flown, f64)>, RunInterpretation) {
+/// A run's channels, its manoeuvres as detected with the time until which nothing else is flown, and what was made of them.
+type Looked = (Channels, Vec<(Flown, f64)>, RunInterpretation);
+
+fn of_run(run: &Run<'_>) -> Looked {
     let channels = Channels::of(run.samples);
     let controls = channels.controls();
     let (begin_s, end_s) = channels.range_s();

@@ -15,6 +15,8 @@ use crate::flight::control::Control;
 
 /// The first pulse counts for no longer, s.
 const FIRST_S: f64 = 3.0;
+/// A step's level is its mean over no longer, s.
+const STEP_MEAN_S: f64 = 5.0;
 /// How long a response may lag behind the pulse, s.
 const LAG_S: f64 = 0.3;
 /// Half of what a hand takes for a flank, s.
@@ -74,8 +76,10 @@ pub fn span(trace: &Trace, rest: &Rest, from_s: f64, to_s: f64) -> Option<Measur
 /// Noise of the control's level, rad.
 pub fn level_std(channels: &Channels, flown: &Flown) -> f64 {
     let Some((trace, first)) = channels.get(flown.control.channel()).zip(flown.pulses.first()) else { return 0.0 };
-    let readings = ((first.end_s - first.start_s) / trace.interval_s()).max(1.0);
-    trace.noise() / libm::sqrt(readings)
+    let readings = (0.7 * (first.end_s - first.start_s).min(STEP_MEAN_S) / trace.interval_s()).max(1.0);
+    // The level counts from the median of the run's first second.
+    let before = (1.0 / trace.interval_s()).max(1.0);
+    trace.noise() * libm::sqrt(1.0 / readings + 0.5 * core::f64::consts::PI / before)
 }
 
 /// Initial responses by axis.

@@ -209,7 +209,9 @@ pub fn side_words(side: i8) -> &'static str {
 fn growth_words(line: &Line, amplitudes: (f64, f64)) -> String {
     let how = if line.growth.value < 1.0 { "less" } else { "more" };
     format!(
-        "response grows {how} than the input: {:.4} rad gives {:.2} +- {:.2} of what {:.4} rad predicts",
-        amplitudes.1, line.growth.value, line.growth.std, amplitudes.0
+        "response grows {how} than the input: {:.4} rad gives {} of what {:.4} rad predicts",
+        amplitudes.1,
+        shown(line.growth),
+        amplitudes.0
     )
 }
