@@ -1,4 +1,4 @@
-//! Simulated flights: the model's own mode and control derivative, linear runs called linear, saturation found, repeats within noise.
+//! Simulated flights: the model's own mode and control derivative; linear called linear, saturation found; repeats within noise.
 
 use crate::puma::puma_100kn;
 use sideslip::estimation::interpretation::record::{Interpretation, Response, RunInterpretation};
@@ -96,6 +96,24 @@ fn linear_runs_are_called_linear() {
     }
     eprintln!("linear sets: {called} of {SETS} called not in proportion, {curved} with a curvature beyond chance however small");
     assert!(called <= 4, "{called}");
+}
+
+#[test]
+#[ignore = "not met: 33 of 50; three seconds of trim show too little of what gusts do later"]
+fn linear_runs_in_gusts_are_called_linear() {
+    let Some(model) = puma_100kn() else { return };
+    const SETS: u64 = 100;
+    let gusts = [Effect::Turbulence { sigma: 0.5, length: 150.0 }];
+    let mut called = 0;
+    for set in 0..SETS / 2 {
+        let sizes = ["0.005", "0.01", "0.015", "0.01"].iter().zip(0..);
+        let run = |(size, run): (&&str, u64)| {
+            flown(Flight::of(model.clone()), &format!("pedal:doublet:{size}:0.7"), &gusts, 1.0, 8.0, 9000 + 100 * set + run)
+        };
+        called += u32::from(found_anything(&look(&sizes.map(|one| run((&one.0, one.1))).collect::<Vec<_>>())));
+    }
+    eprintln!("linear sets in gusts of 0.5 m/s: {called} of {} called not in proportion", SETS / 2);
+    assert!(called <= 5, "{called}");
 }
 
 #[test]
