@@ -19,6 +19,8 @@ pub mod estimator;
 pub mod fixed_interval;
 pub mod fixed_lag;
 pub mod health;
+#[cfg(feature = "std")]
+pub mod interpretation;
 pub mod latest;
 pub mod noise;
 pub mod noise_bank;

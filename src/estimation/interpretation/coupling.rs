@@ -1,0 +1,79 @@
+//! How much the other axes do, beside the one that the control is there for.
+//!
+//! Consumes the rates over the manoeuvre; produces the ratio of root mean squares about trim, the variance of white noise taken
+//! out of both,
+//!     ratio = sqrt((rms_off^2 - noise_off^2) / (rms_on^2 - noise_on^2))                                (1)
+//! with the error that the channels' motion in trim brings into it, and when the off-axis channel first passes a level.
+//! A ratio within twice that error is no coupling.
+
+use super::channels::{Channels, Rest};
+use super::manoeuvre::Flown;
+use super::record::{COUPLING_LEVEL, Coupling, Measured, Untold, on_axis};
+use super::sensitivity::peak;
+use super::trace::Trace;
+use crate::flight::channel::Channel;
+
+/// What comes so long after the last pulse still answers to it, s.
+const AFTER_S: f64 = 3.0;
+/// A step's answer is looked at for so long, s.
+const STEP_S: f64 = 6.0;
+
+/// The stretch of a manoeuvre with its answer, s.
+pub fn stretch(flown: &Flown, until_s: f64) -> (f64, f64) {
+    let start_s = flown.start_s();
+    let held = flown.pulses.last().is_some_and(|pulse| pulse.end_s - pulse.start_s > STEP_S);
+    let end_s = if held { flown.pulses.last().map_or(start_s, |pulse| pulse.start_s) + STEP_S } else { flown.end_s() + AFTER_S };
+    (start_s - 0.1, end_s.min(until_s))
+}
+
+/// Off-axis responses over the on-axis one.
+///
+/// # Errors
+/// [`Untold`] where the on-axis channel is missing or does not answer.
+pub fn couplings(channels: &Channels, flown: &Flown, trim: (f64, f64), until_s: f64) -> Result<Vec<Coupling>, Untold> {
+    let on = on_axis(flown.control);
+    let trace = channels.get(on).ok_or(Untold::NoChannel("on-axis channel"))?;
+    let rest = Rest::of(trace, trim.0, trim.1).ok_or(Untold::NoTrim)?;
+    let (from_s, to_s) = stretch(flown, until_s);
+    let main = moved(trace, &rest, from_s, to_s).ok_or(Untold::BelowNoise)?;
+    let highest = peak(trace, &rest, from_s, to_s, 0.0).ok_or(Untold::BelowNoise)?;
+    if main.value < 3.0 * main.std {
+        return Err(Untold::BelowNoise);
+    }
+    let one = |channel: Channel| {
+        let trace = channels.get(channel)?;
+        let rest = Rest::of(trace, trim.0, trim.1)?;
+        let off = moved(trace, &rest, from_s, to_s)?;
+        let ratio = off.value / main.value;
+        let relative = main.std / main.value;
+        // The motion in trim adds to the answer as squares where it is not part of it, and in proportion where it is.
+        let std = libm::sqrt(off.std * off.std / (main.value * main.value) + ratio * ratio * relative * relative);
+        let level = (COUPLING_LEVEL * highest.change.value.abs()).max(4.0 * rest.deviation_std());
+        let step_s = trace.interval_s().max(0.01);
+        let times = (0..((to_s - from_s) / step_s) as usize).map(|i| from_s + step_s * i as f64);
+        let mut beyond = times.filter(|t| trace.line(*t).is_some_and(|line| (line.value - rest.mean).abs() > level));
+        Some(Coupling {
+            channel,
+            ratio: Measured { value: ratio, std },
+            significant: off.value > 2.0 * off.std,
+            exceeds_after_s: beyond.next().map(|time_s| time_s - flown.start_s()),
+        })
+    };
+    let others = [Channel::P, Channel::Q, Channel::R].into_iter().filter(|channel| *channel != on);
+    Ok(others.filter_map(one).collect())
+}
+
+/// Root mean square about trim without the noise's part.
+fn moved(trace: &Trace, rest: &Rest, from_s: f64, to_s: f64) -> Option<Measured> {
+    let (count, squares) =
+        trace.within(from_s, to_s).fold((0.0, 0.0), |(n, sum), (_, x)| (n + 1.0, sum + (x - rest.mean) * (x - rest.mean)));
+    if count < 5.0 {
+        return None;
+    }
+    let noise = trace.noise() * trace.noise();
+    let value = libm::sqrt((squares / count - noise).max(0.0));
+    // Noise times motion in the squares, and the variance of the noise, known to sqrt(2/n): near nothing its root counts.
+    let noise_std = noise * libm::sqrt(2.0 / count);
+    let by_noise = noise_std / (2.0 * value).max(libm::sqrt(noise_std)).max(f64::MIN_POSITIVE);
+    Some(Measured { value, std: libm::sqrt(by_noise * by_noise + noise / count + rest.motion * rest.motion) })
+}
