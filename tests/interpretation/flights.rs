@@ -99,7 +99,6 @@ fn linear_runs_are_called_linear() {
 }
 
 #[test]
-#[ignore = "not met: 33 of 50; three seconds of trim show too little of what gusts do later"]
 fn linear_runs_in_gusts_are_called_linear() {
     let Some(model) = puma_100kn() else { return };
     const SETS: u64 = 100;

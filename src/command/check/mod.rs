@@ -1,5 +1,6 @@
 //! `sideslip check`: do a run's instruments agree with each other, and what is wrong where they do not?
 
+mod interpretation;
 mod json;
 mod table;
 
@@ -71,12 +72,15 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let controls = candidates.first().map_or(ControlNames::Rotorcraft, |one| one.geometry.controls);
     let style = if args.json.is_some() { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
     let infos: Vec<&RunInfo> = read.iter().map(|one| &one.info).collect();
-    let text = table::text(&verdicts, &infos, controls, style);
+    let looked = interpretation::of(&read);
+    let text = table::text(&verdicts, &infos, controls, style) + &interpretation::text(&looked);
     match &args.json {
         None => print(&text)?,
         Some(path) => {
             message(format_args!("{}", text.trim_end()));
-            write_json(path, &format!("{:#}\n", json::document(&verdicts, controls)))?;
+            let mut document = json::document(&verdicts, controls);
+            document["interpretation"] = interpretation::document(&looked);
+            write_json(path, &format!("{document:#}\n"))?;
         }
     }
     let losses: Vec<&String> = read.iter().flat_map(|one| &one.losses).collect();

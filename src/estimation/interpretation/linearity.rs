@@ -6,16 +6,20 @@
 //! by weighted least squares, and tests c, a and d. Weights: noise and motion in trim of each response; where runs repeat
 //! an amplitude, their scatter takes part as so many degrees of freedom beside [`PRIOR`] of the stated errors. A test's limit
 //! is Student's for 1 % over all tests of the same runs together, so 1 of 100 sets of runs in proportion is called out of it.
-//! That holds in calm air. In gusts the motion in trim is too short a look at them, and the errors are too small: of 50 sets in
-//! proportion in gusts of 0.5 m/s, 33 were called out of it. Read a departure there only with repeats.
-//! Cannot answer for amplitudes within [`SAME_AMPLITUDE`] of each other.
+//! That holds in calm air. In gusts the motion in trim is too short a look at them, and the errors would be too small: of 50 sets
+//! in proportion in gusts of 0.5 m/s, 33 were called out of it. So where the on-axis rate moves in trim by more than [`STILL`]
+//! times what noise makes of a smoothed reading, no line is laid.
+//! Cannot answer there, nor for amplitudes within [`SAME_AMPLITUDE`] of each other.
 
+use super::channels::Rest;
 use super::record::{Line, LineTest, Linearity, MATERIAL, Manoeuvre, Measured, Response, Untold, on_axis};
 use super::test_point::{Candidate, SAME_AMPLITUDE, alike, grouped};
 use core::f64::consts::PI;
 
 /// Chance that one of the tests of the same runs finds what is not there.
 pub const FALSE_ALARM: f64 = 0.01;
+/// Motion in trim that passes for still air.
+const STILL: f64 = 3.0;
 /// Degrees of freedom that the stated errors are worth.
 const PRIOR: f64 = 10.0;
 
@@ -52,6 +56,7 @@ fn of_group(group: &[Candidate<'_>]) -> Vec<Linearity> {
             sets.push((response, 0, points));
         }
     }
+    let disturbance = group.iter().filter_map(disturbance).fold(0.0, f64::max);
     let tests = sets.iter().map(|(_, side, points)| tests_of(*side, points)).sum::<usize>().max(1);
     let told = |(response, side, points): (Response, i8, Vec<Point>)| {
         let least = points.iter().map(|point| point.amplitude.abs()).fold(f64::INFINITY, f64::min);
@@ -64,10 +69,21 @@ fn of_group(group: &[Candidate<'_>]) -> Vec<Linearity> {
             side,
             amplitudes: (least, most),
             runs: points.len(),
-            line: line(&points, FALSE_ALARM / tests as f64),
+            line: if disturbance > STILL {
+                Err(Untold::Disturbed(disturbance))
+            } else {
+                line(&points, FALSE_ALARM / tests as f64)
+            },
         }
     };
     sets.into_iter().map(told).collect()
+}
+
+/// What the on-axis rate does in trim, over what noise makes of a smoothed reading of it.
+fn disturbance(one: &Candidate<'_>) -> Option<f64> {
+    let trim = one.manoeuvre.trim.as_ref().ok()?;
+    let rest = Rest::of(one.channels.get(on_axis(one.manoeuvre.control))?, trim.from_s, trim.to_s)?;
+    Some(rest.motion / rest.smooth)
 }
 
 fn tests_of(side: i8, points: &[Point]) -> usize {

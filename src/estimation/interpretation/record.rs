@@ -33,6 +33,8 @@ pub enum Untold {
     TooFewRuns(usize, usize),
     /// The runs differ too little in amplitude: smallest and largest, rad.
     OneAmplitude(f64, f64),
+    /// The aircraft is not still in trim: gusts, or a trim not held; its motion over what noise makes of a smoothed reading.
+    Disturbed(f64),
     /// The response is not above what the channel does in trim.
     BelowNoise,
     /// The record begins so short before the control moves that nothing says what its trim is.
@@ -55,6 +57,7 @@ impl fmt::Display for Untold {
             ),
             Untold::TooFewRuns(found, needed) => write!(f, "too few runs: {found}, of {needed} or more"),
             Untold::OneAmplitude(least, most) => write!(f, "one amplitude only ({least:.4} to {most:.4} rad)"),
+            Untold::Disturbed(ratio) => write!(f, "the air or the trim is not still ({ratio:.0} times the noise)"),
             Untold::BelowNoise => f.write_str("not above the motion in trim"),
             Untold::NoTrim => f.write_str("no still stretch before it"),
         }
