@@ -19,7 +19,7 @@ pub(super) fn of(read: &[Read]) -> Interpretation {
 
 /// For a person.
 pub(super) fn text(all: &Interpretation) -> String {
-    format!("\nPreliminary interpretation\n{}", table::text(all))
+    format!("\n{}", table::text(all))
 }
 
 /// For a program, under `interpretation`.
