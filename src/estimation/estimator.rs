@@ -350,8 +350,7 @@ impl Estimator {
         self.output.state = Some(state);
         if tick {
             self.output.lagged = self.fixed_lag.tick(time_s, &ekf).map(|point| {
-                let std = core::array::from_fn(|i| ekf.std(i));
-                lagged(&point, ekf.state(), &std, &self.geometry)
+                lagged(&point, ekf.state(), &ekf.stds(), &self.geometry)
             });
         }
         self.ekf = Some(ekf);
@@ -391,8 +390,7 @@ impl Estimator {
 
     fn record(&self, ekf: &Ekf) -> StateRecord {
         let fused = self.output.innovations.iter().filter(|innovation| innovation.fused).count() as u8;
-        let std = core::array::from_fn(|i| ekf.std(i));
-        StateRecord { fused, ..state_record(self.time_s, ekf.state(), &std, &self.geometry) }
+        StateRecord { fused, ..state_record(self.time_s, ekf.state(), &ekf.stds(), &self.geometry) }
     }
 
     /// Puts a sample on the delay line, and into the trim while its window is open: what it does not carry is not sampled.
