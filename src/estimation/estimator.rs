@@ -349,9 +349,8 @@ impl Estimator {
         let state = self.record(&ekf);
         self.output.state = Some(state);
         if tick {
-            self.output.lagged = self.fixed_lag.tick(time_s, &ekf).map(|point| {
-                lagged(&point, ekf.state(), &ekf.stds(), &self.geometry)
-            });
+            self.output.lagged =
+                self.fixed_lag.tick(time_s, &ekf).map(|point| lagged(&point, ekf.state(), &ekf.stds(), &self.geometry));
         }
         self.ekf = Some(ekf);
         if self.vibration.folded() && !self.folded_said {

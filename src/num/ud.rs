@@ -220,11 +220,10 @@ impl<T: Real, const N: usize> UdFactor<T, N> {
         }
         let touched = &touched[..count];
         let first = touched.first().copied().unwrap_or(N);
-        let mut f = *h;
+        let mut f = [T::ZERO; N];
         let mut innovation_var = noise_var;
         for j in first..N {
             let column = &self.column[j];
-            // Above the diagonal: below it a column is nothing.
             for &i in touched {
                 f[j] += column[i] * h[i];
             }
