@@ -286,7 +286,7 @@ impl FixedLag {
         let after = (0..self.len).position(|age| self.points[self.place(age)].time_s >= time_s)?;
         let (later_s, later) = self.corrected(after)?;
         let Some((earlier_s, earlier)) = after.checked_sub(1).and_then(|before| self.corrected(before)) else {
-            return (later_s == time_s).then_some(later);
+            return (later_s <= time_s).then_some(later);
         };
         let interval = later_s - earlier_s;
         if !(interval > 0.0 && interval <= hold_s) {

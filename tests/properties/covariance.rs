@@ -1,6 +1,6 @@
 //! A factored covariance stays symmetric and positive whatever is done to it, in either precision and in any units.
 //!
-//! The long run takes `SIDESLIP_COVARIANCE_STEPS` steps in each precision and in each of two sets of units: 20,000 unless
+//! The long run takes `SIDESLIP_COVARIANCE_STEPS` steps in each precision and in each of two sets of units: 200,000 unless
 //! told, 10,000,000 to be sure.
 
 use crate::uniform::Uniform;
@@ -138,7 +138,7 @@ proptest! {
 }
 
 /// Steps of the long run, and how many of them lie between two whole checks; every d is looked at in each.
-const USUAL_STEPS: f64 = 2e4;
+const USUAL_STEPS: f64 = 2e5;
 const BETWEEN_CHECKS: u64 = 100;
 
 /// A step of the kinds and sizes of [`any_step`].
