@@ -4,19 +4,22 @@
 //! airspeed and attitude are there, runs on what is there, and says what is missing.
 
 use super::admission::{Admission, Verdict};
+mod regressors;
+
 use super::aid::{self, inertial};
+use super::centre::{lagged, state_record};
 use super::config::{Config, ConfigError, RegressionStates};
-use super::consistency::{Consistency, flow_angle_rates};
-use super::delay_line::{DelayLine, Smoothed};
+use super::consistency::Consistency;
+use super::delay_line::DelayLine;
 use super::ekf::{Ekf, Follow};
-use super::fixed_lag::{FixedLag, SmoothedPoint};
+use super::fixed_lag::FixedLag;
 use super::health::AidHealth;
 use super::latest::{INPUTS, Input};
 use super::latest::{Latest, is_tick};
 use super::noise::NoiseStatistics;
 use super::process::{
-    ACCELEROMETER_BIAS, ALTITUDE, ANGULAR_ACCELERATION, ATTITUDE, GYRO_BIAS, MOVING, RATES, SCALE_ERROR, SPECIFIC_FORCE, STATES,
-    State, VELOCITY,
+    ACCELEROMETER_BIAS, ALTITUDE, ANGULAR_ACCELERATION, ATTITUDE, GYRO_BIAS, RATES, SCALE_ERROR, SPECIFIC_FORCE, STATES, State,
+    VELOCITY,
 };
 use super::record::{
     AIDS, Aid, EstimationEvent, Innovation, Instrumentation, NoiseRecord, SmoothedRecord, StateRecord, StateSet, TrimRecord,
@@ -341,8 +344,13 @@ impl Estimator {
                 test_ratio: fusion.test_ratio,
                 fused: fusion.gain.is_some(),
             };
-            if let Some(event) = self.health[aid.index()].judge(&innovation) {
+            // Judged by the aid's own noise; what the filter makes of it beyond that is the filter's affair.
+            let own_var = fusion.innovation_var - prediction.noise_var + self.noise.without_inflation(aid);
+            if let Some(event) = self.health[aid.index()].judge(&innovation, own_var) {
                 self.notice(event);
+            }
+            if innovation.fused {
+                self.noise.fused(aid, fusion.innovation * fusion.innovation / fusion.innovation_var);
             }
             let _ = self.output.innovations.push(innovation);
         }
@@ -391,217 +399,4 @@ impl Estimator {
         let fused = self.output.innovations.iter().filter(|innovation| innovation.fused).count() as u8;
         StateRecord { fused, ..state_record(self.time_s, ekf.state(), &ekf.stds(), &self.geometry) }
     }
-
-    /// Puts a sample on the delay line, and into the trim while its window is open: what it does not carry is not sampled.
-    fn delay(&mut self, sample: &Sample, state: &StateRecord) {
-        let value = |channel| sample.get(channel).unwrap_or(f64::NAN);
-        let rates = [value(Channel::P), value(Channel::Q), value(Channel::R)];
-        let [p, q, r]: [f64; 3] = core::array::from_fn(|i| self.input[3 + i]);
-        let force = [value(Channel::Ax), value(Channel::Ay), value(Channel::Az)];
-        // The kinematics hold where the accelerometers stand, so the vanes are brought there (small angles).
-        let felt = self.ekf.as_ref().map_or(state.velocity, |ekf| core::array::from_fn(|i| ekf.state()[VELOCITY + i]));
-        let ([xv, yv, zv], [xa, ya, za]) = (self.geometry.vane_position_m, self.geometry.accelerometer_position_m);
-        let ([x, y, z], u) = ([xv - xa, yv - ya, zv - za], felt[0]);
-        let alpha = value(Channel::Alpha) - (p * y - q * x) / u;
-        let beta = value(Channel::Beta) - (r * x - p * z) / u;
-        let attitude = [state.attitude[0], state.attitude[1]];
-        let kinematic = flow_angle_rates(felt, attitude, force, [p, q, r]).unwrap_or([f64::NAN; 2]);
-        let controls = Channel::CONTROLS.map(value);
-        let mut row = [f64::NAN; SIGNALS];
-        row[..3].copy_from_slice(&state.velocity);
-        row[3..6].copy_from_slice(&rates);
-        row[6..8].copy_from_slice(&attitude);
-        row[8..CONTROL_SIGNALS].copy_from_slice(&force);
-        row[CONTROL_SIGNALS..VANE_SIGNALS].copy_from_slice(&controls);
-        row[VANE_SIGNALS..KINEMATIC_SIGNALS].copy_from_slice(&[alpha, beta]);
-        row[KINEMATIC_SIGNALS..].copy_from_slice(&kinematic);
-        self.delay.push(self.time_s, &row);
-
-        let (velocity, velocity_std) = (state.velocity, state.velocity_std);
-        let tick = TrimRecord { velocity, velocity_std, rates, attitude, specific_force: force, controls };
-        if let Some((trim, rate_rms)) = self.trim.take(self.time_s, &tick) {
-            self.output.trim = Some(trim);
-            if rate_rms > super::trim::STEADY_RATE_RMS {
-                self.notice(EstimationEvent::TrimNotSteady { rate_rms });
-            }
-        }
-    }
-
-    /// Takes the instants of the regression grid off the delay line whose kernel is now covered.
-    fn come_of_age(&mut self) {
-        let grid_s = self.config.grid_s;
-        let ready_s = self.time_s - self.config.lag_s;
-        let origin_s = *self.grid_origin_s.get_or_insert(self.time_s);
-        let mut centre_s = origin_s + self.next_grid as f64 * grid_s;
-        if centre_s > self.time_s + grid_s {
-            // A clock that was set back: the grid starts again.
-            self.grid_origin_s = Some(self.time_s);
-            self.next_grid = 0;
-            return;
-        }
-        if ready_s - centre_s > INSTANTS as f64 * grid_s {
-            // Silence, or a clock that was set forward: the grid goes on from here.
-            self.next_grid = libm::floor((ready_s - origin_s) / grid_s) as u64;
-            centre_s = origin_s + self.next_grid as f64 * grid_s;
-        }
-        // Instants closer than the samples would count the same information twice.
-        let stride = libm::ceil(self.latest.interval_s() / grid_s - 0.01).clamp(1.0, INSTANTS as f64);
-        for _ in 0..INSTANTS {
-            if !(centre_s < ready_s) {
-                break;
-            }
-            self.next_grid = self.next_grid.saturating_add(stride as u64);
-            if let Some(smoothed) = self.delay.at(centre_s) {
-                self.compare_vanes(&smoothed);
-                let mut record = self.smoothed_record(centre_s, stride * grid_s, &smoothed);
-                if let Some(correction) = self.fixed_lag.correction(centre_s, self.config.hold_s) {
-                    for i in 0..3 {
-                        record.velocity[i] += correction[VELOCITY + i];
-                    }
-                    for i in 0..2 {
-                        record.attitude[i] += correction[ATTITUDE + i];
-                    }
-                }
-                let _ = self.output.smoothed.push(record);
-            }
-            centre_s = origin_s + self.next_grid as f64 * grid_s;
-        }
-    }
-
-    /// The filter's states of now at the instants of the regression grid, with the biases that the trim holds too.
-    fn as_filtered(&mut self, state: &StateRecord) {
-        let origin_s = *self.grid_origin_s.get_or_insert(self.time_s);
-        let gone = (self.time_s - origin_s) / self.config.grid_s;
-        if !(gone >= 0.0) {
-            // A clock that was set back: the grid starts again.
-            self.grid_origin_s = Some(self.time_s);
-            self.next_grid = 0;
-            return;
-        }
-        if gone < self.next_grid as f64 {
-            return;
-        }
-        let interval_s = self.latest.interval_s().max(self.config.grid_s);
-        self.next_grid = libm::floor(gone) as u64 + 1;
-        let controls = Channel::CONTROLS.map(|control| self.latest.get(control, self.time_s));
-        let plus = |a: [f64; 3], b: [f64; 3]| core::array::from_fn(|i| a[i] + b[i]);
-        let record = SmoothedRecord {
-            time_s: self.time_s,
-            interval_s,
-            velocity: state.velocity,
-            rates: plus(state.rates, state.gyro_bias),
-            attitude: [state.attitude[0], state.attitude[1]],
-            specific_force: plus(state.specific_force, state.accelerometer_bias),
-            angular_acceleration: state.angular_acceleration,
-            controls: controls.map(|control| control.unwrap_or(0.0)),
-            controls_present: controls.map(|control| control.is_some()),
-        };
-        let _ = self.output.smoothed.push(record);
-    }
-
-    fn smoothed_record(&self, time_s: f64, interval_s: f64, smoothed: &Smoothed<SIGNALS>) -> SmoothedRecord {
-        let value = &smoothed.value;
-        let [u, v, w, p, q, r, phi, theta, ax, ay, az, ..] = *value;
-        let [dp, dq, dr] = [smoothed.slope[3], smoothed.slope[4], smoothed.slope[5]];
-        let force = centre_force([ax, ay, az], [p, q, r], [dp, dq, dr], &self.geometry);
-        let mut controls = [0.0; 4];
-        let mut controls_present = [false; 4];
-        for i in 0..4 {
-            let control = value[CONTROL_SIGNALS + i];
-            controls_present[i] = control.is_finite();
-            if controls_present[i] {
-                controls[i] = control;
-            }
-        }
-        SmoothedRecord {
-            time_s,
-            interval_s,
-            velocity: [u, v, w],
-            rates: [p, q, r],
-            attitude: [phi, theta],
-            specific_force: force,
-            angular_acceleration: [dp, dq, dr],
-            controls,
-            controls_present,
-        }
-    }
-
-    fn compare_vanes(&mut self, smoothed: &Smoothed<SIGNALS>) {
-        let n = *self.noise.noise();
-        let u = smoothed.value[0];
-        let vane_var = [n.incidence_std * n.incidence_std, n.sideslip_std * n.sideslip_std];
-        // alpha moves by az and q, beta by ay and r.
-        let inertial_var = [(n.accelerometer_std[2], n.gyro_std[1]), (n.accelerometer_std[1], n.gyro_std[2])]
-            .map(|(force, rate)| force * force / (u * u) + rate * rate);
-        let aids = [Aid::Incidence, Aid::Sideslip];
-        for (i, aid) in aids.into_iter().enumerate() {
-            let (vane, rate) = (VANE_SIGNALS + i, KINEMATIC_SIGNALS + i);
-            let noise_var = self.delay.ticks_a_sample(vane) * smoothed.slope_noise_gain * vane_var[i]
-                + self.delay.ticks_a_sample(rate) * smoothed.value_noise_gain * inertial_var[i];
-            let measured = if self.delay.is_silent(vane) { f64::NAN } else { smoothed.slope[vane] };
-            let kinematic = smoothed.value[rate];
-            self.consistency[i].compare(measured, kinematic, noise_var);
-            if self.disagreement_said[i] {
-                continue;
-            }
-            if let Some(r_squared) = self.consistency[i].disagreement() {
-                self.disagreement_said[i] = true;
-                self.notice(EstimationEvent::KinematicsDisagree { aid, r_squared });
-            }
-        }
-    }
-}
-
-/// Velocity of the centre of mass from that of the accelerometers: v - omega x s, s where they stand.
-fn centre_velocity(x: &State, geometry: &RunGeometry) -> [f64; 3] {
-    let [u, v, w, _, _, _, _, p, q, r, ..] = *x;
-    let [ax, ay, az] = geometry.accelerometer_position_m;
-    [u - (q * az - r * ay), v - (r * ax - p * az), w - (p * ay - q * ax)]
-}
-
-/// Specific force at the centre of mass: a - omega' x s - omega x (omega x s), s where the accelerometers stand.
-fn centre_force(force: [f64; 3], rates: [f64; 3], slopes: [f64; 3], geometry: &RunGeometry) -> [f64; 3] {
-    let ([ax, ay, az], [p, q, r], [dp, dq, dr]) = (force, rates, slopes);
-    let [x, y, z] = geometry.accelerometer_position_m;
-    [
-        ax + (q * q + r * r) * x - (p * q - dr) * y - (p * r + dq) * z,
-        ay - (p * q + dr) * x + (p * p + r * r) * y - (q * r - dp) * z,
-        az - (p * r - dq) * x - (q * r + dp) * y + (p * p + q * q) * z,
-    ]
-}
-
-/// The published state from the filter's, with its standard deviations.
-pub(super) fn state_record(time_s: f64, x: &State, std: &State, geometry: &RunGeometry) -> StateRecord {
-    let three = |offset: usize| core::array::from_fn(|i| x[offset + i]);
-    let three_std = |offset: usize| core::array::from_fn(|i| std[offset + i]);
-    StateRecord {
-        time_s,
-        velocity: centre_velocity(x, geometry),
-        velocity_std: three_std(VELOCITY),
-        rates: three(RATES),
-        rates_std: three_std(RATES),
-        angular_acceleration: three(ANGULAR_ACCELERATION),
-        angular_acceleration_std: three_std(ANGULAR_ACCELERATION),
-        specific_force: centre_force(three(SPECIFIC_FORCE), three(RATES), three(ANGULAR_ACCELERATION), geometry),
-        specific_force_std: three_std(SPECIFIC_FORCE),
-        attitude: three(ATTITUDE),
-        attitude_std: three_std(ATTITUDE),
-        altitude: x[ALTITUDE],
-        altitude_std: std[ALTITUDE],
-        accelerometer_bias: three(ACCELEROMETER_BIAS),
-        accelerometer_bias_std: three_std(ACCELEROMETER_BIAS),
-        gyro_bias: three(GYRO_BIAS),
-        gyro_bias_std: three_std(GYRO_BIAS),
-        fused: 0,
-    }
-}
-
-/// A smoothed instant; what does not move is as the filter knows it now.
-fn lagged(point: &SmoothedPoint, now: &State, now_std: &State, geometry: &RunGeometry) -> StateRecord {
-    let (mut x, mut std) = (*now, *now_std);
-    x[..MOVING].copy_from_slice(&point.x);
-    for (std, var) in std.iter_mut().zip(point.var) {
-        *std = libm::sqrt(var);
-    }
-    state_record(point.time_s, &x, &std, geometry)
 }

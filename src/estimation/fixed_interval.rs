@@ -13,9 +13,10 @@
 //! Numerics: (3) subtracts; a variance that rounding makes negative is told as 0.
 //! Cannot answer where the filter does not run; where it starts again, the record is cut.
 
+use super::centre::state_record;
 use super::config::{Config, ConfigError, NoiseSource};
 use super::ekf::{Follow, Fusion, Transition};
-use super::estimator::{Estimator, state_record};
+use super::estimator::Estimator;
 use super::process::{MOVING, STATES, State};
 use super::record::{EstimationEvent, NoiseRecord, StateRecord};
 use crate::flight::run::RunGeometry;

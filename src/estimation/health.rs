@@ -43,10 +43,10 @@ impl AidHealth {
         !self.reported
     }
 
-    /// Takes an innovation in; the event where the aid's health has changed.
-    pub fn judge(&mut self, innovation: &Innovation) -> Option<EstimationEvent> {
+    /// Takes an innovation in, with the variance s that it should have; the event where the aid's health has changed.
+    pub fn judge(&mut self, innovation: &Innovation, expected_var: f64) -> Option<EstimationEvent> {
         let aid = innovation.aid;
-        let nis = innovation.innovation * innovation.innovation / innovation.innovation_var;
+        let nis = innovation.innovation * innovation.innovation / expected_var;
         self.count = self.count.saturating_add(1);
         self.mean_nis += NIS_GAIN.max(1.0 / f64::from(self.count)) * (nis - self.mean_nis);
         let rejected = if innovation.fused { 0.0 } else { 1.0 };
@@ -92,19 +92,19 @@ mod tests {
     #[test]
     fn a_rejection_is_said_once_until_it_has_stayed_away() {
         let mut health = AidHealth::NEW;
-        assert_eq!(health.judge(&innovation(0.0, 1.0, true)), None);
+        assert_eq!(health.judge(&innovation(0.0, 1.0, true), 1.0), None);
         let said = Some(EstimationEvent::AidRejected { aid: Aid::Bank, test_ratio: 1.44 });
-        assert_eq!(health.judge(&innovation(1.0, 6.0, false)), said);
-        assert_eq!(health.judge(&innovation(1.5, 6.0, false)), None);
-        assert_eq!(health.judge(&innovation(3.0, 1.0, true)), None, "not yet two seconds");
-        assert_eq!(health.judge(&innovation(3.6, 1.0, true)), Some(EstimationEvent::AidAccepted { aid: Aid::Bank }));
-        assert_eq!(health.judge(&innovation(4.0, 6.0, false)), said);
+        assert_eq!(health.judge(&innovation(1.0, 6.0, false), 1.0), said);
+        assert_eq!(health.judge(&innovation(1.5, 6.0, false), 1.0), None);
+        assert_eq!(health.judge(&innovation(3.0, 1.0, true), 1.0), None, "not yet two seconds");
+        assert_eq!(health.judge(&innovation(3.6, 1.0, true), 1.0), Some(EstimationEvent::AidAccepted { aid: Aid::Bank }));
+        assert_eq!(health.judge(&innovation(4.0, 6.0, false), 1.0), said);
     }
 
     #[test]
     fn innovations_three_times_too_large_are_said_once() {
         let mut health = AidHealth::NEW;
-        let events: Vec<_> = (0..300).filter_map(|i| health.judge(&innovation(f64::from(i), 3.0, true))).collect();
+        let events: Vec<_> = (0..300).filter_map(|i| health.judge(&innovation(f64::from(i), 3.0, true), 1.0)).collect();
         assert_eq!(events.len(), 1);
         let EstimationEvent::InnovationsTooLarge { aid: Aid::Bank, mean_nis } = events[0] else { panic!("{events:?}") };
         assert!((mean_nis - 9.0).abs() < 1e-9, "the mean of equal numbers is that number: {mean_nis}");

@@ -7,6 +7,9 @@
 
 pub mod admission;
 pub mod aid;
+mod centre;
+#[cfg(feature = "std")]
+pub mod compatibility;
 pub mod config;
 pub mod consistency;
 pub mod delay_line;

@@ -2,9 +2,14 @@
 //!
 //! Consumes admitted samples; produces the standard deviations that the aids are predicted with and the random walks that
 //! drive the process. Every channel has a bank (`noise_bank`); what its maximum of likelihood says is taken within
-//!     gyros and accelerometers: `LEAST` to `MOST` times the configured standard deviation            (1)
+//!     gyros: `LEAST` to `MOST` times the configured standard deviation, accelerometers from `FORCE_LEAST` on (a random walk
+//!     is a poor picture of a specific force, and at slow rates leaves it hardly any noise)            (1)
 //!     aids: 1 to `MOST` times it: a vane in turbulent air is worse than its own noise, never better (2)
 //!     random walks: `WALK_LEAST` to `WALK_MOST` times the configured one                             (3)
+//! What a bank cannot see is slow: gusts, an instrument that stands elsewhere than the run says. So the variance of an aid is
+//! also multiplied by c, which follows the normalised innovations of what was fused,
+//!     ln c <- ln c + `GAIN` (min(nu^2/s, 9) - 1),   1 <= c <= `INFLATION_MOST`                        (4)
+//! and settles where their mean is 1. What is rejected does not count: a fault stays rejected.
 //! Source: the paper, 2.2.4, on how sensitive the filter is to the process noise it is told.
 
 use super::aid::inertial::INERTIAL;
@@ -17,10 +22,15 @@ use core::f64::consts::PI;
 
 /// Bounds (1) and (2).
 const LEAST: f64 = 0.1;
+const FORCE_LEAST: f64 = 0.3;
 const MOST: f64 = 20.0;
 /// Bounds (3).
 const WALK_LEAST: f64 = 0.02;
 const WALK_MOST: f64 = 100.0;
+
+/// Gain and bound of (4).
+const GAIN: f64 = 0.01;
+const INFLATION_MOST: f64 = 100.0;
 
 /// Channels with a bank: gyros, accelerometers, aids.
 const BANKS: usize = 6 + AIDS;
@@ -31,6 +41,10 @@ pub struct NoiseStatistics {
     source: NoiseSource,
     banks: [NoiseBank; BANKS],
     configured: NoiseRecord,
+    /// By the banks alone.
+    shown: Noise,
+    /// c of (4), by `Aid::index()`.
+    inflation: [f64; AIDS],
     now: NoiseRecord,
 }
 
@@ -52,7 +66,8 @@ impl NoiseStatistics {
             angular_acceleration_walk: config.angular_acceleration_walk,
             specific_force_walk: config.specific_force_walk,
         };
-        NoiseStatistics { source: config.noise_source, banks, configured, now: configured }
+        let (shown, inflation) = (configured.noise, [1.0; AIDS]);
+        NoiseStatistics { source: config.noise_source, banks, configured, shown, inflation, now: configured }
     }
 
     /// What is in use.
@@ -63,6 +78,21 @@ impl NoiseStatistics {
     /// The instruments' noise in use.
     pub fn noise(&self) -> &Noise {
         &self.now.noise
+    }
+
+    /// Variance of an aid's noise without (4): what its innovations are judged by.
+    pub fn without_inflation(&self, aid: Aid) -> f64 {
+        self.shown.of(aid) * self.shown.of(aid)
+    }
+
+    /// An innovation of that aid was fused: its square over its variance, for (4).
+    pub fn fused(&mut self, aid: Aid, nis: f64) {
+        if self.source == NoiseSource::Configured {
+            return;
+        }
+        if let Some(c) = self.inflation.get_mut(aid.index()) {
+            *c = (*c * libm::exp(GAIN * (nis.min(9.0) - 1.0))).clamp(1.0, INFLATION_MOST);
+        }
     }
 
     /// The signals begin anew: after a gap.
@@ -104,12 +134,15 @@ impl NoiseStatistics {
                 }
                 3..6 => {
                     let i = place - 3;
-                    now.noise.accelerometer_std[i] = within(std, was.noise.accelerometer_std[i], LEAST, MOST);
+                    now.noise.accelerometer_std[i] = within(std, was.noise.accelerometer_std[i], FORCE_LEAST, MOST);
                     now.specific_force_walk[i] = within(walk, was.specific_force_walk[i], WALK_LEAST, WALK_MOST);
                 }
                 _ => {
                     if let Some(&aid) = Aid::ALL.get(place - 6) {
-                        *now.noise.of_mut(aid) = within(std, was.noise.of(aid), 1.0, MOST);
+                        let shown = within(std, was.noise.of(aid), 1.0, MOST);
+                        *self.shown.of_mut(aid) = shown;
+                        let inflation = self.inflation.get(aid.index()).copied().unwrap_or(1.0);
+                        *now.noise.of_mut(aid) = shown * libm::sqrt(inflation);
                     }
                 }
             }

@@ -81,6 +81,28 @@ fn gains(wander: Wander, index: f64) -> (f64, f64) {
     }
 }
 
+/// What a filter of tracking index L keeps of its memory from sample to sample: c of (2), 1 - alpha of (3). About the likeliest
+/// filter the mean squared innovation is a parabola in it.
+fn memory(wander: Wander, index: f64) -> f64 {
+    let rest = 1.0 - gains(wander, index).0;
+    match wander {
+        Wander::Slope => libm::sqrt(rest),
+        Wander::Level => rest,
+    }
+}
+
+/// Lowest point of the parabola through three points whose middle one is the lowest, x in order; `None` where they are on a line.
+fn lowest([(x0, y0), (x1, y1), (x2, y2)]: [(f64, f64); 3]) -> Option<(f64, f64)> {
+    let (left, right) = ((y1 - y0) / (x1 - x0), (y2 - y1) / (x2 - x1));
+    let curvature = (right - left) / (x2 - x0);
+    if !(curvature > 0.0) {
+        return None;
+    }
+    let slope = left + curvature * (x1 - x0);
+    let x = (x1 - 0.5 * slope / curvature).clamp(x0.min(x2), x0.max(x2));
+    Some((x, y1 + (x - x1) * (slope + curvature * (x - x1))))
+}
+
 impl NoiseBank {
     /// Nothing seen yet.
     pub const fn new(wander: Wander) -> Self {
@@ -149,7 +171,7 @@ impl NoiseBank {
         }
     }
 
-    /// The likeliest noise, (4), between the indexes by a parabola through ln(mean nu^2) at the best three.
+    /// The likeliest noise, (4), between the filters by a parabola through ln(mean nu^2) at the best three.
     pub fn likeliest(&self) -> Option<ChannelNoise> {
         if self.count < COUNT_MIN {
             return None;
@@ -163,19 +185,18 @@ impl NoiseBank {
         if !(self.mean[best] > 0.0 && self.mean[best].is_finite() && self.interval_s > 0.0) {
             return None;
         }
-        let ln = |filter: usize| libm::log(self.mean[filter]);
-        let (mut at, mut mean) = (best as f64, self.mean[best]);
+        let (mut c, mut mean) = (memory(self.wander, index(best as f64)), self.mean[best]);
         if best > 0 && best + 1 < FILTERS {
-            let (before, here, after) = (ln(best - 1), ln(best), ln(best + 1));
-            let curvature = before - 2.0 * here + after;
-            if curvature > 0.0 {
-                let offset = (0.5 * (before - after) / curvature).clamp(-0.5, 0.5);
-                at += offset;
-                mean *= libm::exp(0.25 * (after - before) * offset);
+            let point = |filter: usize| (memory(self.wander, index(filter as f64)), libm::log(self.mean[filter]));
+            if let Some((at, ln)) = lowest([point(best - 1), point(best), point(best + 1)]) {
+                (c, mean) = (at, libm::exp(ln));
             }
         }
-        let index = index(at);
-        let noise_var = (1.0 - gains(self.wander, index).0) * mean;
+        let (index, alpha) = match self.wander {
+            Wander::Slope => (2.0 * (1.0 - c) * (1.0 - c) / c, 1.0 - c * c),
+            Wander::Level => ((1.0 - c) / libm::sqrt(c), 1.0 - c),
+        };
+        let noise_var = (1.0 - alpha) * mean;
         let t = self.interval_s;
         let intensity = match self.wander {
             Wander::Slope => index * index * noise_var / (t * t * t),

@@ -3,6 +3,7 @@
 //! In: the records of every stage, through a bounded queue that never holds the estimator up. Out: files and text.
 //! Assumed: messages of one run in order of time. Refused: nothing; what cannot be written is counted and said.
 
+mod estimation_sentence;
 pub mod event_ring;
 pub mod record;
 pub mod text;

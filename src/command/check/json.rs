@@ -1,0 +1,55 @@
+//! The answer as a JSON document; corrections are effects as model files have them, each with `std`.
+
+use serde_json::{Map, Value, json};
+use sideslip::estimation::compatibility::verdict::{Correction, Verdict};
+use sideslip::flight::channel::ControlNames;
+use sideslip::flight::effect_file::{DeclaredEffect, EffectValue};
+
+/// The whole answer.
+pub(super) fn document(verdicts: &[Verdict], controls: ControlNames) -> Value {
+    json!({ "runs": verdicts.iter().map(|verdict| run(verdict, controls)).collect::<Vec<_>>() })
+}
+
+fn run(verdict: &Verdict, controls: ControlNames) -> Value {
+    let mut consistency = Map::new();
+    for (angle, r2) in ["alpha", "beta"].into_iter().zip(&verdict.consistency) {
+        if let Some((before, after)) = r2 {
+            consistency.insert(angle.to_owned(), json!({ "r2_before": before, "r2_after": after }));
+        }
+    }
+    json!({
+        "run": verdict.run,
+        "verdict": verdict.fitness.words(),
+        "reason": verdict.reason,
+        "corrections": verdict.corrections.iter().map(|one| correction(one, controls)).collect::<Vec<_>>(),
+        "consistency": consistency,
+        "not_observable": verdict.not_observable,
+    })
+}
+
+fn correction(correction: &Correction, controls: ControlNames) -> Value {
+    let mut document = effect(&correction.effect, controls);
+    if let Some(vane) = correction.vane {
+        document.insert("shown_by".to_owned(), json!(vane.name(controls)));
+    }
+    document.insert("partial_f".to_owned(), json!(correction.significance));
+    if !correction.alternatives.is_empty() {
+        let alternatives: Vec<Value> = correction.alternatives.iter().map(|one| Value::Object(effect(one, controls))).collect();
+        document.insert("alternatives".to_owned(), Value::Array(alternatives));
+        document.insert("split_by".to_owned(), json!(correction.split_by));
+    }
+    if !correction.by_run.is_empty() {
+        let by_run = correction.by_run.iter().map(|(run, value, std)| json!({ "run": run, "value": value, "std": std }));
+        document.insert("by_run".to_owned(), Value::Array(by_run.collect()));
+    }
+    Value::Object(document)
+}
+
+fn effect(effect: &DeclaredEffect, controls: ControlNames) -> Map<String, Value> {
+    let value = |value| match value {
+        EffectValue::Name(name) => json!(name),
+        EffectValue::Number(number) => json!(number),
+        EffectValue::Vector(vector) => json!(vector),
+    };
+    effect.entries(controls).into_iter().map(|(key, entry)| (key.to_owned(), value(entry))).collect()
+}

@@ -1,0 +1,110 @@
+//! `sideslip check`: do a run's instruments agree with each other, and what is wrong where they do not?
+
+mod json;
+mod table;
+
+use super::ingest::head_of;
+use super::mapping_input::read_mapping;
+use super::message;
+use super::output_file::{print, refuse_to_overwrite, write_json};
+use sideslip::error::{Failure, Outcome};
+use sideslip::estimation::compatibility::verdict::{Candidate, Fitness, check};
+use sideslip::flight::channel::ControlNames;
+use sideslip::flight::run_file::RunInfo;
+use sideslip::outputs::terminal::Style;
+use sideslip::telemetry::mavlink::mapping::Config as Mapping;
+use sideslip::telemetry::recording::Recording;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+
+const EXAMPLE: &str = "\
+Example:
+  sideslip check flight.csv
+  sideslip check monday/*.csv --json - | jq .runs[].verdict
+  sideslip check flight.csv --set vane_position_m=[13.1,0,0]
+
+Rates, accelerometers, attitude and air data measure one motion: what does not fit together is an instrument. All runs are
+taken together: factors, lags, skews and positions hold over all of them, biases are each run's own. A correction is told where
+it is significant beyond noise (as coloured as it is) and beyond what is normal among healthy instruments; where two explanations
+fit alike both are told. A run needs 5 s, rates at 8 Hz, and motion.
+
+Exit status: 0 all runs are fit, some perhaps after corrections; 1 failed while running; 2 the call or a recording is wrong;
+3 all fit, but rows were skipped; 4 a run is not fit for identification. With --json the table goes to standard error.";
+
+/// Check instruments against the kinematics: biases, factors, lags, skews and positions, and whether a run is fit
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLE)]
+pub(crate) struct Args {
+    /// Recordings, a run each; their format is told by their content
+    #[arg(required = true, value_name = "RUN")]
+    files: Vec<PathBuf>,
+    /// Override a key of every run, such as vane_position_m=[13.08,0,0]; repeatable
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Which message gives which channel, for recordings of MAVLink (TOML)
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Write the answer as JSON to this file, or to standard output with -
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+/// A recording as it was read.
+struct Read {
+    candidate: Candidate,
+    info: RunInfo,
+    losses: Vec<String>,
+}
+
+/// Reads every run, checks them together and says what came of it.
+pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    if let Some(json) = args.json.as_ref().filter(|json| json.as_os_str() != "-") {
+        refuse_to_overwrite("--json", json, &args.files)?;
+    }
+    let mapping = read_mapping(args.config.as_deref())?;
+    let read = args.files.iter().map(|file| read(file, &args.set, &mapping)).collect::<Result<Vec<_>, _>>()?;
+    let candidates: Vec<Candidate> = read.iter().map(|one| one.candidate.clone()).collect();
+    if std::io::stderr().is_terminal() {
+        message(format_args!("{} run(s) read, checking ...", candidates.len()));
+    }
+    let verdicts = check(&candidates);
+    let controls = candidates.first().map_or(ControlNames::Rotorcraft, |one| one.geometry.controls);
+    let style = if args.json.is_some() { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
+    let infos: Vec<&RunInfo> = read.iter().map(|one| &one.info).collect();
+    let text = table::text(&verdicts, &infos, controls, style);
+    match &args.json {
+        None => print(&text)?,
+        Some(path) => {
+            message(format_args!("{}", text.trim_end()));
+            write_json(path, &format!("{:#}\n", json::document(&verdicts, controls)))?;
+        }
+    }
+    let losses: Vec<&String> = read.iter().flat_map(|one| &one.losses).collect();
+    for loss in &losses {
+        message(format_args!("sideslip: {loss}"));
+    }
+    Ok(if verdicts.iter().any(|verdict| verdict.fitness == Fitness::NotFit) {
+        Outcome::NotGood
+    } else if losses.is_empty() {
+        Outcome::Done
+    } else {
+        Outcome::DataLost
+    })
+}
+
+fn read(file: &Path, overrides: &[String], mapping: &Mapping) -> Result<Read, Failure> {
+    let mut recording = Recording::open_with(file, mapping)?;
+    let (info, _) = head_of(file, &recording, overrides)?;
+    let mut samples = Vec::new();
+    while let Some(row) = recording.next_row()? {
+        samples.push(row.sample);
+    }
+    let skipped = recording.skipped().rows();
+    let mut losses = Vec::new();
+    if skipped > 0 {
+        losses.push(format!("{}: {skipped} of {} rows skipped", file.display(), skipped + samples.len() as u64));
+    }
+    losses.extend(recording.shortfall().map(|shortfall| format!("{}: {shortfall}", file.display())));
+    let name = info.run().unwrap_or_default().to_owned();
+    Ok(Read { candidate: Candidate { name, samples, geometry: *info.geometry() }, info, losses })
+}

@@ -1,0 +1,108 @@
+//! The answer for a person.
+
+use sideslip::estimation::compatibility::verdict::{Correction, Verdict};
+use sideslip::flight::channel::{Channel, ControlNames};
+use sideslip::flight::effect::{Effect, PositionedSensor};
+use sideslip::flight::effect_file::DeclaredEffect;
+use sideslip::flight::run_file::RunInfo;
+use sideslip::outputs::terminal::{Style, measured};
+use std::fmt::Write;
+
+const DEGREE: f64 = core::f64::consts::PI / 180.0;
+
+/// The whole answer.
+pub(super) fn text(verdicts: &[Verdict], infos: &[&RunInfo], controls: ControlNames, style: Style) -> String {
+    let mut text = String::new();
+    for (verdict, info) in verdicts.iter().zip(infos) {
+        if !text.is_empty() {
+            text.push('\n');
+        }
+        let heading = format!("{}: {}", verdict.run, verdict.fitness.words());
+        let _ = writeln!(text, "{}\n  {}", style.bold(heading), verdict.reason);
+        for one in &verdict.corrections {
+            correction(&mut text, one, info, controls);
+        }
+        for (angle, r2) in ["alpha", "beta"].into_iter().zip(&verdict.consistency) {
+            if let Some((before, after)) = r2 {
+                let after = after.map_or("-".to_owned(), |after| format!("{after:.3}"));
+                let _ = writeln!(text, "  consistency of {angle}: R2 {before:.3} as recorded, {after} after");
+            }
+        }
+        if !verdict.not_observable.is_empty() {
+            let _ = writeln!(text, "  cannot be told from this run:");
+            for one in &verdict.not_observable {
+                let _ = writeln!(text, "    {one}");
+            }
+        }
+    }
+    text
+}
+
+fn correction(text: &mut String, one: &Correction, info: &RunInfo, controls: ControlNames) {
+    let _ = writeln!(text, "  * {}", sentence(&one.effect, one.vane, controls));
+    for other in &one.alternatives {
+        let _ = writeln!(text, "      or {}", sentence(other, None, controls));
+    }
+    for split in &one.split_by {
+        let _ = writeln!(text, "      told apart by: {split}");
+    }
+    for (run, value, std) in &one.by_run {
+        let (shown, error) = measured(*value, *std);
+        let _ = writeln!(text, "      {run} alone: {shown} +- {error}");
+    }
+    if let Effect::SensorPosition { sensor, offset_m } = one.effect.effect {
+        let (key, stands) = match sensor {
+            PositionedSensor::Vane => ("vane_position_m", info.geometry().vane_position_m),
+            PositionedSensor::Accelerometer => ("accelerometer_position_m", info.geometry().accelerometer_position_m),
+        };
+        let [x, y, z] = [0, 1, 2].map(|axis| stands[axis] + offset_m[axis]);
+        let _ = writeln!(text, "      correct it by: --set {key}=[{x:.2},{y:.2},{z:.2}]");
+    }
+}
+
+/// One correction in words.
+fn sentence(declared: &DeclaredEffect, vane: Option<Channel>, controls: ControlNames) -> String {
+    let std = declared.std.unwrap_or(f64::NAN);
+    let with = |value: f64, factor: f64, unit: &str| {
+        let (value, std) = measured(value * factor, std * factor);
+        format!("{value} +- {std} {unit}").trim_end().to_owned()
+    };
+    let scaled = |channel: Channel| match channel.si_unit() {
+        "rad" => (1.0 / DEGREE, "deg"),
+        "rad/s" => (1.0 / DEGREE, "deg/s"),
+        unit => (1.0, unit),
+    };
+    match declared.effect {
+        Effect::SensorBias { channel, value } => {
+            let (factor, unit) = scaled(channel);
+            format!("{} reads {} too much", channel.name(controls), with(value, factor, unit))
+        }
+        Effect::SensorScale { channel, factor } => {
+            format!("{} reads {} times the truth", channel.name(controls), with(factor, 1.0, ""))
+        }
+        Effect::SensorLag { channel, tau } => {
+            format!("{} lags with a time constant of {}", channel.name(controls), with(tau, 1.0, "s"))
+        }
+        Effect::SensorDelay { channel, delay } if delay < 0.0 => {
+            format!("{} is {} ahead of the others", channel.name(controls), with(-delay, 1.0, "s"))
+        }
+        Effect::SensorDelay { channel, delay } => format!("{} is {} late", channel.name(controls), with(delay, 1.0, "s")),
+        Effect::SensorPosition { sensor, offset_m } => {
+            let what = match (sensor, vane) {
+                (PositionedSensor::Vane, Some(channel)) => format!("{} is", channel.name(controls)),
+                (PositionedSensor::Vane, None) => "alpha and beta are".to_owned(),
+                (PositionedSensor::Accelerometer, _) => "ax ay az are".to_owned(),
+            };
+            let ways = [("ahead of", "behind"), ("right of", "left of"), ("below", "above")];
+            let largest = offset_m.iter().fold(0.0f64, |most, part| most.max(part.abs()));
+            let mut parts: Vec<String> = Vec::new();
+            for (part, (positive, negative)) in offset_m.iter().zip(ways).filter(|(part, _)| part.abs() > 0.0) {
+                let way = if *part > 0.0 { positive } else { negative };
+                let size = if part.abs() < largest { format!("{:.1} m", part.abs()) } else { with(part.abs(), 1.0, "m") };
+                parts.push(format!("{size} {way}"));
+            }
+            format!("{what} measured {} where the run says", parts.join(", "))
+        }
+        other => other.kind().name().to_owned(),
+    }
+}

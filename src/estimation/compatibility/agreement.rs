@@ -1,0 +1,86 @@
+//! Do the flow angles move as accelerometers, gyros and attitude say, before and after the corrections?
+//!
+//! Consumes a record and parameters; produces R2 of `consistency` for incidence and sideslip: the slope of the corrected angle,
+//! brought to where the accelerometers stand, beside the kinematic rate there, both smoothed by the same kernel of
+//! [`HALF_WIDTH_S`]. A lag is taken for a skew of the same size. `None` where a channel is missing or hardly anything moves.
+
+use super::parameter::{ACCELEROMETER_PLACE, ALPHA_PLACE, BETA_PLACE, INPUTS, Theta, VANE_PLACE};
+use super::record::Record;
+use crate::estimation::consistency::{Consistency, flow_angle_rates};
+use crate::num::kernel::weights;
+
+/// Half width of the smoothing kernel, s.
+pub const HALF_WIDTH_S: f64 = 0.4;
+
+/// R2 of incidence and sideslip.
+pub fn agreement(record: &Record, theta: &Theta) -> [Option<f64>; 2] {
+    [1, 2].map(|output| of_angle(record, theta, output))
+}
+
+fn of_angle(record: &Record, theta: &Theta, output: usize) -> Option<f64> {
+    if !record.velocities {
+        return None;
+    }
+    let angle = record.outputs.get(output)?.as_ref()?;
+    let [vane, accelerometer] = [VANE_PLACE, ACCELEROMETER_PLACE].map(|from| theta.place(from));
+    let alone = theta.place(if output == 1 { ALPHA_PLACE } else { BETA_PLACE });
+    let arm: [f64; 3] =
+        core::array::from_fn(|i| record.vane_place[i] + vane[i] + alone[i] - record.accelerometer_place[i] - accelerometer[i]);
+    let half_s = (0.5 * record.sample_s).max(0.02);
+    let read_output = |c: usize, time_s: f64| -> Option<f64> {
+        let (measured, series) = (INPUTS + c, record.outputs.get(c)?.as_ref()?);
+        let at_s = time_s + theta.skew_s(measured) + theta.lag_s(measured);
+        Some((series.mean(at_s - half_s, at_s + half_s) - theta.bias(measured)) / theta.factor(measured))
+    };
+    let read_input = |i: usize, time_s: f64| -> Option<f64> {
+        let series = record.inputs.get(i)?.as_ref()?;
+        let at_s = time_s + theta.skew_s(i) + theta.lag_s(i);
+        Some((series.mean(at_s - half_s, at_s + half_s) - theta.bias(i)) / theta.factor(i))
+    };
+    let noise = angle.noise_std() / theta.factor(INPUTS + output);
+    let measured = INPUTS + output;
+    let late_s = theta.skew_s(measured) + theta.lag_s(measured);
+    // At each sample: the angle at the accelerometers, and its rate.
+    let mut times = Vec::new();
+    let (mut angles, mut rates) = (Vec::new(), Vec::new());
+    for (sampled_s, value) in angle.samples() {
+        let time_s = sampled_s - late_s;
+        let own = (value - theta.bias(measured)) / theta.factor(measured);
+        let speed = read_output(0, time_s)?;
+        let mut alpha = read_output(1, time_s).unwrap_or(0.0);
+        let mut beta = read_output(2, time_s).unwrap_or(0.0);
+        if output == 1 {
+            alpha = own
+        } else {
+            beta = own
+        }
+        let [ax, ay, az, p, q, r] = [0, 1, 2, 3, 4, 5].map(|i| read_input(i, time_s).unwrap_or(0.0));
+        let ((sa, ca), (sb, cb)) = (libm::sincos(alpha), libm::sincos(beta));
+        let [x, y, z] = arm;
+        let velocity = [speed * ca * cb - (q * z - r * y), speed * sb - (r * x - p * z), speed * sa * cb - (p * y - q * x)];
+        let [u, v, w] = velocity;
+        let attitude = [read_output(3, time_s).unwrap_or(0.0), read_output(4, time_s).unwrap_or(0.0)];
+        let [by_alpha, by_beta] = flow_angle_rates(velocity, attitude, [ax, ay, az], [p, q, r])?;
+        times.push(time_s);
+        angles.push(if output == 1 { libm::atan2(w, u) } else { libm::atan2(v, libm::hypot(u, w)) });
+        rates.push(if output == 1 { by_alpha } else { by_beta });
+    }
+    let mut compared = Consistency::NEW;
+    let (mut smooth, mut slope) = (Vec::new(), Vec::new());
+    for centre in (0..record.nodes).map(|node| record.time_s(node)) {
+        let from = times.partition_point(|&t| t < centre - HALF_WIDTH_S).saturating_sub(1);
+        let to = (times.partition_point(|&t| t <= centre + HALF_WIDTH_S) + 1).min(times.len());
+        let Some(window) = times.get(from..to) else { continue };
+        smooth.resize(window.len(), 0.0);
+        slope.resize(window.len(), 0.0);
+        if !weights(window, centre, HALF_WIDTH_S, 0.25, &mut smooth, &mut slope) {
+            continue;
+        }
+        let sum = |weights: &[f64], values: &[f64]| -> f64 {
+            weights.iter().zip(values.get(from..to).unwrap_or(&[])).map(|(a, b)| a * b).sum()
+        };
+        let noise_var = noise * noise * slope.iter().map(|weight| weight * weight).sum::<f64>();
+        compared.compare(sum(&slope, &angles), sum(&smooth, &rates), noise_var);
+    }
+    compared.r_squared()
+}

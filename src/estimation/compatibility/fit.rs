@@ -1,0 +1,310 @@
+//! All runs fitted at once: what holds over all of them, and what is each run's own.
+//!
+//! Consumes records with their noise, and which parameters are free; minimises
+//!     J = sum_runs sum(e^2 + ln s) + sum theta_i^2/sigma_i^2                                          (1)
+//! (sigma normal or free, see `parameter`) by Gauss-Newton with step halving on the innovations of `filter`. With C the
+//! inverse of the information and theta the minimum, letting parameter i go (its prior from sigma to the free one) gives
+//!     theta' = theta/(1 - D C_ii),  C' = C_ii/(1 - D C_ii),  J falls by theta^2 D/(1 - D C_ii)          (2)
+//! with D = 1/sigma^2 - 1/sigma_free^2: every hypothesis is judged from one matrix, the other parameters refitted.
+//! Residuals of flight data are coloured: the variance of theta_i is that for white ones times
+//!     c = sum_l rho(l) sum_k g_k g_(k+l)/sum_k g_k^2                                                (3)
+//! with g the row of influence of theta_i on the readings of each output and rho the innovations' correlation there.
+//! Source of (3): E. A. Morelli and V. Klein, J. Aircraft 34(2), 1997.
+
+use super::filter::{Noise, Passed, Prepared, pass};
+use super::matrix::Square;
+use super::parameter::{
+    ACCELEROMETER_PLACE, ALPHA_PLACE, BETA_PLACE, Kind, MEASURED, OUTPUTS, OWN, PARAMETERS, Parameter, SCALE, TIMING, TURNED,
+    Theta, VANE_PLACE,
+};
+use super::record::Record;
+
+/// Parameters that hold over all runs.
+pub const SHARED: usize = PARAMETERS - OWN;
+/// Correlations of the innovations are counted up to this, s.
+const COLOUR_S: f64 = 1.0;
+/// Part of a sample by which healthy channels are apart.
+const TIMING_SAMPLES: f64 = 0.1;
+const STEPS_MAX: usize = 8;
+/// Precision that holds what cannot be told apart at zero.
+const HELD: f64 = 1e18;
+
+/// A run with its noise.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// The channels.
+    pub record: Record,
+    /// Their noise.
+    pub noise: Noise,
+    /// Parameters that act on this run's channels.
+    pub active: Vec<usize>,
+}
+
+/// Where the parameters stand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// Those of all runs, then each run's own.
+    pub values: Vec<f64>,
+    /// By channel: whether its timing is a lag.
+    pub lag: [bool; MEASURED],
+    /// Which are free, by place among `values`.
+    pub free: Vec<usize>,
+    /// Interval of the slowest run's gyros, s: instruments that are read in turn are apart by up to so much.
+    pub sample_s: f64,
+}
+
+/// The place among all values of a run's parameter.
+pub fn place_of(run: usize, index: usize) -> usize {
+    if index < OWN { SHARED + run * OWN + index } else { index - OWN }
+}
+
+/// The parameter at a place among all values, and the run that it belongs to where it is one run's own.
+pub fn parameter_at(place: usize) -> (Parameter, Option<usize>) {
+    match place.checked_sub(SHARED) {
+        None => (Parameter::at(place + OWN), None),
+        Some(own) => (Parameter::at(own % OWN), Some(own / OWN)),
+    }
+}
+
+impl Point {
+    /// No error anywhere.
+    pub fn zero(runs: &[Run]) -> Self {
+        let sample_s = runs.iter().map(|run| run.record.sample_s).fold(0.0, f64::max);
+        Point { values: vec![0.0; SHARED + runs.len() * OWN], lag: [false; MEASURED], free: Vec::new(), sample_s }
+    }
+
+    /// The parameters of one run.
+    pub fn theta(&self, run: usize) -> Theta {
+        let values = core::array::from_fn(|index| self.values.get(place_of(run, index)).copied().unwrap_or(0.0));
+        Theta { values, lag: self.lag }
+    }
+
+    /// Standard deviation of a parameter's prior.
+    pub fn prior_std(&self, place: usize) -> Option<f64> {
+        let (normal, free) = self.priors(place)?;
+        Some(if self.free.contains(&place) { free } else { normal })
+    }
+
+    /// Standard deviations, normal and free: of timing at least a tenth of a sample.
+    pub fn priors(&self, place: usize) -> Option<(f64, f64)> {
+        let parameter = parameter_at(place).0;
+        let (normal, free) = parameter.priors()?;
+        let sampled = if parameter.kind == Kind::Timing { TIMING_SAMPLES * self.sample_s } else { 0.0 };
+        Some((normal.max(sampled.min(free)), free))
+    }
+
+    /// The prior's part of (1).
+    fn prior_cost(&self) -> f64 {
+        let one = |(place, value): (usize, &f64)| self.prior_std(place).map_or(0.0, |std| value * value / (std * std));
+        self.values.iter().enumerate().map(one).sum()
+    }
+}
+
+/// The neighbourhood of a point.
+#[derive(Clone, Debug)]
+pub struct Local {
+    /// (1).
+    pub cost: f64,
+    /// Inverse of the information, C.
+    pub dispersion: Square,
+    /// What the data say more: gradient of (1), halved and with its sign changed.
+    pub pull: Vec<f64>,
+    /// Information of each run's data alone, by its active parameters.
+    pub runs: Vec<(Passed, Square)>,
+}
+
+/// Which parameters act on a record.
+pub fn active(record: &Record) -> Vec<usize> {
+    let has = |measured: usize| {
+        let inputs = record.inputs.len();
+        match measured.checked_sub(inputs) {
+            None => record.inputs[measured].is_some() && (measured >= 3 || record.velocities),
+            Some(output) => record.outputs[output].is_some(),
+        }
+    };
+    let vanes = |output: usize| record.outputs[output].is_some();
+    (0..PARAMETERS)
+        .filter(|&index| {
+            let parameter = Parameter::at(index);
+            parameter.priors().is_some()
+                && match (parameter.measured, index) {
+                    (Some(measured), _) => has(measured),
+                    (None, TURNED..) => true,
+                    (None, ALPHA_PLACE..BETA_PLACE) => vanes(1),
+                    (None, BETA_PLACE..VANE_PLACE) => vanes(2),
+                    (None, VANE_PLACE..ACCELEROMETER_PLACE) => vanes(1) || vanes(2),
+                    (None, _) => record.velocities,
+                }
+        })
+        .collect()
+}
+
+/// (1) at a point; `None` where a motion cannot be followed.
+pub fn cost(runs: &[Run], point: &Point) -> Option<f64> {
+    let mut sum = point.prior_cost();
+    for (place, run) in runs.iter().enumerate() {
+        sum += pass(&Prepared::of(&run.record, &point.theta(place)), &run.noise, &[], true)?.cost;
+    }
+    Some(sum)
+}
+
+/// Linearises (1) about a point.
+pub fn linearise(runs: &[Run], point: &Point) -> Option<Local> {
+    let order = point.values.len();
+    let mut information = Square::zeros(order);
+    let mut pull = vec![0.0; order];
+    let mut cost = point.prior_cost();
+    let mut passes = Vec::with_capacity(runs.len());
+    for (number, run) in runs.iter().enumerate() {
+        let passed = pass(&Prepared::of(&run.record, &point.theta(number)), &run.noise, &run.active, false)?;
+        cost += passed.cost;
+        let width = run.active.len();
+        let mut own = Square::zeros(width);
+        let mut side = vec![0.0; width];
+        for (row, innovation) in passed.rows.chunks(width.max(1)).zip(&passed.innovations) {
+            for (i, a) in row.iter().enumerate() {
+                side[i] += a * innovation.whitened;
+                for (entry, b) in own.entries[i * width + i..(i + 1) * width].iter_mut().zip(&row[i..]) {
+                    *entry += a * b;
+                }
+            }
+        }
+        for i in 0..width {
+            for j in 0..i {
+                *own.at_mut(i, j) = own.at(j, i);
+            }
+            let global = place_of(number, run.active[i]);
+            pull[global] += side[i];
+            for j in 0..width {
+                *information.at_mut(global, place_of(number, run.active[j])) += own.at(i, j);
+            }
+        }
+        passes.push((passed, own));
+    }
+    for place in 0..order {
+        match point.prior_std(place) {
+            Some(std) => {
+                *information.at_mut(place, place) += 1.0 / (std * std);
+                pull[place] -= point.values[place] / (std * std);
+            }
+            None => *information.at_mut(place, place) += HELD,
+        }
+    }
+    let dispersion = information.inverse()?;
+    Some(Local { cost, dispersion, pull, runs: passes })
+}
+
+/// Goes to the minimum of (1) from a point; returns it with its neighbourhood.
+pub fn minimise(runs: &[Run], start: &Point) -> Option<(Point, Local)> {
+    let mut point = start.clone();
+    let mut local = linearise(runs, &point)?;
+    for _ in 0..STEPS_MAX {
+        let step = local.dispersion.times(&local.pull);
+        let promised: f64 = step.iter().zip(&local.pull).map(|(a, b)| a * b).sum();
+        if promised < 0.05 {
+            break;
+        }
+        let mut length = 1.0;
+        let mut better = None;
+        for _ in 0..6 {
+            let mut tried = point.clone();
+            tried.values.iter_mut().zip(&step).for_each(|(value, step)| *value += length * step);
+            bound(&mut tried);
+            if let Some(next) = linearise(runs, &tried).filter(|next| next.cost < local.cost) {
+                better = Some((tried, next));
+                break;
+            }
+            length *= 0.4;
+        }
+        let Some((next_point, next)) = better else { break };
+        let gained = local.cost - next.cost;
+        (point, local) = (next_point, next);
+        if gained < 0.05 {
+            break;
+        }
+    }
+    Some((point, local))
+}
+
+/// Keeps a lag positive and a factor away from zero.
+fn bound(point: &mut Point) {
+    for measured in 0..MEASURED {
+        if point.lag[measured] {
+            let value = &mut point.values[TIMING + measured - OWN];
+            *value = value.clamp(0.002, 2.0);
+        }
+        let timing = &mut point.values[TIMING + measured - OWN];
+        *timing = timing.clamp(-1.0, 2.0);
+        let factor = &mut point.values[SCALE + measured - OWN];
+        *factor = factor.clamp(-0.8, 3.0);
+    }
+}
+
+/// A parameter let go by (2).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LetGo {
+    /// Its place.
+    pub place: usize,
+    /// Its value.
+    pub value: f64,
+    /// Its standard error for white residuals.
+    pub std: f64,
+    /// How much (1) falls.
+    pub fall: f64,
+}
+
+impl Local {
+    /// The minimum of the linearised (1).
+    pub fn minimum(&self, point: &Point) -> Vec<f64> {
+        let step = self.dispersion.times(&self.pull);
+        point.values.iter().zip(step).map(|(value, step)| value + step).collect()
+    }
+
+    /// (2) of one parameter.
+    pub fn let_go(&self, point: &Point, minimum: &[f64], place: usize) -> Option<LetGo> {
+        let (normal, free) = point.priors(place)?;
+        let variance = self.dispersion.at(place, place);
+        let value = *minimum.get(place)?;
+        if point.free.contains(&place) {
+            return Some(LetGo { place, value, std: libm::sqrt(variance), fall: 0.0 });
+        }
+        let drop = 1.0 / (normal * normal) - 1.0 / (free * free);
+        let rest = 1.0 - drop * variance;
+        if !(rest > 1e-9) {
+            return None;
+        }
+        Some(LetGo { place, value: value / rest, std: libm::sqrt(variance / rest), fall: value * value * drop / rest })
+    }
+
+    /// (3): how much larger the variance of a parameter is for the residuals being coloured; at least one.
+    pub fn colour(&self, runs: &[Run], place: usize) -> f64 {
+        let (mut with, mut without) = (0.0, 0.0);
+        for (number, (run, (passed, _))) in runs.iter().zip(&self.runs).enumerate() {
+            let weights: Vec<f64> = run.active.iter().map(|&index| self.dispersion.at(place_of(number, index), place)).collect();
+            let width = run.active.len().max(1);
+            let mut by_output: [Vec<(f64, f64)>; OUTPUTS] = Default::default();
+            for (row, innovation) in passed.rows.chunks(width).zip(&passed.innovations) {
+                let influence: f64 = row.iter().zip(&weights).map(|(a, b)| a * b).sum();
+                by_output[innovation.output].push((innovation.whitened, influence));
+            }
+            for series in by_output.iter().filter(|series| series.len() > 10) {
+                let interval_s = run.record.length_s() / series.len() as f64;
+                let lags = ((COLOUR_S / interval_s) as usize).clamp(1, series.len() / 4);
+                let at_lag = |lag: usize, of: fn(&(f64, f64)) -> f64| -> f64 {
+                    series.iter().zip(series.iter().skip(lag)).map(|(a, b)| of(a) * of(b)).sum()
+                };
+                let power = at_lag(0, |x| x.0);
+                let influence = at_lag(0, |x| x.1);
+                without += influence;
+                let mean_square = power / series.len() as f64;
+                let mut sum = influence;
+                for lag in 1..=lags {
+                    let taper = 1.0 - lag as f64 / (lags + 1) as f64;
+                    sum += 2.0 * taper * at_lag(lag, |x| x.0) / power * at_lag(lag, |x| x.1);
+                }
+                with += mean_square * sum;
+            }
+        }
+        if without > 0.0 { (with / without).max(1.0) } else { 1.0 }
+    }
+}

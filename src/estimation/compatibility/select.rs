@@ -1,0 +1,287 @@
+//! Which instruments are at fault: forward entry, backward removal, and what else would explain it as well.
+//!
+//! Consumes runs; produces the parameters that are let go, each with its value, standard error, significance and its rivals.
+//! A parameter enters where letting it go is significant against both noise (coloured) and what is normal among healthy
+//! instruments,
+//!     F = m^2/(c s^2 + sigma^2) > ENTER                                                              (1)
+//! (m, s its estimate and standard error from the data alone, sigma its normal prior). Those nearly as good as the best are
+//! fitted in full, timing both as lag and as skew, and the best by evidence stays:
+//!     E = J + sum over the free ones of ln(sigma_free^2/C_ii)                                         (2)
+//! At the end one whose F has fallen below LEAVE goes back, and each is put beside its rivals: another parameter in its
+//! place whose E is no more than [`RIVAL`] above cannot be told from it.
+
+use super::filter::Noise;
+use super::fit::{LetGo, Local, Point, Run, SHARED, minimise, parameter_at};
+use super::noise::{first_guess, improve};
+use super::parameter::{Kind, OWN, TIMING};
+
+/// Entered above this F: 0.02 % of healthy parameters by chance.
+pub const ENTER: f64 = 16.0;
+/// Removed below this F.
+pub const LEAVE: f64 = 12.0;
+/// Evidence within which two explanations are not told apart: odds of e^6, for the residuals are not quite white.
+pub const RIVAL: f64 = 12.0;
+/// Spectral density of unexplained acceleration above which the air is rough, m^2/s^3: gusts of about 0.3 m/s.
+const GUSTY: f64 = 0.05;
+/// Faults at once.
+const FAULTS_MAX: usize = 8;
+/// Exchanges of a fault for a better rival, and one.
+const ROUNDS_MAX: usize = 4;
+/// Candidates that are fitted in full.
+const SHORTLIST: usize = 6;
+/// A skew with the wrong sign (a reading ahead of time) and a vane moved backwards are unusual.
+const UNUSUAL: f64 = 4.0;
+
+/// What a fault may be called.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Name {
+    /// Its place among all values.
+    pub place: usize,
+    /// Of timing: a lag instead of a skew.
+    pub lag: bool,
+}
+
+/// A fault that was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fault {
+    /// What it is.
+    pub name: Name,
+    /// Its value, SI; a factor less one.
+    pub value: f64,
+    /// Standard error, coloured residuals allowed for.
+    pub std: f64,
+    /// F of (1).
+    pub significance: f64,
+    /// What else it may be: name, value, standard error, evidence less its own.
+    pub rivals: Vec<(Name, f64, f64, f64)>,
+}
+
+/// The outcome.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// Runs with their final noise.
+    pub runs: Vec<Run>,
+    /// Where the parameters stand.
+    pub point: Point,
+    /// The neighbourhood.
+    pub local: Local,
+    /// What is at fault.
+    pub faults: Vec<Fault>,
+}
+
+/// (2).
+fn evidence(point: &Point, local: &Local) -> f64 {
+    let mut sum = local.cost;
+    for &place in &point.free {
+        let (parameter, _) = parameter_at(place);
+        let free = parameter.priors().map_or(1.0, |(_, free)| free);
+        sum += libm::log(free * free / local.dispersion.at(place, place).max(1e-300));
+        let value = point.values[place];
+        let alone = matches!(parameter.kind, Kind::AlphaPlace(_) | Kind::BetaPlace(_));
+        sum += if alone { 0.5 * UNUSUAL } else { 0.0 };
+        let backwards = match parameter.kind {
+            Kind::Timing | Kind::VanePlace(0) | Kind::BetaPlace(0) => value < 0.0,
+            _ => false,
+        };
+        sum += if backwards { UNUSUAL } else { 0.0 };
+    }
+    sum
+}
+
+/// F of (1).
+fn significance(runs: &[Run], point: &Point, local: &Local, let_go: &LetGo) -> (f64, f64) {
+    let colour = local.colour(runs, let_go.place);
+    let normal = point.priors(let_go.place).map_or(f64::INFINITY, |(normal, _)| normal);
+    let variance = colour * let_go.std * let_go.std;
+    (let_go.value * let_go.value / (variance + normal * normal), libm::sqrt(variance))
+}
+
+/// A point with one more fault of that name.
+fn with(point: &Point, name: Name, value: f64) -> Point {
+    let mut next = point.clone();
+    next.free.push(name.place);
+    next.values[name.place] = value;
+    if let Some(lag) = lag_flag(&mut next, name.place) {
+        *lag = name.lag;
+    }
+    next
+}
+
+/// A point with one fault less.
+fn without(point: &Point, place: usize) -> Point {
+    let mut next = point.clone();
+    next.free.retain(|&free| free != place);
+    next.values[place] = 0.0;
+    if let Some(lag) = lag_flag(&mut next, place) {
+        *lag = false;
+    }
+    next
+}
+
+fn lag_flag(point: &mut Point, place: usize) -> Option<&mut bool> {
+    point.lag.get_mut((place + OWN).checked_sub(TIMING)?)
+}
+
+/// Whether that place is one of timing.
+fn is_timing(place: usize) -> bool {
+    parameter_at(place).0.kind == Kind::Timing
+}
+
+/// What may be let go: everything but the flow and what no channel shows.
+fn candidates(runs: &[Run], point: &Point) -> Vec<usize> {
+    let acts = |place: usize| {
+        let (parameter, own) = parameter_at(place);
+        let on = |run: &Run| run.active.contains(&parameter.index) && !(parameter.is_feigned_by_gusts() && is_gusty(run));
+        own.map_or_else(|| runs.iter().any(on), |run| runs.get(run).is_some_and(on))
+    };
+    let all = 0..point.values.len();
+    all.filter(|&place| parameter_at(place).0.can_be_fault() && acts(place) && !point.free.contains(&place)).collect()
+}
+
+/// Whether the air of a run is so rough that gusts feign errors of air data and accelerometers.
+pub fn is_gusty(run: &Run) -> bool {
+    run.record.velocities && run.noise.input.iter().take(3).any(|density| *density > GUSTY)
+}
+
+/// Fits one name more, in full.
+fn try_name(runs: &[Run], point: &Point, name: Name, value: f64) -> Option<(f64, Point, Local)> {
+    let value = if name.lag { value.max(0.02) } else { value };
+    let start = with(point, name, value.clamp(-1.0, 1.5));
+    let start =
+        if is_timing(name.place) || parameter_at(name.place).0.kind == Kind::Scale { start } else { with(point, name, 0.0) };
+    let (point, local) = minimise(runs, &start)?;
+    Some((evidence(&point, &local), point, local))
+}
+
+/// The names that a place may have.
+fn names(place: usize, value: f64) -> Vec<Name> {
+    let skew = Name { place, lag: false };
+    if is_timing(place) && value > 0.0 { vec![skew, Name { place, lag: true }] } else { vec![skew] }
+}
+
+fn estimate_noise(runs: &mut [Run], point: &Point, sweeps: usize) -> Option<()> {
+    for (number, run) in runs.iter_mut().enumerate() {
+        let guess = first_guess(&run.record);
+        run.noise = improve(&run.record, &point.theta(number), &run.noise, &guess, sweeps)?;
+    }
+    Some(())
+}
+
+/// The candidates by their F, best first.
+fn ranked(runs: &[Run], point: &Point, local: &Local) -> Vec<(f64, LetGo)> {
+    let minimum = local.minimum(point);
+    let mut all: Vec<LetGo> =
+        candidates(runs, point).into_iter().filter_map(|place| local.let_go(point, &minimum, place)).collect();
+    all.sort_by(|a, b| b.fall.total_cmp(&a.fall));
+    all.truncate(3 * SHORTLIST);
+    let matters = |one: &LetGo| parameter_at(one.place).0.matters(one.value, point.sample_s);
+    let mut ranked: Vec<(f64, LetGo)> =
+        all.into_iter().filter(matters).map(|one| (significance(runs, point, local, &one).0, one)).collect();
+    ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+    ranked
+}
+
+/// Finds what is at fault. `None` where the motion of a run cannot be followed at all.
+pub fn select(mut runs: Vec<Run>) -> Option<Found> {
+    for run in &mut runs {
+        run.noise = first_guess(&run.record);
+    }
+    // The noise of what is left when everything may be at fault: no fault is taken for noise.
+    let mut everything = Point::zero(&runs);
+    everything.free = candidates(&runs, &everything);
+    let (anything, _) = minimise(&runs, &everything)?;
+    estimate_noise(&mut runs, &anything, 4)?;
+    if runs.iter().any(is_gusty) {
+        // What may not be at fault there must not explain the gusts either.
+        everything.free = candidates(&runs, &everything);
+        let (anything, _) = minimise(&runs, &everything)?;
+        estimate_noise(&mut runs, &anything, 3)?;
+    }
+    let (mut point, mut local) = minimise(&runs, &Point::zero(&runs))?;
+    for round in 0..ROUNDS_MAX {
+        enter(&mut runs, &mut point, &mut local)?;
+        leave(&runs, &mut point, &mut local)?;
+        let faults: Vec<Fault> = point.free.iter().filter_map(|&place| fault(&runs, &point, &local, place)).collect();
+        let better = faults.iter().filter_map(|fault| Some((fault, fault.rivals.first().filter(|rival| rival.3 < -1.0)?)));
+        let swap = better.min_by(|a, b| a.1.3.total_cmp(&b.1.3));
+        let Some((fault, &(name, value, ..))) = swap.filter(|_| round + 1 < ROUNDS_MAX) else {
+            return Some(Found { runs, point, local, faults });
+        };
+        let (_, next, _) = try_name(&runs, &without(&point, fault.name.place), name, value)?;
+        estimate_noise(&mut runs, &next, 2)?;
+        (point, local) = minimise(&runs, &next)?;
+    }
+    None
+}
+
+/// Forward entry.
+fn enter(runs: &mut [Run], point: &mut Point, local: &mut Local) -> Option<()> {
+    while point.free.len() < FAULTS_MAX {
+        let ranked = ranked(runs, point, local);
+        let Some(&(best, _)) = ranked.first() else { break };
+        if best < ENTER {
+            break;
+        }
+        let most = ranked.iter().map(|(_, one)| one.fall).fold(0.0, f64::max);
+        let worth = ranked.iter().filter(|(f, one)| *f >= 0.5 * ENTER && one.fall > 0.4 * most).take(SHORTLIST);
+        let tried = worth.flat_map(|(_, one)| names(one.place, one.value).into_iter().map(move |name| (name, one.value)));
+        let fitted = tried.filter_map(|(name, value)| try_name(runs, point, name, value));
+        let Some((_, next, _)) = fitted.min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
+        // A fault hides others behind the noise that it makes.
+        estimate_noise(runs, &next, 2)?;
+        (*point, *local) = minimise(runs, &next)?;
+    }
+    Some(())
+}
+
+/// Backward removal.
+fn leave(runs: &[Run], point: &mut Point, local: &mut Local) -> Option<()> {
+    loop {
+        let minimum = local.minimum(point);
+        let weakest = point.free.iter().filter_map(|&place| {
+            let one = local.let_go(point, &minimum, place)?;
+            Some((significance(runs, point, local, &one).0, place))
+        });
+        match weakest.min_by(|a, b| a.0.total_cmp(&b.0)) {
+            Some((f, place)) if f < LEAVE => (*point, *local) = minimise(runs, &without(point, place))?,
+            _ => return Some(()),
+        }
+    }
+}
+
+/// One fault with its rivals.
+fn fault(runs: &[Run], point: &Point, local: &Local, place: usize) -> Option<Fault> {
+    let minimum = local.minimum(point);
+    let one = local.let_go(point, &minimum, place)?;
+    let (f, std) = significance(runs, point, local, &one);
+    let is_lag = place.checked_sub(TIMING - OWN).and_then(|m| point.lag.get(m)).copied().unwrap_or(false) && place < SHARED;
+    let name = Name { place, lag: is_timing(place) && is_lag };
+    let own = evidence(point, local);
+    // From where it is put back to normal, as from far away.
+    let (back, back_local) = minimise(runs, &without(point, place))?;
+    let mut rivals: Vec<(Name, f64, f64, f64)> = Vec::new();
+    let ranked = ranked(runs, &back, &back_local);
+    let lost = back_local.cost - local.cost;
+    let worth = ranked.iter().filter(|(_, other)| other.fall > 0.5 * lost - RIVAL && other.fall > 4.0).take(SHORTLIST);
+    for (_, other) in worth {
+        for other_name in names(other.place, other.value) {
+            if other_name == name {
+                continue;
+            }
+            let Some((evidence, there, there_local)) = try_name(runs, &back, other_name, other.value) else { continue };
+            if evidence - own < RIVAL {
+                let value = there.values.get(other.place).copied().unwrap_or(0.0);
+                let std = libm::sqrt(there_local.dispersion.at(other.place, other.place));
+                rivals.push((other_name, value, std, evidence - own));
+            }
+        }
+    }
+    rivals.sort_by(|a, b| a.3.total_cmp(&b.3));
+    Some(Fault { name, value: one.value, std, significance: f, rivals })
+}
+
+/// A run before its noise is known.
+pub fn run_of(record: super::record::Record) -> Run {
+    let noise = Noise { input: [1.0; 6], climb: 1.0, output: [1.0; 7] };
+    Run { active: super::fit::active(&record), noise, record }
+}

@@ -1,0 +1,410 @@
+//! From parameters to words: corrections, what else they may be, what these runs cannot tell, and whether a run is fit.
+//!
+//! Consumes runs by name; produces [`Verdict`]s. A run that no fit can use is refused before, and the others go on without it.
+
+use super::agreement::agreement;
+use super::fit::{Local, Point, Run, parameter_at, place_of};
+use super::matrix::Square;
+use super::parameter::{
+    ACCELEROMETER_PLACE, ALPHA_PLACE, INPUT_CHANNELS, Kind, OUTPUT_CHANNELS, PARAMETERS, Parameter, channel_at,
+};
+use super::record::Record;
+use super::select::{Found, Name, is_gusty, run_of, select};
+use crate::flight::channel::{Channel, ControlNames};
+use crate::flight::effect::{Effect, PositionedSensor};
+use crate::flight::effect_file::DeclaredEffect;
+use crate::flight::run::RunGeometry;
+use crate::telemetry::record::Sample;
+
+const LENGTH_MIN_S: f64 = 5.0;
+const RATE_MIN_HZ: f64 = 8.0;
+/// Standard deviation of the largest angular rate below which nothing moves, rad/s.
+const MOTION_MIN: f64 = 0.004;
+/// R2 of a flow angle's rate below which a run is not fit even when corrected.
+const R2_FIT: f64 = 0.9;
+
+/// A run to be checked.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    /// What it is called.
+    pub name: String,
+    /// Its samples in order of time.
+    pub samples: Vec<Sample>,
+    /// Where its instruments are said to stand.
+    pub geometry: RunGeometry,
+}
+
+/// How a run is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fitness {
+    /// As it is.
+    Fit,
+    /// Once the corrections are made.
+    FitCorrected,
+    /// Not for identification.
+    NotFit,
+}
+
+impl Fitness {
+    /// The words in results.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Fitness::Fit => "fit",
+            Fitness::FitCorrected => "fit after corrections",
+            Fitness::NotFit => "not fit",
+        }
+    }
+}
+
+/// One instrument's error.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Correction {
+    /// What it is, with its standard error.
+    pub effect: DeclaredEffect,
+    /// The one vane that stands elsewhere, where the other does not show it.
+    pub vane: Option<Channel>,
+    /// F against noise and what is normal.
+    pub significance: f64,
+    /// What else it may be.
+    pub alternatives: Vec<DeclaredEffect>,
+    /// What would tell these apart; empty where there is one explanation.
+    pub split_by: Vec<&'static str>,
+    /// What each run of several says alone: run, value, standard error.
+    pub by_run: Vec<(String, f64, f64)>,
+}
+
+/// What is to be said of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// Its name.
+    pub run: String,
+    /// Whether it is fit.
+    pub fitness: Fitness,
+    /// Why.
+    pub reason: String,
+    /// Its corrections, the most significant first.
+    pub corrections: Vec<Correction>,
+    /// R2 of incidence and sideslip before and after.
+    pub consistency: [Option<(f64, Option<f64>)>; 2],
+    /// What cannot be known, a phrase each with its reason.
+    pub not_observable: Vec<String>,
+}
+
+/// Checks all runs together.
+pub fn check(candidates: &[Candidate]) -> Vec<Verdict> {
+    let records: Vec<Record> = candidates.iter().map(|one| Record::of(&one.samples, &one.geometry)).collect();
+    let refusals: Vec<Option<String>> =
+        records.iter().zip(candidates).map(|(record, one)| refusal(record, &one.samples)).collect();
+    let usable: Vec<usize> = (0..records.len()).filter(|&place| refusals.get(place).is_some_and(Option::is_none)).collect();
+    let runs: Vec<Run> = usable.iter().filter_map(|&place| records.get(place).cloned()).map(run_of).collect();
+    let found = if runs.is_empty() { None } else { select(runs) };
+    let names: Vec<String> = usable.iter().filter_map(|&place| Some(candidates.get(place)?.name.clone())).collect();
+    let rows = candidates.iter().zip(&records).zip(refusals).enumerate();
+    rows.map(|(place, ((candidate, record), refusal))| {
+        let number = usable.iter().position(|&used| used == place);
+        match (number, &found) {
+            (Some(number), Some(found)) => judged(&candidate.name, found, number, &names),
+            _ => Verdict {
+                run: candidate.name.clone(),
+                fitness: Fitness::NotFit,
+                reason: refusal.unwrap_or_else(|| "the kinematics cannot follow its motion".to_owned()),
+                corrections: Vec::new(),
+                consistency: [None; 2],
+                not_observable: absent(record),
+            },
+        }
+    })
+    .collect()
+}
+
+/// Why no fit can use a record.
+fn refusal(record: &Record, samples: &[Sample]) -> Option<String> {
+    let missing: Vec<&str> = (3..6)
+        .filter(|&i| record.inputs.get(i).is_none_or(Option::is_none))
+        .filter_map(|i| Some(channel_at(i)?.name(ControlNames::Rotorcraft)))
+        .collect();
+    if !missing.is_empty() {
+        return Some(format!("no angular rate {}: nothing else says how the aircraft turns", missing.join(" ")));
+    }
+    let backwards = samples.windows(2).filter(|pair| matches!(pair, [a, b] if !(b.time_s > a.time_s))).count();
+    if backwards * 20 > samples.len() {
+        return Some(format!("its clock does not go forward at {backwards} of {} samples", samples.len()));
+    }
+    if !(record.length_s() >= LENGTH_MIN_S) {
+        return Some(format!("too short: {:.1} s, at least {LENGTH_MIN_S:.0} s are needed", record.length_s()));
+    }
+    if !(record.sample_s * RATE_MIN_HZ < 1.0 + 1e-6) {
+        return Some(format!("angular rates at {:.1} Hz: at least {RATE_MIN_HZ:.0} Hz are needed", 1.0 / record.sample_s));
+    }
+    if record.outputs.iter().all(Option::is_none) {
+        return Some("no attitude and no air data to compare the rates with".to_owned());
+    }
+    if record.gaps() as f64 > record.length_s() / LENGTH_MIN_S {
+        return Some(format!("{} gaps in {:.0} s: no stretch is long enough", record.gaps(), record.length_s()));
+    }
+    let moved = record.inputs.iter().skip(3).flatten().map(|series| {
+        let count = series.len() as f64;
+        let mean = series.samples().map(|(_, value)| value).sum::<f64>() / count;
+        let square = series.samples().map(|(_, value)| (value - mean) * (value - mean)).sum::<f64>() / count;
+        let noise = series.noise_std();
+        libm::sqrt((square - noise * noise).max(0.0))
+    });
+    let most = moved.fold(0.0, f64::max);
+    if most < MOTION_MIN {
+        return Some(format!("no excitation: no angular rate moves more than {most:.4} rad/s rms"));
+    }
+    None
+}
+
+/// One run's verdict out of all runs' fit.
+fn judged(name: &str, found: &Found, number: usize, names: &[String]) -> Verdict {
+    let Some(run) = found.runs.get(number) else {
+        return Verdict {
+            run: name.to_owned(),
+            fitness: Fitness::NotFit,
+            reason: String::new(),
+            corrections: Vec::new(),
+            consistency: [None; 2],
+            not_observable: Vec::new(),
+        };
+    };
+    let mut corrections: Vec<Correction> = Vec::new();
+    for fault in &found.faults {
+        let (parameter, own) = parameter_at(fault.name.place);
+        if own.is_some_and(|own| own != number) || !run.active.contains(&parameter.index) {
+            continue;
+        }
+        let Some((effect, vane)) = effect_of(fault.name, fault.value) else { continue };
+        let alternatives: Vec<DeclaredEffect> = fault
+            .rivals
+            .iter()
+            .filter_map(|&(name, value, std, _)| Some(DeclaredEffect { effect: effect_of(name, value)?.0, std: Some(std) }))
+            .collect();
+        let by_run = if names.len() > 1 && own.is_none() {
+            (0..found.runs.len())
+                .filter(|&other| found.runs.get(other).is_some_and(|run| run.active.contains(&parameter.index)))
+                .filter_map(|other| {
+                    let (value, std) = alone(&found.runs, &found.point, &found.local, other, parameter.index)?;
+                    let shown = if parameter.kind == Kind::Scale { 1.0 + value } else { value };
+                    Some((names.get(other)?.clone(), shown, std))
+                })
+                .collect()
+        } else {
+            Vec::new()
+        };
+        let split_by = splits(fault.name, fault.rivals.iter().map(|rival| rival.0));
+        let effect = DeclaredEffect { effect, std: Some(fault.std) };
+        corrections.push(Correction { effect, vane, significance: fault.significance, alternatives, split_by, by_run });
+    }
+    corrections.sort_by(|a, b| b.significance.total_cmp(&a.significance));
+    let corrections = merged(corrections);
+    let before = agreement(&run.record, &super::parameter::Theta::NONE);
+    let after = agreement(&run.record, &found.point.theta(number));
+    let consistency = [0, 1].map(|angle| before[angle].map(|before| (before, after[angle])));
+    // The angle that hardly moves is moved by what the kinematics do not know, such as the flow in sideslip.
+    let (angle, place) = if spread(&run.record, 1) > spread(&run.record, 2) { ("alpha", 0) } else { ("beta", 1) };
+    let inconsistent = after[place].filter(|after| *after < R2_FIT).map(|after| (angle, after));
+    let (fitness, reason) = match inconsistent {
+        Some((angle, after)) => (
+            Fitness::NotFit,
+            format!("the rate of {angle} does not follow from the accelerometers and gyros (R2 {after:.3}), corrected or not"),
+        ),
+        None if corrections.is_empty() => {
+            let scope = if run.record.velocities { "" } else { " (attitude and rates only)" };
+            (Fitness::Fit, format!("its instruments agree with each other{scope}"))
+        }
+        None => (Fitness::FitCorrected, format!("{} instrument error(s) found", corrections.len())),
+    };
+    let mut not_observable = absent(&run.record);
+    not_observable.extend(drowned(found, number));
+    Verdict { run: name.to_owned(), fitness, reason, corrections, consistency, not_observable }
+}
+
+/// Standard deviation of an output.
+fn spread(record: &Record, output: usize) -> f64 {
+    let Some(series) = record.outputs.get(output).and_then(Option::as_ref) else { return 0.0 };
+    let count = series.len() as f64;
+    let mean = series.samples().map(|(_, value)| value).sum::<f64>() / count;
+    libm::sqrt(series.samples().map(|(_, value)| (value - mean) * (value - mean)).sum::<f64>() / count)
+}
+
+/// The effect of that name, and which vane it is where only one.
+fn effect_of(name: Name, value: f64) -> Option<(Effect, Option<Channel>)> {
+    let (parameter, _) = parameter_at(name.place);
+    let along = |axis: usize| core::array::from_fn(|i| if i == axis { value } else { 0.0 });
+    let vane = |axis| Effect::SensorPosition { sensor: PositionedSensor::Vane, offset_m: along(axis) };
+    Some(match parameter.kind {
+        Kind::Bias => (Effect::SensorBias { channel: parameter.channel()?, value }, None),
+        Kind::Scale => (Effect::SensorScale { channel: parameter.channel()?, factor: 1.0 + value }, None),
+        Kind::Timing if name.lag => (Effect::SensorLag { channel: parameter.channel()?, tau: value.max(0.0) }, None),
+        Kind::Timing => (Effect::SensorDelay { channel: parameter.channel()?, delay: value }, None),
+        Kind::VanePlace(axis) => (vane(axis), None),
+        Kind::AlphaPlace(axis) => (vane(axis), Some(Channel::Alpha)),
+        Kind::BetaPlace(axis) => (vane(axis), Some(Channel::Beta)),
+        Kind::AccelerometerPlace(axis) => {
+            (Effect::SensorPosition { sensor: PositionedSensor::Accelerometer, offset_m: along(axis) }, None)
+        }
+        Kind::Flow(_) | Kind::Turned(_) => return None,
+    })
+}
+
+/// Components of one sensor's offset in one correction; its standard error is that of the largest.
+fn merged(corrections: Vec<Correction>) -> Vec<Correction> {
+    let mut merged: Vec<Correction> = Vec::new();
+    for one in corrections {
+        let place = |correction: &Correction| match correction.effect.effect {
+            Effect::SensorPosition { sensor, offset_m } => Some((sensor, offset_m)),
+            _ => None,
+        };
+        let same = merged.iter_mut().find(|other| {
+            other.vane == one.vane && matches!((place(other), place(&one)), (Some((a, _)), Some((b, _))) if a == b)
+        });
+        match (same, place(&one)) {
+            (Some(other), Some((sensor, added))) => {
+                let Some((_, mut offset_m)) = place(other) else { continue };
+                let largest = |offset: [f64; 3]| offset.iter().fold(0.0f64, |most, part| most.max(part.abs()));
+                let std = if largest(added) > largest(offset_m) { one.effect.std } else { other.effect.std };
+                offset_m.iter_mut().zip(added).for_each(|(part, more)| *part += more);
+                other.effect = DeclaredEffect { effect: Effect::SensorPosition { sensor, offset_m }, std };
+                other.alternatives.extend(one.alternatives);
+                other.split_by.extend(one.split_by);
+            }
+            _ => merged.push(one),
+        }
+    }
+    merged
+}
+
+/// What would tell a fault from its rivals.
+fn splits(name: Name, rivals: impl Iterator<Item = Name>) -> Vec<&'static str> {
+    let kind = |name: Name| parameter_at(name.place).0.kind;
+    let is_place =
+        |kind: Kind| matches!(kind, Kind::AlphaPlace(_) | Kind::BetaPlace(_) | Kind::VanePlace(_) | Kind::AccelerometerPlace(_));
+    let mut said = Vec::new();
+    for rival in rivals {
+        let words = match (kind(name), kind(rival)) {
+            (Kind::Timing, Kind::Timing) if name.place == rival.place => {
+                "lag or skew: a sharper input, with edges above 1 Hz (a lag attenuates them, a skew does not)"
+            }
+            (a, b) if is_place(a) && is_place(b) => {
+                "vane or accelerometers: measure the two places; or climbs and banks, which altitude and airspeed feel"
+            }
+            (a, Kind::Timing) if is_place(a) => "place or lateness: the same input at another speed (an arm reads r/V)",
+            (Kind::Timing, b) if is_place(b) => "place or lateness: the same input at another speed (an arm reads r/V)",
+            (Kind::Scale, Kind::Scale) => "one factor or another: steady turns against flat sideslips, with the heading measured",
+            (Kind::Bias, Kind::Bias) => {
+                "one bias or another: the trim of a model, or steady flight at several bank and pitch angles"
+            }
+            (Kind::Bias, Kind::Scale) | (Kind::Scale, Kind::Bias) => "bias or factor: larger changes of the quantity itself",
+            _ => "a larger input on the other axis, or the same one again",
+        };
+        if !said.contains(&words) {
+            said.push(words);
+        }
+    }
+    said
+}
+
+/// What one run alone says of a parameter that holds over all.
+fn alone(runs: &[Run], point: &Point, local: &Local, number: usize, index: usize) -> Option<(f64, f64)> {
+    let (run, (passed, data)) = (runs.get(number)?, local.runs.get(number)?);
+    let width = run.active.len();
+    let mut information: Square = data.clone();
+    let mut pull = vec![0.0; width];
+    for (row, innovation) in passed.rows.chunks(width.max(1)).zip(&passed.innovations) {
+        pull.iter_mut().zip(row).for_each(|(sum, a)| *sum += a * innovation.whitened);
+    }
+    for (i, &active) in run.active.iter().enumerate() {
+        let place = place_of(number, active);
+        let std = point.prior_std(place)?;
+        *information.at_mut(i, i) += 1.0 / (std * std);
+        pull[i] -= point.values.get(place)? / (std * std);
+    }
+    let dispersion = information.inverse()?;
+    let at = run.active.iter().position(|&active| active == index)?;
+    let step = dispersion.times(&pull);
+    let place = place_of(number, index);
+    Some((point.values.get(place)? + step.get(at)?, libm::sqrt(dispersion.at(at, at) * local.colour(runs, place))))
+}
+
+/// Channels that are not there.
+fn absent(record: &Record) -> Vec<String> {
+    let name = |channel: &Channel| channel.name(ControlNames::Rotorcraft);
+    let mut said = Vec::new();
+    let inputs = INPUT_CHANNELS.iter().zip(&record.inputs).filter(|(_, series)| series.is_none());
+    let inputs: Vec<&str> = inputs.map(|(channel, _)| name(channel)).collect();
+    if !inputs.is_empty() {
+        said.push(format!("{}: not measured", inputs.join(" ")));
+    }
+    if !record.velocities {
+        let reason = if record.inputs.iter().take(3).any(Option::is_none) { "accelerometers" } else { "airspeed" };
+        said.push(format!(
+            "tas alpha beta altitude: without {reason} nothing says how the velocity moves; \
+             only attitude and rates are compared"
+        ));
+    }
+    let velocity = |channel: &Channel| !matches!(channel, Channel::Phi | Channel::Theta | Channel::Psi);
+    for (channel, series) in OUTPUT_CHANNELS.iter().zip(&record.outputs) {
+        if series.is_none() && (record.velocities || !velocity(channel)) {
+            said.push(format!("{}: not measured", name(channel)));
+        }
+    }
+    said
+}
+
+/// Parameters whose error would drown.
+fn drowned(found: &Found, number: usize) -> Vec<String> {
+    let Some(run) = found.runs.get(number) else { return Vec::new() };
+    let minimum = found.local.minimum(&found.point);
+    let mut said = Vec::new();
+    let mut rough = false;
+    for index in 0..PARAMETERS {
+        let parameter = Parameter::at(index);
+        if !parameter.can_be_fault() || !run.active.contains(&index) {
+            continue;
+        }
+        let what = words(parameter);
+        if parameter.is_feigned_by_gusts() && is_gusty(run) {
+            rough = true;
+            continue;
+        }
+        let let_go = found.local.let_go(&found.point, &minimum, place_of(number, index));
+        // Of a sensor that is known to stand elsewhere nothing is missing.
+        let (from, axis) = (ALPHA_PLACE, index.saturating_sub(ALPHA_PLACE) % 3);
+        let known = |other: usize| found.point.free.contains(&place_of(number, from + 3 * other + axis));
+        if (ALPHA_PLACE..ACCELEROMETER_PLACE + 3).contains(&index) && (0..4).any(known) {
+            continue;
+        }
+        match let_go {
+            Some(one) if one.std * 4.0 <= parameter.worth_finding() => {}
+            Some(one) => said.push(format!("{what}: this motion shows too little of it (standard error {:.2})", one.std)),
+            None => said.push(format!("{what}: this motion shows nothing of it")),
+        }
+    }
+    if rough {
+        said.push("errors of tas alpha beta ax ay az and positions: the air is too rough, gusts look the same".to_owned());
+    }
+    if run.record.outputs.get(5).is_some_and(Option::is_some) {
+        said.push("psi bias: any heading may be the start".to_owned());
+    }
+    if run.record.outputs.get(6).is_some_and(Option::is_some) {
+        said.push("altitude: rising air and static pressure look like errors of its instrument".to_owned());
+    }
+    said
+}
+
+/// A parameter in words.
+fn words(parameter: Parameter) -> String {
+    let channel = parameter.channel().map_or("", |channel| channel.name(ControlNames::Rotorcraft));
+    let axis = |axis: usize| ["x", "y", "z"].get(axis).copied().unwrap_or("");
+    match parameter.kind {
+        Kind::Bias => format!("{channel} bias"),
+        Kind::Scale => format!("{channel} scale"),
+        Kind::Timing => format!("{channel} lag or skew"),
+        Kind::AlphaPlace(a) => format!("place of the alpha vane alone, {}", axis(a)),
+        Kind::BetaPlace(a) => format!("place of the beta vane alone, {}", axis(a)),
+        Kind::VanePlace(a) => format!("vane position {}", axis(a)),
+        Kind::AccelerometerPlace(a) => format!("accelerometer position {}", axis(a)),
+        Kind::Flow(_) | Kind::Turned(_) => String::new(),
+    }
+}
