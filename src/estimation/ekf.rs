@@ -100,6 +100,11 @@ impl Ekf {
         libm::sqrt(self.p.variance(i))
     }
 
+    /// Every standard deviation.
+    pub fn stds(&self) -> State {
+        self.p.variances().map(libm::sqrt)
+    }
+
     /// The covariance in its factors.
     pub fn covariance(&self) -> &UdFactor<f64, STATES> {
         &self.p

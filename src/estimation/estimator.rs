@@ -357,10 +357,8 @@ impl Estimator {
         let state = self.record(&ekf);
         self.output.state = Some(state);
         if tick {
-            self.output.lagged = self.fixed_lag.tick(time_s, &ekf).map(|point| {
-                let std = core::array::from_fn(|i| ekf.std(i));
-                lagged(&point, ekf.state(), &std, &self.geometry)
-            });
+            self.output.lagged =
+                self.fixed_lag.tick(time_s, &ekf).map(|point| lagged(&point, ekf.state(), &ekf.stds(), &self.geometry));
         }
         self.ekf = Some(ekf);
         if self.vibration.folded() && !self.folded_said {
@@ -399,7 +397,6 @@ impl Estimator {
 
     fn record(&self, ekf: &Ekf) -> StateRecord {
         let fused = self.output.innovations.iter().filter(|innovation| innovation.fused).count() as u8;
-        let std = core::array::from_fn(|i| ekf.std(i));
-        StateRecord { fused, ..state_record(self.time_s, ekf.state(), &std, &self.geometry) }
+        StateRecord { fused, ..state_record(self.time_s, ekf.state(), &ekf.stds(), &self.geometry) }
     }
 }

@@ -56,7 +56,8 @@ pub struct NoiseBank {
     slope: [f64; FILTERS],
     /// Mean squared innovations, over `MEMORY_S`.
     mean: [f64; FILTERS],
-    gain: [(f64, f64); FILTERS],
+    alpha: [f64; FILTERS],
+    beta: [f64; FILTERS],
     /// Innovations in the means, and samples since the signal began.
     count: u32,
     since: u32,
@@ -110,7 +111,8 @@ impl NoiseBank {
             level: [0.0; FILTERS],
             slope: [0.0; FILTERS],
             mean: [0.0; FILTERS],
-            gain: [(0.0, 0.0); FILTERS],
+            alpha: [0.0; FILTERS],
+            beta: [0.0; FILTERS],
             count: 0,
             since: 0,
             last_s: 0.0,
@@ -130,8 +132,8 @@ impl NoiseBank {
         self.since = self.since.saturating_add(1);
         if self.since == 1 {
             if self.count == 0 {
-                for (filter, gain) in self.gain.iter_mut().enumerate() {
-                    *gain = gains(self.wander, index(filter as f64));
+                for (filter, (alpha, beta)) in self.alpha.iter_mut().zip(&mut self.beta).enumerate() {
+                    (*alpha, *beta) = gains(self.wander, index(filter as f64));
                 }
             }
             self.level = [value; FILTERS];
@@ -147,17 +149,23 @@ impl NoiseBank {
             self.count = self.count.saturating_add(1);
         }
         let weight = (interval_s / MEMORY_S).max(1.0 / f64::from(self.count.max(1)));
-        for (((level, slope), mean), &(alpha, beta)) in
-            self.level.iter_mut().zip(&mut self.slope).zip(&mut self.mean).zip(&self.gain)
-        {
-            let predicted = *level + interval_s * *slope;
-            let mut innovation = value - predicted;
-            if turn > 0.0 {
-                innovation = libm::remainder(innovation, turn);
+        let mut innovation = [0.0; FILTERS];
+        for ((innovation, level), slope) in innovation.iter_mut().zip(&mut self.level).zip(&self.slope) {
+            *level += interval_s * slope;
+            *innovation = value - *level;
+        }
+        if turn > 0.0 {
+            for innovation in innovation.iter_mut().filter(|innovation| libm::fabs(**innovation) > 0.5 * turn) {
+                *innovation = libm::remainder(*innovation, turn);
             }
-            *level = predicted + alpha * innovation;
-            *slope += beta / interval_s * innovation;
-            if counts {
+        }
+        let per_s = 1.0 / interval_s;
+        for (i, innovation) in innovation.iter().enumerate() {
+            self.level[i] += self.alpha[i] * innovation;
+            self.slope[i] += self.beta[i] * per_s * innovation;
+        }
+        if counts {
+            for (mean, innovation) in self.mean.iter_mut().zip(&innovation) {
                 *mean += weight * (innovation * innovation - *mean);
             }
         }

@@ -5,5 +5,6 @@
 
 pub mod eigen;
 pub mod kernel;
+pub(crate) mod rows;
 pub mod sweep;
 pub mod ud;

@@ -23,6 +23,7 @@
 
 #![expect(clippy::needless_range_loop, reason = "indices are those of the equations")]
 
+use super::rows::{BLOCK, add_rows, subtract_row};
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// The scalar of a factorisation: `f64` on every target, `f32` to prove how much room there is.
@@ -68,7 +69,7 @@ pub struct Breakdown {
     pub index: usize,
 }
 
-/// A covariance in factored form, (1). `column[j][i]` is u_ij, i < j.
+/// A covariance in factored form, (1). `column[j][i]` is u_ij: 1 where i = j, 0 where i > j.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UdFactor<T, const N: usize> {
     column: [[T; N]; N],
@@ -88,13 +89,17 @@ pub struct Projection<T, const N: usize> {
 impl<T: Real, const N: usize> UdFactor<T, N> {
     /// Independent states with these variances.
     pub fn from_variances(variances: [T; N]) -> Self {
-        UdFactor { column: [[T::ZERO; N]; N], d: variances }
+        let mut column = [[T::ZERO; N]; N];
+        for j in 0..N {
+            column[j][j] = T::ONE;
+        }
+        UdFactor { column, d: variances }
     }
 
     /// P_ij.
     pub fn covariance(&self, i: usize, j: usize) -> T {
         let (low, high) = if i < j { (i, j) } else { (j, i) };
-        let mut sum = self.u(low, high) * self.d[high];
+        let mut sum = self.column[high][low] * self.d[high];
         for k in high + 1..N {
             sum += self.column[k][low] * self.column[k][high] * self.d[k];
         }
@@ -106,13 +111,31 @@ impl<T: Real, const N: usize> UdFactor<T, N> {
         self.covariance(i, i)
     }
 
+    /// Every P_ii.
+    pub fn variances(&self) -> [T; N] {
+        let mut out = [T::ZERO; N];
+        for (k, column) in self.column.iter().enumerate() {
+            let d = self.d[k];
+            for (out, &u) in out.iter_mut().zip(column) {
+                *out += u * u * d;
+            }
+        }
+        out
+    }
+
+    /// The first rows of P, as many as `out` has.
+    pub fn rows(&self, out: &mut [[T; N]]) {
+        out.fill([T::ZERO; N]);
+        for (k, column) in self.column.iter().enumerate() {
+            for (row, &u) in out.iter_mut().zip(&column[..=k]) {
+                add_rows(row, &[*column], &[u * self.d[k]], k + 1);
+            }
+        }
+    }
+
     /// The diagonal factors d, each positive.
     pub fn diagonal(&self) -> &[T; N] {
         &self.d
-    }
-
-    fn u(&self, i: usize, j: usize) -> T {
-        if i == j { T::ONE } else { self.column[j][i] }
     }
 
     /// Time update, (2): `top` is F11 [M x M]; K noise inputs act on the first M states.
@@ -125,64 +148,59 @@ impl<T: Real, const N: usize> UdFactor<T, N> {
         noise_input: &[[T; K]; M],
         noise_var: &[T; K],
     ) -> Result<(), Breakdown> {
-        let mut row = [[T::ZERO; M]; M];
+        // Rows of F11 [U11 U12]; what F11 has not costs nothing.
+        let mut old = [[T::ZERO; N]; M];
+        for (j, column) in self.column.iter().enumerate() {
+            for (row, &u) in old.iter_mut().zip(&column[..=j]) {
+                row[j] = u;
+            }
+        }
+        // The rows that are made orthogonal, [F11 U11, G], entry by entry, so that the rows lie side by side.
+        let mut moved = [[T::ZERO; M]; M];
+        let mut noise = [[T::ZERO; M]; K];
         for i in 0..M {
-            for (j, entry) in row[i].iter_mut().enumerate() {
-                let mut sum = top[i][j];
-                for k in 0..j {
-                    sum += top[i][k] * self.column[j][k];
-                }
-                *entry = sum;
+            let mut new = [T::ZERO; N];
+            add_rows(&mut new, &old, &top[i], N);
+            for (entry, &new) in moved.iter_mut().zip(&new) {
+                entry[i] = new;
+            }
+            for (column, &new) in self.column.iter_mut().zip(&new).skip(M) {
+                column[i] = new;
+            }
+            for (entry, &input) in noise.iter_mut().zip(&noise_input[i]) {
+                entry[i] = input;
             }
         }
-        for j in M..N {
-            let old = self.column[j];
-            for i in 0..M {
-                let mut sum = T::ZERO;
-                for k in 0..M {
-                    sum += top[i][k] * old[k];
-                }
-                self.column[j][i] = sum;
-            }
-        }
-        let mut noise = *noise_input;
-        let mut d = [T::ZERO; M];
-        d.copy_from_slice(&self.d[..M]);
+        let mut weights = [T::ZERO; M];
+        weights.copy_from_slice(&self.d[..M]);
         for j in (0..M).rev() {
-            let mut weighted_row = [T::ZERO; M];
-            let mut weighted_noise = [T::ZERO; K];
+            let (mut pivot, mut weighted) = ([T::ZERO; M], [T::ZERO; M]);
+            let (mut noise_pivot, mut noise_weighted) = ([T::ZERO; K], [T::ZERO; K]);
             let mut norm = T::ZERO;
             for k in 0..M {
-                weighted_row[k] = row[j][k] * d[k];
-                norm += weighted_row[k] * row[j][k];
+                pivot[k] = moved[k][j];
+                weighted[k] = pivot[k] * weights[k];
+                norm += weighted[k] * pivot[k];
             }
             for k in 0..K {
-                weighted_noise[k] = noise[j][k] * noise_var[k];
-                norm += weighted_noise[k] * noise[j][k];
+                noise_pivot[k] = noise[k][j];
+                noise_weighted[k] = noise_pivot[k] * noise_var[k];
+                norm += noise_weighted[k] * noise_pivot[k];
             }
             if !(norm > T::ZERO && norm.finite()) {
                 return Err(Breakdown { index: j });
             }
             self.d[j] = norm;
+            let mut u = [T::ZERO; M];
+            add_rows(&mut u, &moved, &weighted, j);
+            add_rows(&mut u, &noise, &noise_weighted, j);
             let scale = T::ONE / norm;
-            let (pivot_row, pivot_noise) = (row[j], noise[j]);
-            for i in 0..j {
-                let mut sum = T::ZERO;
-                for k in 0..M {
-                    sum += row[i][k] * weighted_row[k];
-                }
-                for k in 0..K {
-                    sum += noise[i][k] * weighted_noise[k];
-                }
-                let u = sum * scale;
-                self.column[j][i] = u;
-                for k in 0..M {
-                    row[i][k] -= u * pivot_row[k];
-                }
-                for k in 0..K {
-                    noise[i][k] -= u * pivot_noise[k];
-                }
+            for u in &mut u {
+                *u = *u * scale;
             }
+            self.column[j][..j].copy_from_slice(&u[..j]);
+            subtract_row(&mut moved, &pivot, &u, j);
+            subtract_row(&mut noise, &noise_pivot, &u, j);
         }
         Ok(())
     }
@@ -192,17 +210,24 @@ impl<T: Real, const N: usize> UdFactor<T, N> {
     /// # Errors
     /// [`Breakdown`] where the innovation variance is not positive.
     pub fn project(&self, h: &[T; N], noise_var: T) -> Result<Projection<T, N>, Breakdown> {
-        let first = h.iter().position(|&entry| entry != T::ZERO).unwrap_or(N);
-        let end = h.iter().rposition(|&entry| entry != T::ZERO).map_or(first, |last| last + 1);
+        let mut touched = [0; N];
+        let mut count = 0;
+        for (i, &entry) in h.iter().enumerate() {
+            if entry != T::ZERO {
+                touched[count] = i;
+                count += 1;
+            }
+        }
+        let touched = &touched[..count];
+        let first = touched.first().copied().unwrap_or(N);
         let mut f = [T::ZERO; N];
         let mut innovation_var = noise_var;
         for j in first..N {
-            let mut sum = h[j];
-            for i in first..j.min(end) {
-                sum += self.column[j][i] * h[i];
+            let column = &self.column[j];
+            for &i in touched {
+                f[j] += column[i] * h[i];
             }
-            f[j] = sum;
-            innovation_var += sum * sum * self.d[j];
+            innovation_var += f[j] * f[j] * self.d[j];
         }
         if !(noise_var > T::ZERO && innovation_var.finite()) {
             return Err(Breakdown { index: N });
@@ -216,37 +241,47 @@ impl<T: Real, const N: usize> UdFactor<T, N> {
     /// [`Breakdown`] where an updated variance is not positive.
     pub fn fuse(&mut self, projection: &Projection<T, N>) -> Result<[T; N], Breakdown> {
         let Projection { first, f, noise_var, .. } = projection;
-        let first = *first;
         let mut v = [T::ZERO; N];
-        let mut a = [*noise_var; N];
-        let mut sum = *noise_var;
-        for j in first..N {
+        let mut lambda = [T::ZERO; N];
+        let mut a = *noise_var;
+        let mut one_over_a = T::ONE / a;
+        for j in *first..N {
             v[j] = self.d[j] * f[j];
-            sum += f[j] * v[j];
-            a[j] = sum;
-        }
-        let mut before = *noise_var;
-        let mut one_over_before = T::ONE / before;
-        let mut gain = [T::ZERO; N];
-        for j in first..N {
-            let lambda = f[j] * one_over_before;
-            one_over_before = T::ONE / a[j];
-            self.d[j] = self.d[j] * (before * one_over_before);
+            lambda[j] = f[j] * one_over_a;
+            let before = a;
+            a += f[j] * v[j];
+            one_over_a = T::ONE / a;
+            self.d[j] = self.d[j] * (before * one_over_a);
             if !(self.d[j] > T::ZERO) {
                 return Err(Breakdown { index: j });
             }
-            before = a[j];
-            let column = &mut self.column[j];
-            // Entries above `first` couple states that the row does not touch itself: they move too.
-            for i in 0..j {
-                let old = column[i];
-                column[i] = old - gain[i] * lambda;
-                gain[i] += v[j] * old;
+        }
+        // Rows above `first` couple states that the measurement does not touch itself: they move too. A row's own diagonal,
+        // 1, brings v into the gain; below it all is nothing and stays so.
+        let mut gain = [T::ZERO; N];
+        let (blocks, rest) = gain.as_chunks_mut::<BLOCK>();
+        let whole = blocks.len();
+        for (b, block) in blocks.iter_mut().enumerate() {
+            let mut register = *block;
+            for j in (*first).max(b * BLOCK)..N {
+                let column = &mut self.column[j].as_chunks_mut::<BLOCK>().0[b];
+                for (entry, gain) in column.iter_mut().zip(&mut register) {
+                    let old = *entry;
+                    *entry = old - *gain * lambda[j];
+                    *gain += v[j] * old;
+                }
             }
-            gain[j] = v[j];
+            *block = register;
+        }
+        for (gain, i) in rest.iter_mut().zip(whole * BLOCK..) {
+            for j in (*first).max(i)..N {
+                let old = self.column[j][i];
+                self.column[j][i] = old - *gain * lambda[j];
+                *gain += v[j] * old;
+            }
         }
         for entry in &mut gain {
-            *entry = *entry * one_over_before;
+            *entry = *entry * one_over_a;
         }
         Ok(gain)
     }

@@ -1,15 +1,10 @@
-//! The benchmark's flight: a stable linear aircraft at 51 m/s under multisine controls, 50 Hz, every channel, fixed noise.
+//! The benchmark's flight: a stable linear aircraft at 51 m/s under multisine controls, every channel, fixed noise.
 //!
 //! Forces and moments are linear in deviations from trim, the motion is the nonlinear kinematics (1) to (6) of the paper,
 //! integrated by the midpoint rule in four steps a sample. Nothing here comes from the library but channel names.
 
 use sideslip::flight::channel::Channel;
 use sideslip::telemetry::record::Sample;
-
-/// Samples a second.
-pub(crate) const RATE_HZ: f64 = 50.0;
-/// Length, samples.
-pub(crate) const SAMPLES: usize = 102_000;
 
 const G0: f64 = 9.80665;
 const U0: f64 = 51.3;
@@ -103,14 +98,14 @@ impl Noise {
 }
 
 impl Flight {
-    /// Flies it.
-    pub(crate) fn fly() -> Self {
+    /// Flies so many samples at that rate.
+    pub(crate) fn fly(rate_hz: f64, samples: usize) -> Self {
         let mut noise = Noise(2026);
         let mut x: Motion = [U0, 0.0, U0 * THETA0.tan(), 0.0, 0.0, 0.0, 0.0, THETA0, 0.3, 1000.0];
-        let dt = 1.0 / RATE_HZ / SUBSTEPS as f64;
-        let samples = (0..SAMPLES)
+        let dt = 1.0 / rate_hz / SUBSTEPS as f64;
+        let samples = (0..samples)
             .map(|k| {
-                let t = k as f64 / RATE_HZ;
+                let t = k as f64 / rate_hz;
                 // The first second and a bit is trim.
                 let control = |t: f64| if t < 1.2 { [0.0; 4] } else { controls(t - 1.2) };
                 let sample = measured(t, &x, control(t), &mut noise);

@@ -16,6 +16,8 @@ struct Entry {
 struct Comparison {
     ours: String,
     theirs: String,
+    /// How many of ours one of theirs is.
+    parts: f64,
     remark: &'static str,
 }
 
@@ -32,6 +34,7 @@ pub(crate) struct Ledger {
     entries: RefCell<Vec<Entry>>,
     comparisons: RefCell<Vec<Comparison>>,
     alone: RefCell<Vec<Alone>>,
+    notes: RefCell<Vec<String>>,
 }
 
 /// A group of pieces in flat sampling: every sample is the same number of iterations.
@@ -73,8 +76,18 @@ impl Ledger {
 
     /// Notes that `ours` is to be compared with `theirs`.
     pub(crate) fn compare(&self, ours: &str, theirs: &str, remark: &'static str) {
-        let comparison = Comparison { ours: ours.to_owned(), theirs: theirs.to_owned(), remark };
+        self.compare_part(ours, theirs, 1.0, remark);
+    }
+
+    /// Notes that `ours` is to be compared with the time of `theirs` over `parts`.
+    pub(crate) fn compare_part(&self, ours: &str, theirs: &str, parts: f64, remark: &'static str) {
+        let comparison = Comparison { ours: ours.to_owned(), theirs: theirs.to_owned(), parts, remark };
         self.comparisons.borrow_mut().push(comparison);
+    }
+
+    /// Something to be said at the end.
+    pub(crate) fn note(&self, note: String) {
+        self.notes.borrow_mut().push(note);
     }
 
     /// Notes that the time of `ours` over `parts` is to be told.
@@ -98,14 +111,18 @@ impl Ledger {
     /// The tables of ratios and of pieces alone.
     pub(crate) fn print(&self) {
         println!("\nours/theirs, medians of this run (quartiles in brackets, ns):");
-        for Comparison { ours, theirs, remark } in self.comparisons.borrow().iter() {
+        for Comparison { ours, theirs, parts, remark } in self.comparisons.borrow().iter() {
             let (Some(a), Some(b)) = (self.quartiles(ours), self.quartiles(theirs)) else { continue };
+            let b = b.map(|time| time / parts);
             println!("  {:6.3}  {ours} {} / {theirs} {}{remark}", a[1] / b[1], written(a), written(b));
         }
         println!("\nalone, medians of this run (quartiles in brackets, ns):");
         for Alone { ours, parts, remark } in self.alone.borrow().iter() {
             let Some(times) = self.quartiles(ours) else { continue };
             println!("  {ours} {}{remark}", written(times.map(|time| time / parts)));
+        }
+        for note in self.notes.borrow().iter() {
+            println!("  {note}");
         }
     }
 }

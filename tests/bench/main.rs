@@ -16,15 +16,25 @@ mod filter;
 mod flight;
 mod ledger;
 mod level1;
+mod parts;
+mod peer;
 mod record_length;
 mod regression;
 mod selection;
+mod smoother;
 mod textbook;
 mod textbook_regression;
 
 use criterion::Criterion;
 use ledger::Ledger;
 use std::time::Duration;
+
+/// Filter and smoother: samples a second, and how many there are of them.
+const FAST_HZ: f64 = 256.0;
+const FAST_SAMPLES: usize = 8192;
+/// The regression and the length of a record.
+const SLOW_HZ: f64 = 50.0;
+const SLOW_SAMPLES: usize = 102_000;
 
 fn main() {
     let mut criterion = Criterion::default()
@@ -34,8 +44,12 @@ fn main() {
         .measurement_time(Duration::from_millis(2500))
         .configure_from_args();
     let ledger = Ledger::default();
-    let flight = flight::Flight::fly();
-    filter::run(&mut criterion, &ledger, &flight);
+    let fast = flight::Flight::fly(FAST_HZ, FAST_SAMPLES);
+    let ticks = filter::ticks(&fast);
+    filter::run(&mut criterion, &ledger, &ticks);
+    smoother::run(&mut criterion, &ledger, &ticks);
+    parts::run(&mut criterion, &ledger, &fast);
+    let flight = flight::Flight::fly(SLOW_HZ, SLOW_SAMPLES);
     regression::run(&mut criterion, &ledger, &flight);
     selection::run(&mut criterion, &ledger, &flight);
     record_length::run(&mut criterion, &ledger, &flight);

@@ -1,5 +1,9 @@
 //! A factored covariance stays symmetric and positive whatever is done to it, in either precision and in any units.
+//!
+//! The long run takes `SIDESLIP_COVARIANCE_STEPS` steps in each precision and in each of two sets of units: 200,000 unless
+//! told, 10,000,000 to be sure.
 
+use crate::uniform::Uniform;
 use nalgebra::SMatrix;
 use proptest::prelude::*;
 use sideslip::num::ud::{Real, UdFactor};
@@ -130,5 +134,57 @@ proptest! {
                 prop_assert!((back - plain[(i, j)]).abs() <= 1e-8 * size, "{i} {j}: {back} and {}", plain[(i, j)]);
             }
         }
+    }
+}
+
+/// Steps of the long run, and how many of them lie between two whole checks; every d is looked at in each.
+const USUAL_STEPS: f64 = 2e5;
+const BETWEEN_CHECKS: u64 = 100;
+
+/// A step of the kinds and sizes of [`any_step`].
+fn step(uniform: &mut Uniform) -> Step {
+    let var = |uniform: &mut Uniform| 10_f64.powf(uniform.between(-6.0, 0.0));
+    match uniform.bits() % 8 {
+        0..3 => {
+            let mut top = [[0.0; N]; M];
+            let mut input = [[0.0; K]; M];
+            for (i, (top, input)) in top.iter_mut().zip(&mut input).enumerate() {
+                top.fill_with(|| uniform.within(0.3));
+                input.fill_with(|| uniform.within(1.0));
+                top[i] += 0.8;
+            }
+            Step::Propagate { top, input, var: [var(uniform), var(uniform)] }
+        }
+        3..7 => {
+            let zeros = (uniform.bits() % N as u64) as usize;
+            let row = std::array::from_fn(|i| if i < zeros { 0.0 } else { uniform.within(1.0) });
+            Step::Fuse { row, var: var(uniform) }
+        }
+        _ => Step::Inflate { state: (uniform.bits() % N as u64) as usize, by: var(uniform) },
+    }
+}
+
+fn long_run<T: Scalar>(steps: u64, scale: &[f64; N]) {
+    let mut uniform = Uniform(steps);
+    let mut factor = UdFactor::from_variances(scale.map(|scale| T::of(scale * scale)));
+    for k in 1..=steps {
+        take(&mut factor, &step(&mut uniform), scale);
+        assert!(factor.diagonal().iter().all(|d| *d > T::ZERO && d.finite()), "step {k}: {factor:?}");
+        if k.is_multiple_of(BETWEEN_CHECKS) {
+            check(&factor);
+        }
+    }
+    check(&factor);
+}
+
+#[test]
+fn it_stays_symmetric_and_positive_over_a_long_run() {
+    let told = std::env::var("SIDESLIP_COVARIANCE_STEPS").ok().and_then(|text| text.parse::<f64>().ok());
+    let steps = told.unwrap_or(USUAL_STEPS) as u64;
+    let badly_scaled = [1e4, 1e-4, 1e3, 1e-3, 1e4, 1e-4];
+    for scale in [[1.0; N], badly_scaled] {
+        long_run::<f64>(steps, &scale);
+        long_run::<f32>(steps, &scale);
+        eprintln!("{steps} steps each of f64 and f32 with states of size {scale:?}");
     }
 }
