@@ -18,9 +18,9 @@
 //! Cannot answer before `COUNT_MIN` samples.
 
 /// Filters in a bank, their tracking indexes a factor `STEP` apart from `FIRST` on.
-const FILTERS: usize = 18;
+const FILTERS: usize = 30;
 const FIRST: f64 = 1e-3;
-const STEP: f64 = 2.0;
+const STEP: f64 = 1.5;
 /// Samples before the answer counts.
 const COUNT_MIN: u32 = 50;
 /// Samples in which a filter settles, and which do not count.
@@ -251,7 +251,10 @@ mod tests {
                 found_q += noise.intensity.ln() / 20.0;
             }
             let ratio = found_q.exp() / q;
-            assert!((found_r - 1.0).abs() < 0.06, "{wander:?} {r} {q} {t}: R {found_r}");
+            // A walk of 16 times the noise a sample hides it: one run of 4000 knows R to 28 % (its increments' autocovariance
+            // is -R/(q T + 2 R) = -0.056 +- 0.016), twenty to 6.3 %; three of those. The others know it to 2 % and better.
+            let allowed = if q * t > 10.0 * r { 0.19 } else { 0.06 };
+            assert!((found_r - 1.0).abs() < allowed, "{wander:?} {r} {q} {t}: R {found_r}");
             assert!((ratio - 1.0).abs() < 0.25, "{wander:?} {r} {q} {t}: q {ratio}");
         }
     }
