@@ -1,7 +1,7 @@
 //! What the regression gets: every signal through one kernel at the instants of its grid, or the filter's states of now.
 //!
-//! Consumes samples with their filtered states; produces [`SmoothedRecord`]s, the run's trim, and the comparison of the vanes with
-//! the kinematics. Velocity and attitude are the filter's through the kernel, and what the fixed-lag smoother has changed in
+//! Consumes samples with their filtered states; produces [`SmoothedRecord`]s, the run's trim, and the comparison of the vanes
+//! with the kinematics. Velocity and attitude are the filter's through the kernel, and what the fixed-lag smoother has changed in
 //! them since, which is slow.
 
 use super::super::centre::centre_force;
