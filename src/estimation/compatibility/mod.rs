@@ -13,6 +13,7 @@ pub mod fit;
 pub mod matrix;
 pub mod motion;
 pub mod noise;
+pub mod observable;
 pub mod parameter;
 pub mod record;
 pub mod select;
