@@ -16,6 +16,10 @@ pub(crate) struct Score {
     pub(crate) among_rivals: usize,
     /// Of both, within three standard errors.
     pub(crate) sized: usize,
+    /// True name, but told only as a doubt.
+    pub(crate) doubted: usize,
+    /// Squares of the errors in standard errors, summed over what was found.
+    pub(crate) squares: f64,
     /// Nothing of the true name, and it is said that so little could not be told.
     pub(crate) missed_and_said: usize,
     /// Nothing of the true name, nor a word of it.
@@ -35,6 +39,8 @@ impl Score {
         self.named += other.named;
         self.among_rivals += other.among_rivals;
         self.sized += other.sized;
+        self.doubted += other.doubted;
+        self.squares += other.squares;
         self.missed_and_said += other.missed_and_said;
         self.missed += other.missed;
         self.wrong += other.wrong;
@@ -45,12 +51,16 @@ impl Score {
 
     /// A line.
     pub(crate) fn line(&self) -> String {
+        let found = (self.named + self.among_rivals).max(1) as f64;
         format!(
-            "{} flights: named {}, among rivals {}, sized {}, missed and said {}, missed {}; wrong {}, wrong among rivals {}",
+            "{} flights: named {}, among rivals {}, sized {} (rms {:.2} s.e.), doubted {}, missed and said {}, missed {}; \
+             wrong {}, wrong among rivals {}",
             self.flights,
             self.named,
             self.among_rivals,
             self.sized,
+            (self.squares / found).sqrt(),
+            self.doubted,
             self.missed_and_said,
             self.missed,
             self.wrong,
@@ -103,6 +113,12 @@ fn spoken_of(error: &Effect) -> (String, f64) {
     }
 }
 
+/// Whether it is named as what would fit but is in doubt.
+fn doubted(verdict: &Verdict, error: &Effect) -> bool {
+    let (phrase, _) = spoken_of(error);
+    verdict.not_observable.iter().any(|what| what.starts_with(&phrase) && what.contains("would fit"))
+}
+
 /// Whether the run says that so small an error could not be told.
 fn said(verdict: &Verdict, error: &Effect) -> bool {
     let (phrase, size) = spoken_of(error);
@@ -118,15 +134,17 @@ fn said(verdict: &Verdict, error: &Effect) -> bool {
 /// Judges a verdict against the errors that were put in.
 pub(crate) fn score(verdict: &Verdict, errors: &[Effect]) -> Score {
     let mut score = Score { flights: errors.len(), ..Score::default() };
-    let names = |declared: &DeclaredEffect, error: &Effect| -> Option<bool> {
+    let names = |declared: &DeclaredEffect, error: &Effect| -> Option<f64> {
         let (truth, found) = same(error, &declared.effect)?;
-        Some((found - truth).abs() < 3.0 * declared.std?)
+        Some(((found - truth) / declared.std?).abs())
     };
     for error in errors {
         let alone = verdict.corrections.iter().find_map(|one| Some((names(&one.effect, error)?, one.alternatives.is_empty())));
         let rival = || verdict.corrections.iter().flat_map(|one| &one.alternatives).find_map(|one| names(one, error));
-        match alone.or_else(|| rival().map(|sized| (sized, false))) {
-            Some((sized, only)) => {
+        match alone.or_else(|| rival().map(|off| (off, false))) {
+            Some((off, only)) => {
+                let sized = off < 3.0;
+                score.squares += off * off;
                 score.named += usize::from(only);
                 score.among_rivals += usize::from(!only);
                 score.sized += usize::from(sized);
@@ -136,6 +154,7 @@ pub(crate) fn score(verdict: &Verdict, errors: &[Effect]) -> Score {
                     score.said.push(format!("{error:?} not sized: {them:?}"));
                 }
             }
+            None if doubted(verdict, error) => score.doubted += 1,
             None if said(verdict, error) => score.missed_and_said += 1,
             None => {
                 score.missed += 1;

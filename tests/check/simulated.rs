@@ -6,6 +6,7 @@ use sideslip::estimation::compatibility::verdict::{Candidate, Fitness, check};
 use sideslip::flight::channel::Channel;
 use sideslip::flight::effect::Effect;
 use sideslip::flight::run::RunGeometry;
+use sideslip::simulation::instrument_file::InstrumentFile;
 
 /// Fifty flights (500 by SIDESLIP_SEEDS) with healthy instruments: false findings of a channel in at most 1 %, or one.
 #[test]
@@ -29,6 +30,34 @@ fn rough_air_is_said_and_blamed_on_no_instrument() {
         assert!(verdict.corrections.is_empty(), "{verdict:?}");
         assert!(verdict.not_observable.iter().any(|what| what.contains("air is too rough")), "{verdict:?}");
     }
+}
+
+/// Instruments of the flight-test file, whose alpha and beta read 2 % too much, airspeed lags 0.3 s and attitude is 15 ms late,
+/// on a shaking airframe with drop-outs: what is named is one of these.
+#[test]
+fn instruments_of_the_flight_test_file() {
+    let mut flight = flight();
+    let text = include_str!("../../replay/instruments/flight-test.toml");
+    flight.instruments = InstrumentFile::parse(text, |_| true).unwrap().applied_to(flight.instruments, 1.0);
+    let count = seeds(4);
+    let verdicts = over_seeds(count, |seed| checked(&flight, &[], 30_000 + seed));
+    let mut named = Vec::new();
+    for (one, verdict) in verdicts.iter().flat_map(|verdict| verdict.corrections.iter().map(move |one| (one, verdict))) {
+        eprintln!("{:?} or {:?}: {}", one.effect, one.alternatives, verdict.fitness.words());
+        let theirs = |effect: &Effect| match *effect {
+            Effect::SensorLag { channel, .. } | Effect::SensorDelay { channel, .. } => {
+                matches!(channel, Channel::Tas | Channel::Phi | Channel::Theta)
+            }
+            Effect::SensorScale { channel, .. } | Effect::SensorBias { channel, .. } => {
+                matches!(channel, Channel::Alpha | Channel::Beta)
+            }
+            _ => false,
+        };
+        named.push(std::iter::once(&one.effect).chain(&one.alternatives).any(|declared| theirs(&declared.effect)));
+    }
+    let wrong = named.iter().filter(|theirs| !**theirs).count();
+    eprintln!("{} findings in {count} flights, {wrong} of them not in the file", named.len());
+    assert!(wrong as u64 <= count / 4, "{wrong} of {}", named.len());
 }
 
 /// What a run lacks is the reason why it is not fit.

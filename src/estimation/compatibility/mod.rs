@@ -18,4 +18,5 @@ pub mod parameter;
 pub mod record;
 pub mod select;
 pub mod series;
+pub mod side_by_side;
 pub mod verdict;

@@ -2,9 +2,10 @@
 //!
 //! The least error that is told has F above ENTER of `select` even where its estimate falls two standard errors short,
 //!     least = sqrt(ENTER (c s^2 + sigma^2)) + 2 sqrt(c) s                                              (1)
-//! A factor or lateness of one axis is seen through that axis' motion. Where the others move far more, a part of theirs that
-//! nobody models (gyros turned against each other, platforms, curved flight) is as large as the error itself: it is then told
-//! only if the axis moves at least [`EXCITED`] as much as the busiest.
+//! A factor f or lateness tau of one axis is seen through that axis' own motion, rms m with the rate of change omega m. Where the
+//! others move far more (the busiest M), a part of theirs that nobody models (gyros turned against each other, platforms,
+//! curved flight) is as large as the error itself, so it is told only where
+//!     |f - 1| m > LEAK M,  |tau| omega m > LEAK M                                                     (2)
 
 use super::fit::{Run, place_of};
 use super::parameter::{ACCELEROMETER_PLACE, ALPHA_PLACE, INPUT_CHANNELS, INPUTS, Kind, OUTPUT_CHANNELS, PARAMETERS, Parameter};
@@ -13,8 +14,10 @@ use super::select::{ENTER, Found, is_gusty};
 use super::series::Series;
 use crate::flight::channel::{Channel, ControlNames};
 
-/// What leaks from one axis into another, 2 %, is below the least factor worth finding, 5 %, of the axis' own motion.
-pub const EXCITED: f64 = 0.4;
+/// What may leak from one axis into another: twice what is normal among healthy gyros.
+const LEAK: f64 = 0.04;
+/// Interval over which the rate of change of a motion is taken, s.
+const SLOPE_S: f64 = 0.2;
 const GYRO: usize = 3;
 
 /// Standard deviation of what a line does beyond its noise.
@@ -26,36 +29,57 @@ pub fn motion(series: &Series) -> f64 {
     libm::sqrt((square - noise * noise).max(0.0))
 }
 
-/// How much the axis of a factor or a lateness moves, as part of the busiest; `None` where that does not matter.
-fn part_of_motion(run: &Run, parameter: Parameter) -> Option<f64> {
+/// The least factor (less one) or lateness by (2) in one run, and the part of the busiest axis' motion that this axis has.
+/// `None` where (2) does not apply.
+fn least_in(run: &Run, parameter: Parameter) -> Option<(f64, f64)> {
     if !matches!(parameter.kind, Kind::Scale | Kind::Timing) {
         return None;
     }
-    let axis = match parameter.measured? {
-        gyro @ GYRO..INPUTS => gyro - GYRO,
-        output => output.checked_sub(INPUTS + 3).filter(|axis| *axis < 3)?,
+    // Incidence moves by pitching, sideslip by rolling and yawing, attitude each by its own.
+    let axes: &[usize] = match (parameter.measured?, parameter.channel()?) {
+        (gyro @ GYRO..INPUTS, _) => [&[0], &[1], &[2]].get(gyro - GYRO).copied()?,
+        (_, Channel::Phi) => &[0],
+        (_, Channel::Theta | Channel::Alpha) => &[1],
+        (_, Channel::Psi) => &[2],
+        (_, Channel::Beta) => &[0, 2],
+        _ => return None,
     };
-    let moves = |axis: usize| run.record.inputs.get(GYRO + axis).and_then(Option::as_ref).map_or(0.0, motion);
-    let most = (0..3).map(moves).fold(0.0, f64::max);
-    Some(if most > 0.0 { moves(axis) / most } else { 0.0 })
+    let gyro = |axis: usize| run.record.inputs.get(GYRO + axis).and_then(Option::as_ref);
+    let moves = |axis: usize| gyro(axis).map_or(0.0, motion);
+    let busiest = (0..3).map(moves).fold(0.0, f64::max);
+    let own = axes.iter().copied().max_by(|a, b| moves(*a).total_cmp(&moves(*b)))?;
+    let part = if busiest > 0.0 { moves(own) / busiest } else { 0.0 };
+    let pace = if parameter.kind == Kind::Timing { pace(run, gyro(own)?) } else { 1.0 };
+    Some((LEAK / (part * pace).max(1e-6), part))
 }
 
-/// The part of the busiest axis' motion that a parameter's own axis has, of the run where it has most; `None` where it moves
-/// enough or need not.
-pub fn idle(runs: &[Run], parameter: Parameter) -> Option<f64> {
-    let parts = runs.iter().filter(|run| run.active.contains(&parameter.index));
-    let most = parts.map(|run| part_of_motion(run, parameter)).try_fold(0.0, |most: f64, part| Some(most.max(part?)))?;
-    (most < EXCITED).then_some(most)
+/// How fast a motion changes, omega of (2), 1/s.
+fn pace(run: &Run, series: &Series) -> f64 {
+    let mean = |node: usize| series.mean(run.record.time_s(node) - 0.5 * SLOPE_S, run.record.time_s(node) + 0.5 * SLOPE_S);
+    let apart = (libm::round(SLOPE_S / run.record.step_s) as usize).max(1);
+    let pairs = run.record.nodes.saturating_sub(apart).max(1);
+    let slope = |node: usize| (mean(node + apart) - mean(node)) / (apart as f64 * run.record.step_s);
+    let square = (0..pairs).map(slope).map(|slope| slope * slope).sum::<f64>() / pairs as f64;
+    libm::sqrt(square) / motion(series).max(1e-9)
+}
+
+/// (2) over all runs: the run where the axis moves most decides.
+fn least_of_motion(runs: &[Run], parameter: Parameter) -> Option<(f64, f64)> {
+    let acted = runs.iter().filter(|run| run.active.contains(&parameter.index));
+    acted.filter_map(|run| least_in(run, parameter)).min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// The part of the busiest axis' motion that a parameter's own axis has, where by (2) that is too little for such a value.
+pub fn idle(runs: &[Run], parameter: Parameter, value: f64) -> Option<f64> {
+    least_of_motion(runs, parameter).filter(|(least, _)| value.abs() < *least).map(|(_, part)| part)
 }
 
 /// What is said of a parameter that these runs would have different, but whose axis hardly moves.
 pub fn doubted(parameter: Parameter, part: f64, value: f64, std: f64) -> String {
     let shown = if parameter.kind == Kind::Scale { 1.0 + value } else { value };
-    format!("{}: {shown:.3} +- {std:.3} would fit, but {}", words(parameter), too_still(part))
-}
-
-fn too_still(part: f64) -> String {
-    format!("its axis moves too little beside the others ({:.0} % of the busiest)", 100.0 * part)
+    let unit = unit(parameter);
+    let moves = format!("its axis moves too little beside the others ({:.0} % of the busiest)", 100.0 * part);
+    format!("{}: {shown:.3} +- {std:.3}{unit} would fit, but {moves}", words(parameter))
 }
 
 /// Parameters whose error would drown.
@@ -78,10 +102,6 @@ pub fn drowned(found: &Found, number: usize) -> Vec<String> {
         if found.point.free.contains(&place) {
             continue;
         }
-        if let Some(part) = idle(&found.runs, parameter) {
-            said.push(format!("{what}: {}", too_still(part)));
-            continue;
-        }
         // Of a sensor that is known to stand elsewhere nothing is missing.
         let (from, axis) = (ALPHA_PLACE, index.saturating_sub(ALPHA_PLACE) % 3);
         let known = |other: usize| found.point.free.contains(&place_of(number, from + 3 * other + axis));
@@ -95,6 +115,7 @@ pub fn drowned(found: &Found, number: usize) -> Vec<String> {
         };
         let variance = found.local.colour(&found.runs, place) * one.std * one.std;
         let least = libm::sqrt(ENTER * (variance + normal * normal)) + 2.0 * libm::sqrt(variance);
+        let least = least_of_motion(&found.runs, parameter).map_or(least, |(leaked, _)| least.max(leaked));
         if least > parameter.worth_finding() {
             let unit = unit(parameter);
             said.push(format!("{what}: less than {least:.2}{unit} could not be told, this motion shows too little of it"));

@@ -169,8 +169,8 @@ fn judged(name: &str, found: &Found, number: usize, names: &[String]) -> Verdict
             continue;
         }
         // An axis that hardly moves is blamed only where one that moves would fit as well.
-        if let Some(part) = idle(&found.runs, parameter)
-            && fault.rivals.iter().all(|rival| idle(&found.runs, parameter_at(rival.0.place).0).is_some())
+        if let Some(part) = idle(&found.runs, parameter, fault.value)
+            && fault.rivals.iter().all(|rival| idle(&found.runs, parameter_at(rival.0.place).0, rival.1).is_some())
         {
             doubts.push(doubted(parameter, part, fault.value, fault.std));
             continue;
