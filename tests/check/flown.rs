@@ -14,12 +14,21 @@ use sideslip::simulation::pilot::Pilot;
 
 const KNOT: f64 = 1852.0 / 3600.0;
 
+/// Longitudinal cyclic of the usual flight, rad: q then moves less than 0.4 times as much as p.
+const PITCH_INPUT: f64 = 0.01;
+
 /// 30 s at 50 Hz with instruments of flight-test quality at the centre of mass.
 pub(crate) fn flight() -> Flight {
+    flight_with(PITCH_INPUT)
+}
+
+/// The same with that much longitudinal cyclic, rad.
+pub(crate) fn flight_with(pitch_input: f64) -> Flight {
     let asked = Asked { speed: Some(100.0 * KNOT), set: vec!["perturbation=small".to_owned()], ..Asked::default() };
     let mut flight = FlightModel::puma(&asked).unwrap().flight();
     flight.times_s = uniform_times(0.0, 30.0, 50.0).unwrap();
-    for input in ["pedal:3211:0.02:0.7", "lat_cyclic:3211:0.008:0.5:7", "lon_cyclic:3211:0.01:0.7:14"] {
+    let pitch = format!("lon_cyclic:3211:{pitch_input}:0.7:14");
+    for input in ["pedal:3211:0.02:0.7", "lat_cyclic:3211:0.008:0.5:7", &pitch] {
         let spec = InputSpec::parse(input).unwrap();
         for control in Control::ALL.into_iter().filter(|control| control.channel() == spec.channel) {
             let history = &mut flight.inputs.controls[control.index()];

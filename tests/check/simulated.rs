@@ -8,7 +8,7 @@ use sideslip::flight::effect::Effect;
 use sideslip::flight::run::RunGeometry;
 use sideslip::simulation::instrument_file::InstrumentFile;
 
-/// Fifty flights (500 by SIDESLIP_SEEDS) with healthy instruments: false findings of a channel in at most 1 %, or one.
+/// Fifty flights (500 by SIDESLIP_SEEDS) with healthy instruments: none was named in 500.
 #[test]
 fn healthy_instruments_are_left_alone() {
     let flight = flight();
@@ -18,7 +18,7 @@ fn healthy_instruments_are_left_alone() {
         verdicts.iter().flat_map(|verdict| &verdict.corrections).map(|one| format!("{:?}", one.effect.effect)).collect();
     eprintln!("{} false findings in {count} flights: {false_findings:?}", false_findings.len());
     assert!(verdicts.iter().all(|verdict| verdict.fitness != Fitness::NotFit));
-    assert!(false_findings.len() as u64 <= 1 + count / 50, "{false_findings:?}");
+    assert!(false_findings.len() as u64 <= count / 50, "{false_findings:?}");
 }
 
 /// Gusts move vanes and accelerometers alike: nothing may be named, and it is said that nothing can be.
@@ -33,7 +33,8 @@ fn rough_air_is_said_and_blamed_on_no_instrument() {
 }
 
 /// Instruments of the flight-test file, whose alpha and beta read 2 % too much, airspeed lags 0.3 s and attitude is 15 ms late,
-/// on a shaking airframe with drop-outs: what is named is one of these.
+/// on a shaking airframe with drop-outs: what is named is one of these
+/// (nothing is: none of them is large enough for this flight).
 #[test]
 fn instruments_of_the_flight_test_file() {
     let mut flight = flight();
@@ -57,7 +58,7 @@ fn instruments_of_the_flight_test_file() {
     }
     let wrong = named.iter().filter(|theirs| !**theirs).count();
     eprintln!("{} findings in {count} flights, {wrong} of them not in the file", named.len());
-    assert!(wrong as u64 <= count / 4, "{wrong} of {}", named.len());
+    assert!(wrong as u64 <= count / 10, "{wrong} of {}", named.len());
 }
 
 /// What a run lacks is the reason why it is not fit.
