@@ -87,7 +87,8 @@ fn correction(text: &mut String, one: &Correction, info: &RunInfo, controls: Con
             PositionedSensor::Accelerometer => ("accelerometer_position_m", info.geometry().accelerometer_position_m),
         };
         let [x, y, z] = [0, 1, 2].map(|axis| stands[axis] + offset_m[axis]);
-        let _ = writeln!(text, "      correct it by: --set {key}=[{x:.2},{y:.2},{z:.2}]");
+        let both = one.vane.map_or("", |_| " (moves both vanes; the other one does not show it)");
+        let _ = writeln!(text, "      correct it by: --set {key}=[{x:.2},{y:.2},{z:.2}]{both}");
     }
 }
 
