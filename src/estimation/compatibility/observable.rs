@@ -8,7 +8,7 @@
 //!     |f - 1| m > LEAK M,  |tau| omega m > LEAK M                                                     (2)
 
 use super::fit::{Run, place_of};
-use super::parameter::{ACCELEROMETER_PLACE, ALPHA_PLACE, INPUT_CHANNELS, INPUTS, Kind, OUTPUT_CHANNELS, PARAMETERS, Parameter};
+use super::parameter::{ACCELEROMETER_PLACE, ALPHA_PLACE, INPUT_CHANNELS, Kind, OUTPUT_CHANNELS, PARAMETERS, Parameter};
 use super::record::Record;
 use super::select::{ENTER, Found, is_gusty};
 use super::series::Series;
@@ -16,6 +16,8 @@ use crate::flight::channel::{Channel, ControlNames};
 
 /// What may leak from one axis into another: twice what is normal among healthy gyros.
 const LEAK: f64 = 0.04;
+/// Part of the busiest axis' motion that turns a vane enough for its arm alone, the other vane's not, to be told.
+const ARM_PART: f64 = 0.4;
 /// Interval over which the rate of change of a motion is taken, s.
 const SLOPE_S: f64 = 0.2;
 const GYRO: usize = 3;
@@ -32,16 +34,15 @@ pub fn motion(series: &Series) -> f64 {
 /// The least factor (less one) or lateness by (2) in one run, and the part of the busiest axis' motion that this axis has.
 /// `None` where (2) does not apply.
 fn least_in(run: &Run, parameter: Parameter) -> Option<(f64, f64)> {
-    if !matches!(parameter.kind, Kind::Scale | Kind::Timing) {
-        return None;
-    }
-    // Incidence moves by pitching, sideslip by rolling and yawing, attitude each by its own.
-    let axes: &[usize] = match (parameter.measured?, parameter.channel()?) {
-        (gyro @ GYRO..INPUTS, _) => [&[0], &[1], &[2]].get(gyro - GYRO).copied()?,
-        (_, Channel::Phi) => &[0],
-        (_, Channel::Theta | Channel::Alpha) => &[1],
-        (_, Channel::Psi) => &[2],
-        (_, Channel::Beta) => &[0, 2],
+    // Incidence moves by pitching, sideslip by rolling and yawing, attitude each by its own; a vane's arm is felt by its turn.
+    let axes: &[usize] = match (parameter.kind, parameter.channel()) {
+        (Kind::AlphaPlace(1) | Kind::BetaPlace(2), _) => &[0],
+        (Kind::AlphaPlace(0), _) => &[1],
+        (Kind::BetaPlace(0), _) => &[2],
+        (Kind::Scale | Kind::Timing, Some(Channel::P | Channel::Phi)) => &[0],
+        (Kind::Scale | Kind::Timing, Some(Channel::Q | Channel::Theta | Channel::Alpha)) => &[1],
+        (Kind::Scale | Kind::Timing, Some(Channel::R | Channel::Psi)) => &[2],
+        (Kind::Scale | Kind::Timing, Some(Channel::Beta)) => &[0, 2],
         _ => return None,
     };
     let gyro = |axis: usize| run.record.inputs.get(GYRO + axis).and_then(Option::as_ref);
@@ -49,6 +50,9 @@ fn least_in(run: &Run, parameter: Parameter) -> Option<(f64, f64)> {
     let busiest = (0..3).map(moves).fold(0.0, f64::max);
     let own = axes.iter().copied().max_by(|a, b| moves(*a).total_cmp(&moves(*b)))?;
     let part = if busiest > 0.0 { moves(own) / busiest } else { 0.0 };
+    if matches!(parameter.kind, Kind::AlphaPlace(_) | Kind::BetaPlace(_)) {
+        return Some((if part < ARM_PART { f64::INFINITY } else { 0.0 }, part));
+    }
     let pace = if parameter.kind == Kind::Timing { pace(run, gyro(own)?) } else { 1.0 };
     Some((LEAK / (part * pace).max(1e-6), part))
 }
@@ -116,7 +120,9 @@ pub fn drowned(found: &Found, number: usize) -> Vec<String> {
         let variance = found.local.colour(&found.runs, place) * one.std * one.std;
         let least = libm::sqrt(ENTER * (variance + normal * normal)) + 2.0 * libm::sqrt(variance);
         let least = least_of_motion(&found.runs, parameter).map_or(least, |(leaked, _)| least.max(leaked));
-        if least > parameter.worth_finding() {
+        if least.is_infinite() {
+            said.push(format!("{what}: its axis moves too little beside the others"));
+        } else if least > parameter.worth_finding() {
             let unit = unit(parameter);
             said.push(format!("{what}: less than {least:.2}{unit} could not be told, this motion shows too little of it"));
         }
