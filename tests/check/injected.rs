@@ -4,6 +4,7 @@
 //! alone, named among rivals, sized within 3 standard errors; told as a doubt, missed where the run says that it must be:
 //! bias 25 + 8, sized 32 of 33; scale 77 + 2, sized 79, doubts 36, missed 29 of 144; lag 38 + 11, sized 49, doubts 9, missed 14
 //! of 72; skew 31 + 16, sized 47, doubts 7, missed 18 of 72; accelerometer 1 and 3 m off 9 + 7, sized 16, missed 2 of 18.
+//! Among rivals counts also where the first explanation is another and the truth stands beside it.
 //! Falls short, in this flight: factor, lag and skew of ax, and lag and skew of tas and its 5 %, are never found, 5 % of ay and
 //! of alpha hardly ever; q, theta and alpha move too little beside p, so most of theirs, and 5 % of r and psi, stay doubts.
 
@@ -104,7 +105,7 @@ fn errors_are_found_under_their_names() {
     assert!((found - sum.sized) * 25 <= found && found * 100 >= sum.flights * 45, "{}", sum.line());
 }
 
-/// What stays a doubt where the aircraft hardly pitches is told once it pitches.
+/// What stays a doubt where the aircraft hardly pitches is told once it pitches: 39 of 40 found and sized, one doubt.
 #[test]
 fn errors_of_pitch_are_told_once_the_aircraft_pitches() {
     let scale = |channel, factor| Effect::SensorScale { channel, factor };
