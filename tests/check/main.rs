@@ -12,6 +12,11 @@
 mod manoeuvre;
 #[path = "../support/program.rs"]
 mod program;
+#[path = "../support/uniform.rs"]
+mod uniform;
 
+mod flown;
+mod injected;
 mod recordings;
+mod score;
 mod simulated;

@@ -1,129 +1,24 @@
-//! Simulated flights of the built-in Puma at 100 kn with instruments of flight-test quality, one error at a time.
+//! Healthy instruments, rough air, and runs that are not fit.
 
-use crate::manoeuvre::{LEAD_S, over_seeds, seeds};
-use sideslip::estimation::compatibility::verdict::{Candidate, Fitness, Verdict, check};
+use crate::flown::{checked, flight};
+use crate::manoeuvre::{over_seeds, seeds};
+use sideslip::estimation::compatibility::verdict::{Candidate, Fitness, check};
 use sideslip::flight::channel::Channel;
-use sideslip::flight::control::Control;
-use sideslip::flight::effect::{Effect, PositionedSensor};
-use sideslip::flight::effect_file::DeclaredEffect;
+use sideslip::flight::effect::Effect;
 use sideslip::flight::run::RunGeometry;
-use sideslip::simulation::flight_model::{Asked, FlightModel};
-use sideslip::simulation::fly::{Flight, uniform_times};
-use sideslip::simulation::input::InputSpec;
-use sideslip::simulation::instrument::Instruments;
-use sideslip::simulation::pilot::Pilot;
+use sideslip::simulation::instrument_file::InstrumentFile;
 
-const KNOT: f64 = 1852.0 / 3600.0;
-
-fn flight() -> Flight {
-    let asked = Asked { speed: Some(100.0 * KNOT), set: vec!["perturbation=small".to_owned()], ..Asked::default() };
-    let mut flight = FlightModel::puma(&asked).unwrap().flight();
-    flight.times_s = uniform_times(0.0, 30.0, 50.0).unwrap();
-    for input in ["pedal:3211:0.02:0.7", "lat_cyclic:3211:0.008:0.5:7", "lon_cyclic:3211:0.01:0.7:14"] {
-        let spec = InputSpec::parse(input).unwrap();
-        for control in Control::ALL.into_iter().filter(|control| control.channel() == spec.channel) {
-            let history = &mut flight.inputs.controls[control.index()];
-            *history = history.plus(1.0, &spec.deviation(LEAD_S));
-        }
-    }
-    flight.pilot = Some(Pilot::ATTITUDE);
-    flight.inputs = flight.inputs.sampled(&flight.times_s);
-    flight.instruments = Instruments::flight_quality(1.0);
-    // The run's own biases would add to those that are put in.
-    flight.instruments.channels.iter_mut().for_each(|instrument| instrument.bias_std = 0.0);
-    flight
-}
-
-fn checked(flight: &Flight, effects: &[Effect], seed: u64) -> Verdict {
-    let flown = Flight { effects: effects.to_vec(), seed, ..flight.clone() }.fly().unwrap();
-    let candidate = Candidate { name: "flight".to_owned(), samples: flown.samples, geometry: RunGeometry::default() };
-    check(&[candidate]).remove(0)
-}
-
-/// The main number of an effect and whether two are of the same instrument and kind.
-fn same(a: &Effect, b: &Effect) -> Option<(f64, f64)> {
-    match (*a, *b) {
-        (Effect::SensorBias { channel: c, value: x }, Effect::SensorBias { channel: d, value: y }) if c == d => Some((x, y)),
-        (Effect::SensorScale { channel: c, factor: x }, Effect::SensorScale { channel: d, factor: y }) if c == d => Some((x, y)),
-        (Effect::SensorLag { channel: c, tau: x }, Effect::SensorLag { channel: d, tau: y }) if c == d => Some((x, y)),
-        (Effect::SensorDelay { channel: c, delay: x }, Effect::SensorDelay { channel: d, delay: y }) if c == d => Some((x, y)),
-        (Effect::SensorPosition { sensor: c, offset_m: x }, Effect::SensorPosition { sensor: d, offset_m: y }) if c == d => {
-            let axis = (0..3).max_by(|&i, &j| x[i].abs().total_cmp(&x[j].abs()))?;
-            Some((x[axis], y[axis]))
-        }
-        _ => None,
-    }
-}
-
-fn one_of_each() -> Vec<Effect> {
-    use Channel::{Alpha, Ax, Ay, Az, Beta, P, Phi, Psi, Q, R, Tas, Theta};
-    let mut all: Vec<Effect> = Vec::new();
-    all.extend(
-        [(Ax, 0.3), (Ay, 0.3), (Az, -0.3), (P, 0.01), (Q, 0.01), (R, -0.01), (Phi, 0.03), (Alpha, 0.03)]
-            .map(|(channel, value)| Effect::SensorBias { channel, value }),
-    );
-    all.extend(
-        [(P, 1.1), (Q, 0.9), (R, 1.1), (R, 1.05), (Ay, 1.15), (Beta, 0.8), (Alpha, 0.9), (Tas, 1.1), (Psi, 1.1), (Theta, 0.9)]
-            .map(|(channel, factor)| Effect::SensorScale { channel, factor }),
-    );
-    all.extend(
-        [(P, 0.1), (R, 0.2), (Beta, 0.3), (Phi, 0.2), (Alpha, 0.2), (Psi, 0.2)]
-            .map(|(channel, tau)| Effect::SensorLag { channel, tau }),
-    );
-    all.extend(
-        [(P, 0.05), (R, 0.1), (Beta, 0.2), (Phi, 0.1), (Alpha, 0.1), (Psi, 0.1), (Q, 0.1)]
-            .map(|(channel, delay)| Effect::SensorDelay { channel, delay }),
-    );
-    all.extend(
-        [[2.0, 0.0, 0.0], [0.0, 1.5, 0.0], [0.0, 0.0, -3.0]]
-            .map(|offset_m| Effect::SensorPosition { sensor: PositionedSensor::Accelerometer, offset_m }),
-    );
-    all.push(Effect::SensorPosition { sensor: PositionedSensor::Vane, offset_m: [6.0, 0.0, 0.0] });
-    all
-}
-
-/// Each in some flights: named first or among what fits alike, its size within three standard errors, in nine of ten.
-#[test]
-fn errors_are_found_and_sized() {
-    let flight = flight();
-    let each = seeds(2);
-    let errors = one_of_each();
-    let results = over_seeds(each * errors.len() as u64, |number| {
-        let error = &errors[(number / each) as usize];
-        let verdict = checked(&flight, std::slice::from_ref(error), 100 + number % each);
-        let named = |declared: &DeclaredEffect| {
-            let (truth, found) = same(error, &declared.effect)?;
-            Some((found - truth).abs() < 3.0 * declared.std?)
-        };
-        let all = verdict.corrections.iter().flat_map(|one| std::iter::once(&one.effect).chain(&one.alternatives));
-        let sized: Vec<bool> = all.filter_map(named).collect();
-        (!sized.is_empty(), sized.contains(&true))
-    });
-    for (place, error) in errors.iter().enumerate() {
-        let own = &results[place * each as usize..(place + 1) * each as usize];
-        eprintln!(
-            "{error:?}: found {}, sized {} of {each}",
-            own.iter().filter(|r| r.0).count(),
-            own.iter().filter(|r| r.1).count()
-        );
-    }
-    let (found, sized) = (results.iter().filter(|r| r.0).count(), results.iter().filter(|r| r.1).count());
-    eprintln!("found {found}, sized {sized} of {}", results.len());
-    assert!(found * 100 >= results.len() * 92 && sized * 100 >= results.len() * 88, "{found}, {sized} of {}", results.len());
-}
-
-/// Fifty flights (500 by SIDESLIP_SEEDS) with healthy instruments: false findings of a channel in at most 1 %, or one.
+/// Fifty flights (500 by SIDESLIP_SEEDS) with healthy instruments: none was named in 500.
 #[test]
 fn healthy_instruments_are_left_alone() {
-    let mut flight = flight();
-    flight.instruments = Instruments::flight_quality(1.0);
+    let flight = flight();
     let count = seeds(50);
-    let verdicts = over_seeds(count, |seed| checked(&flight, &[], seed));
+    let verdicts = over_seeds(count, |seed| checked(&flight, &[], 20_000 + seed));
     let false_findings: Vec<String> =
         verdicts.iter().flat_map(|verdict| &verdict.corrections).map(|one| format!("{:?}", one.effect.effect)).collect();
     eprintln!("{} false findings in {count} flights: {false_findings:?}", false_findings.len());
     assert!(verdicts.iter().all(|verdict| verdict.fitness != Fitness::NotFit));
-    assert!(false_findings.len() as u64 <= 1 + count / 50, "{false_findings:?}");
+    assert!(false_findings.len() as u64 <= count / 50, "{false_findings:?}");
 }
 
 /// Gusts move vanes and accelerometers alike: nothing may be named, and it is said that nothing can be.
@@ -135,6 +30,35 @@ fn rough_air_is_said_and_blamed_on_no_instrument() {
         assert!(verdict.corrections.is_empty(), "{verdict:?}");
         assert!(verdict.not_observable.iter().any(|what| what.contains("air is too rough")), "{verdict:?}");
     }
+}
+
+/// Instruments of the flight-test file, whose alpha and beta read 2 % too much, airspeed lags 0.3 s and attitude is 15 ms late,
+/// on a shaking airframe with drop-outs: what is named is one of these
+/// (nothing is: none of them is large enough for this flight).
+#[test]
+fn instruments_of_the_flight_test_file() {
+    let mut flight = flight();
+    let text = include_str!("../../replay/instruments/flight-test.toml");
+    flight.instruments = InstrumentFile::parse(text, |_| true).unwrap().applied_to(flight.instruments, 1.0);
+    let count = seeds(4);
+    let verdicts = over_seeds(count, |seed| checked(&flight, &[], 30_000 + seed));
+    let mut named = Vec::new();
+    for (one, verdict) in verdicts.iter().flat_map(|verdict| verdict.corrections.iter().map(move |one| (one, verdict))) {
+        eprintln!("{:?} or {:?}: {}", one.effect, one.alternatives, verdict.fitness.words());
+        let theirs = |effect: &Effect| match *effect {
+            Effect::SensorLag { channel, .. } | Effect::SensorDelay { channel, .. } => {
+                matches!(channel, Channel::Tas | Channel::Phi | Channel::Theta)
+            }
+            Effect::SensorScale { channel, .. } | Effect::SensorBias { channel, .. } => {
+                matches!(channel, Channel::Alpha | Channel::Beta)
+            }
+            _ => false,
+        };
+        named.push(std::iter::once(&one.effect).chain(&one.alternatives).any(|declared| theirs(&declared.effect)));
+    }
+    let wrong = named.iter().filter(|theirs| !**theirs).count();
+    eprintln!("{} findings in {count} flights, {wrong} of them not in the file", named.len());
+    assert!(wrong as u64 <= count / 10, "{wrong} of {}", named.len());
 }
 
 /// What a run lacks is the reason why it is not fit.

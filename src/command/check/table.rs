@@ -8,6 +8,9 @@ use sideslip::flight::run_file::RunInfo;
 use sideslip::outputs::terminal::{Style, measured};
 use std::fmt::Write;
 
+/// What stands between a parameter and the least error of it that could be told.
+const LEAST: &str = ": less than ";
+const WIDTH: usize = 110;
 const DEGREE: f64 = core::f64::consts::PI / 180.0;
 
 /// The whole answer.
@@ -30,12 +33,40 @@ pub(super) fn text(verdicts: &[Verdict], infos: &[&RunInfo], controls: ControlNa
         }
         if !verdict.not_observable.is_empty() {
             let _ = writeln!(text, "  cannot be told from this run:");
-            for one in &verdict.not_observable {
+            let (least, others): (Vec<&String>, Vec<&String>) =
+                verdict.not_observable.iter().partition(|one| one.contains(LEAST));
+            for one in others {
                 let _ = writeln!(text, "    {one}");
             }
+            wrapped(
+                &mut text,
+                "less than: ",
+                least.iter().filter_map(|one| {
+                    let (what, rest) = one.split_once(LEAST)?;
+                    Some(format!("{what} {}", rest.split(" could").next()?))
+                }),
+            );
         }
     }
     text
+}
+
+/// Items with commas between, lines of at most [`WIDTH`].
+fn wrapped(text: &mut String, head: &str, items: impl Iterator<Item = String>) {
+    let mut line = String::new();
+    for item in items {
+        if line.is_empty() {
+            line = format!("    {head}{item}");
+        } else if line.len() + item.len() + 2 > WIDTH {
+            let _ = writeln!(text, "{line},");
+            line = format!("      {item}");
+        } else {
+            let _ = write!(line, ", {item}");
+        }
+    }
+    if !line.is_empty() {
+        let _ = writeln!(text, "{line}");
+    }
 }
 
 fn correction(text: &mut String, one: &Correction, info: &RunInfo, controls: ControlNames) {
@@ -56,7 +87,8 @@ fn correction(text: &mut String, one: &Correction, info: &RunInfo, controls: Con
             PositionedSensor::Accelerometer => ("accelerometer_position_m", info.geometry().accelerometer_position_m),
         };
         let [x, y, z] = [0, 1, 2].map(|axis| stands[axis] + offset_m[axis]);
-        let _ = writeln!(text, "      correct it by: --set {key}=[{x:.2},{y:.2},{z:.2}]");
+        let both = one.vane.map_or("", |_| " (moves both vanes; the other one does not show it)");
+        let _ = writeln!(text, "      correct it by: --set {key}=[{x:.2},{y:.2},{z:.2}]{both}");
     }
 }
 

@@ -276,13 +276,12 @@ pub fn pass(prepared: &Prepared<'_>, noise: &Noise, active: &[usize], light: boo
                     let s = STATES + c;
                     after[s] = e * x[s] + w0 * seen0[c].0.value + w1 * seen1[c].0.value;
                     phi[s][s] = e;
-                    for j in 0..STATES {
-                        let carried: f64 = (0..STATES).map(|k| seen1[c].0.by_state[k] * phi[k][j]).sum();
-                        phi[s][j] = w0 * seen0[c].0.by_state[j] + w1 * carried;
+                    let (before, now) = (seen0[c].0.by_state, seen1[c].0.by_state);
+                    for (j, before) in before.into_iter().enumerate() {
+                        let carried: f64 = now.iter().zip(&phi).map(|(by, row)| by * row[j]).sum();
+                        phi[s][j] = w0 * before + w1 * carried;
                     }
-                    for j in 0..INPUTS {
-                        gamma[s][j] = w1 * (0..STATES).map(|k| seen1[c].0.by_state[k] * gamma[k][j]).sum::<f64>();
-                    }
+                    gamma[s] = core::array::from_fn(|j| w1 * now.iter().zip(&gamma).map(|(by, row)| by * row[j]).sum::<f64>());
                 }
             }
             for (place, &index) in active.iter().enumerate() {

@@ -169,23 +169,23 @@ pub fn linearise(runs: &[Run], point: &Point) -> Option<Local> {
                 }
             }
         }
-        for i in 0..width {
+        for (i, side) in side.into_iter().enumerate() {
             for j in 0..i {
                 *own.at_mut(i, j) = own.at(j, i);
             }
             let global = place_of(number, run.active[i]);
-            pull[global] += side[i];
+            pull[global] += side;
             for j in 0..width {
                 *information.at_mut(global, place_of(number, run.active[j])) += own.at(i, j);
             }
         }
         passes.push((passed, own));
     }
-    for place in 0..order {
+    for (place, (pull, value)) in pull.iter_mut().zip(&point.values).enumerate() {
         match point.prior_std(place) {
             Some(std) => {
                 *information.at_mut(place, place) += 1.0 / (std * std);
-                pull[place] -= point.values[place] / (std * std);
+                *pull -= value / (std * std);
             }
             None => *information.at_mut(place, place) += HELD,
         }

@@ -53,11 +53,11 @@ pub fn improve(record: &Record, theta: &Theta, start: &Noise, guess: &Noise, swe
     let mut widths = [0.8; INPUTS + 1 + OUTPUTS];
     for _ in 0..sweeps {
         let before = cost;
-        for k in 0..INPUTS + 1 + OUTPUTS {
-            if variance(&mut best, record, k).is_none() || widths[k] < 0.03 {
+        for (k, width_k) in widths.iter_mut().enumerate() {
+            if variance(&mut best, record, k).is_none() || *width_k < 0.03 {
                 continue;
             }
-            let width = widths[k];
+            let width = *width_k;
             let at = |by: f64| -> Option<(f64, Noise)> {
                 let mut tried = best;
                 *variance(&mut tried, record, k)? *= libm::exp(by);
@@ -73,7 +73,7 @@ pub fn improve(record: &Record, theta: &Theta, start: &Noise, guess: &Noise, swe
                 -MOVE_MAX
             };
             let there = at(by);
-            widths[k] = (0.7 * by.abs()).clamp(0.02, 0.8);
+            *width_k = (0.7 * by.abs()).clamp(0.02, 0.8);
             for (tried_cost, tried) in [Some(up), Some(down), there].into_iter().flatten() {
                 if tried_cost < cost {
                     (cost, best) = (tried_cost, tried);

@@ -175,9 +175,8 @@ impl Parameter {
             (Kind::Bias, Some(Tas)) => 5.0,
             (Kind::Bias, Some(Alpha | Beta | Phi | Theta)) => 0.03,
             (Kind::Bias, _) => 0.01,
-            (Kind::Scale, _) => 0.15,
-            (Kind::Timing, _) => 0.15,
-            _ => 3.0,
+            (Kind::Scale | Kind::Timing, _) => 0.05,
+            _ => 1.0,
         }
     }
 }

@@ -14,6 +14,7 @@ use super::filter::Noise;
 use super::fit::{LetGo, Local, Point, Run, SHARED, minimise, parameter_at};
 use super::noise::{first_guess, improve};
 use super::parameter::{Kind, OWN, TIMING};
+use super::side_by_side::side_by_side;
 
 /// Entered above this F: 0.02 % of healthy parameters by chance.
 pub const ENTER: f64 = 16.0;
@@ -201,7 +202,8 @@ pub fn select(mut runs: Vec<Run>) -> Option<Found> {
     for round in 0..ROUNDS_MAX {
         enter(&mut runs, &mut point, &mut local)?;
         leave(&runs, &mut point, &mut local)?;
-        let faults: Vec<Fault> = point.free.iter().filter_map(|&place| fault(&runs, &point, &local, place)).collect();
+        let faults = side_by_side(&point.free, |&place| fault(&runs, &point, &local, place));
+        let faults: Vec<Fault> = faults.into_iter().flatten().collect();
         let better = faults.iter().filter_map(|fault| Some((fault, fault.rivals.first().filter(|rival| rival.3 < -1.0)?)));
         let swap = better.min_by(|a, b| a.1.3.total_cmp(&b.1.3));
         let Some((fault, &(name, value, ..))) = swap.filter(|_| round + 1 < ROUNDS_MAX) else {
@@ -225,8 +227,9 @@ fn enter(runs: &mut [Run], point: &mut Point, local: &mut Local) -> Option<()> {
         let most = ranked.iter().map(|(_, one)| one.fall).fold(0.0, f64::max);
         let worth = ranked.iter().filter(|(f, one)| *f >= 0.5 * ENTER && one.fall > 0.4 * most).take(SHORTLIST);
         let tried = worth.flat_map(|(_, one)| names(one.place, one.value).into_iter().map(move |name| (name, one.value)));
-        let fitted = tried.filter_map(|(name, value)| try_name(runs, point, name, value));
-        let Some((_, next, _)) = fitted.min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
+        let tried: Vec<(Name, f64)> = tried.collect();
+        let fitted = side_by_side(&tried, |&(name, value)| try_name(runs, point, name, value));
+        let Some((_, next, _)) = fitted.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
         // A fault hides others behind the noise that it makes.
         estimate_noise(runs, &next, 2)?;
         (*point, *local) = minimise(runs, &next)?;

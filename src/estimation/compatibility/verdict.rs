@@ -5,11 +5,10 @@
 use super::agreement::agreement;
 use super::fit::{Local, Point, Run, parameter_at, place_of};
 use super::matrix::Square;
-use super::parameter::{
-    ACCELEROMETER_PLACE, ALPHA_PLACE, INPUT_CHANNELS, Kind, OUTPUT_CHANNELS, PARAMETERS, Parameter, channel_at,
-};
+use super::observable::{absent, doubted, drowned, idle, motion};
+use super::parameter::{Kind, channel_at};
 use super::record::Record;
-use super::select::{Found, Name, is_gusty, run_of, select};
+use super::select::{Found, Name, run_of, select};
 use crate::flight::channel::{Channel, ControlNames};
 use crate::flight::effect::{Effect, PositionedSensor};
 use crate::flight::effect_file::DeclaredEffect;
@@ -142,13 +141,7 @@ fn refusal(record: &Record, samples: &[Sample]) -> Option<String> {
     if record.gaps() as f64 > record.length_s() / LENGTH_MIN_S {
         return Some(format!("{} gaps in {:.0} s: no stretch is long enough", record.gaps(), record.length_s()));
     }
-    let moved = record.inputs.iter().skip(3).flatten().map(|series| {
-        let count = series.len() as f64;
-        let mean = series.samples().map(|(_, value)| value).sum::<f64>() / count;
-        let square = series.samples().map(|(_, value)| (value - mean) * (value - mean)).sum::<f64>() / count;
-        let noise = series.noise_std();
-        libm::sqrt((square - noise * noise).max(0.0))
-    });
+    let moved = record.inputs.iter().skip(3).flatten().map(motion);
     let most = moved.fold(0.0, f64::max);
     if most < MOTION_MIN {
         return Some(format!("no excitation: no angular rate moves more than {most:.4} rad/s rms"));
@@ -169,9 +162,17 @@ fn judged(name: &str, found: &Found, number: usize, names: &[String]) -> Verdict
         };
     };
     let mut corrections: Vec<Correction> = Vec::new();
+    let mut doubts: Vec<String> = Vec::new();
     for fault in &found.faults {
         let (parameter, own) = parameter_at(fault.name.place);
         if own.is_some_and(|own| own != number) || !run.active.contains(&parameter.index) {
+            continue;
+        }
+        // An axis that hardly moves is blamed only where one that moves would fit as well.
+        if let Some(part) = idle(&found.runs, parameter, fault.value)
+            && fault.rivals.iter().all(|rival| idle(&found.runs, parameter_at(rival.0.place).0, rival.1).is_some())
+        {
+            doubts.push(doubted(parameter, part, fault.value, fault.std));
             continue;
         }
         let Some((effect, vane)) = effect_of(fault.name, fault.value) else { continue };
@@ -216,16 +217,14 @@ fn judged(name: &str, found: &Found, number: usize, names: &[String]) -> Verdict
         None => (Fitness::FitCorrected, format!("{} instrument error(s) found", corrections.len())),
     };
     let mut not_observable = absent(&run.record);
+    not_observable.extend(doubts);
     not_observable.extend(drowned(found, number));
     Verdict { run: name.to_owned(), fitness, reason, corrections, consistency, not_observable }
 }
 
-/// Standard deviation of an output.
+/// How much an output moves.
 fn spread(record: &Record, output: usize) -> f64 {
-    let Some(series) = record.outputs.get(output).and_then(Option::as_ref) else { return 0.0 };
-    let count = series.len() as f64;
-    let mean = series.samples().map(|(_, value)| value).sum::<f64>() / count;
-    libm::sqrt(series.samples().map(|(_, value)| (value - mean) * (value - mean)).sum::<f64>() / count)
+    record.outputs.get(output).and_then(Option::as_ref).map_or(0.0, motion)
 }
 
 /// The effect of that name, and which vane it is where only one.
@@ -325,86 +324,4 @@ fn alone(runs: &[Run], point: &Point, local: &Local, number: usize, index: usize
     let step = dispersion.times(&pull);
     let place = place_of(number, index);
     Some((point.values.get(place)? + step.get(at)?, libm::sqrt(dispersion.at(at, at) * local.colour(runs, place))))
-}
-
-/// Channels that are not there.
-fn absent(record: &Record) -> Vec<String> {
-    let name = |channel: &Channel| channel.name(ControlNames::Rotorcraft);
-    let mut said = Vec::new();
-    let inputs = INPUT_CHANNELS.iter().zip(&record.inputs).filter(|(_, series)| series.is_none());
-    let inputs: Vec<&str> = inputs.map(|(channel, _)| name(channel)).collect();
-    if !inputs.is_empty() {
-        said.push(format!("{}: not measured", inputs.join(" ")));
-    }
-    if !record.velocities {
-        let reason = if record.inputs.iter().take(3).any(Option::is_none) { "accelerometers" } else { "airspeed" };
-        said.push(format!(
-            "tas alpha beta altitude: without {reason} nothing says how the velocity moves; \
-             only attitude and rates are compared"
-        ));
-    }
-    let velocity = |channel: &Channel| !matches!(channel, Channel::Phi | Channel::Theta | Channel::Psi);
-    for (channel, series) in OUTPUT_CHANNELS.iter().zip(&record.outputs) {
-        if series.is_none() && (record.velocities || !velocity(channel)) {
-            said.push(format!("{}: not measured", name(channel)));
-        }
-    }
-    said
-}
-
-/// Parameters whose error would drown.
-fn drowned(found: &Found, number: usize) -> Vec<String> {
-    let Some(run) = found.runs.get(number) else { return Vec::new() };
-    let minimum = found.local.minimum(&found.point);
-    let mut said = Vec::new();
-    let mut rough = false;
-    for index in 0..PARAMETERS {
-        let parameter = Parameter::at(index);
-        if !parameter.can_be_fault() || !run.active.contains(&index) {
-            continue;
-        }
-        let what = words(parameter);
-        if parameter.is_feigned_by_gusts() && is_gusty(run) {
-            rough = true;
-            continue;
-        }
-        let let_go = found.local.let_go(&found.point, &minimum, place_of(number, index));
-        // Of a sensor that is known to stand elsewhere nothing is missing.
-        let (from, axis) = (ALPHA_PLACE, index.saturating_sub(ALPHA_PLACE) % 3);
-        let known = |other: usize| found.point.free.contains(&place_of(number, from + 3 * other + axis));
-        if (ALPHA_PLACE..ACCELEROMETER_PLACE + 3).contains(&index) && (0..4).any(known) {
-            continue;
-        }
-        match let_go {
-            Some(one) if one.std * 4.0 <= parameter.worth_finding() => {}
-            Some(one) => said.push(format!("{what}: this motion shows too little of it (standard error {:.2})", one.std)),
-            None => said.push(format!("{what}: this motion shows nothing of it")),
-        }
-    }
-    if rough {
-        said.push("errors of tas alpha beta ax ay az and positions: the air is too rough, gusts look the same".to_owned());
-    }
-    if run.record.outputs.get(5).is_some_and(Option::is_some) {
-        said.push("psi bias: any heading may be the start".to_owned());
-    }
-    if run.record.outputs.get(6).is_some_and(Option::is_some) {
-        said.push("altitude: rising air and static pressure look like errors of its instrument".to_owned());
-    }
-    said
-}
-
-/// A parameter in words.
-fn words(parameter: Parameter) -> String {
-    let channel = parameter.channel().map_or("", |channel| channel.name(ControlNames::Rotorcraft));
-    let axis = |axis: usize| ["x", "y", "z"].get(axis).copied().unwrap_or("");
-    match parameter.kind {
-        Kind::Bias => format!("{channel} bias"),
-        Kind::Scale => format!("{channel} scale"),
-        Kind::Timing => format!("{channel} lag or skew"),
-        Kind::AlphaPlace(a) => format!("place of the alpha vane alone, {}", axis(a)),
-        Kind::BetaPlace(a) => format!("place of the beta vane alone, {}", axis(a)),
-        Kind::VanePlace(a) => format!("vane position {}", axis(a)),
-        Kind::AccelerometerPlace(a) => format!("accelerometer position {}", axis(a)),
-        Kind::Flow(_) | Kind::Turned(_) => String::new(),
-    }
 }

@@ -1,0 +1,69 @@
+//! The flight that is checked: the built-in Puma at 100 kn, pedal, lateral and longitudinal cyclic one after the other.
+
+use crate::uniform::Uniform;
+use sideslip::estimation::compatibility::verdict::{Candidate, Verdict, check};
+use sideslip::flight::channel::Channel;
+use sideslip::flight::control::Control;
+use sideslip::flight::effect::Effect;
+use sideslip::flight::run::RunGeometry;
+use sideslip::simulation::flight_model::{Asked, FlightModel};
+use sideslip::simulation::fly::{Flight, uniform_times};
+use sideslip::simulation::input::InputSpec;
+use sideslip::simulation::instrument::Instruments;
+use sideslip::simulation::pilot::Pilot;
+
+const KNOT: f64 = 1852.0 / 3600.0;
+
+/// Longitudinal cyclic of the usual flight, rad: q then moves less than 0.4 times as much as p.
+const PITCH_INPUT: f64 = 0.01;
+
+/// 30 s at 50 Hz with instruments of flight-test quality at the centre of mass.
+pub(crate) fn flight() -> Flight {
+    flight_with(PITCH_INPUT)
+}
+
+/// The same with that much longitudinal cyclic, rad.
+pub(crate) fn flight_with(pitch_input: f64) -> Flight {
+    let asked = Asked { speed: Some(100.0 * KNOT), set: vec!["perturbation=small".to_owned()], ..Asked::default() };
+    let mut flight = FlightModel::puma(&asked).unwrap().flight();
+    flight.times_s = uniform_times(0.0, 30.0, 50.0).unwrap();
+    let pitch = format!("lon_cyclic:3211:{pitch_input}:0.7:14");
+    for input in ["pedal:3211:0.02:0.7", "lat_cyclic:3211:0.008:0.5:7", &pitch] {
+        let spec = InputSpec::parse(input).unwrap();
+        for control in Control::ALL.into_iter().filter(|control| control.channel() == spec.channel) {
+            let history = &mut flight.inputs.controls[control.index()];
+            *history = history.plus(1.0, &spec.deviation(crate::manoeuvre::LEAD_S));
+        }
+    }
+    flight.pilot = Some(Pilot::ATTITUDE);
+    flight.inputs = flight.inputs.sampled(&flight.times_s);
+    flight.instruments = Instruments::flight_quality(1.0);
+    flight
+}
+
+/// Draws the run's own biases here, so that they are known: channel and bias.
+pub(crate) fn own_biases(flight: &mut Flight, seed: u64) -> Vec<(Channel, f64)> {
+    let mut uniform = Uniform(9000 + seed);
+    flight
+        .instruments
+        .channels
+        .iter_mut()
+        .map(|one| {
+            // The sum of twelve is as good as normal here.
+            let drawn = one.bias_std * (0..12).map(|_| uniform.within(0.5)).sum::<f64>();
+            (one.bias, one.bias_std) = (one.bias + drawn, 0.0);
+            (one.channel, drawn)
+        })
+        .collect()
+}
+
+/// What is said of one flight with these effects.
+pub(crate) fn checked(flight: &Flight, effects: &[Effect], seed: u64) -> Verdict {
+    let flown = Flight { effects: effects.to_vec(), seed, ..flight.clone() }.fly().unwrap();
+    let geometry = RunGeometry {
+        accelerometer_position_m: flight.instruments.accelerometer_position_m,
+        vane_position_m: flight.instruments.vane_position_m,
+        ..RunGeometry::default()
+    };
+    check(&[Candidate { name: "flight".to_owned(), samples: flown.samples, geometry }]).remove(0)
+}
