@@ -109,7 +109,7 @@ fn linear_runs_in_gusts_are_called_linear() {
         let run = |(size, run): (&&str, u64)| {
             flown(Flight::of(model.clone()), &format!("pedal:doublet:{size}:0.7"), &gusts, 1.0, 8.0, 9000 + 100 * set + run)
         };
-        called += u32::from(found_anything(&look(&sizes.map(|one| run((&one.0, one.1))).collect::<Vec<_>>())));
+        called += u32::from(found_anything(&look(&sizes.map(|one| run((one.0, one.1))).collect::<Vec<_>>())));
     }
     eprintln!("linear sets in gusts of 0.5 m/s: {called} of {} called not in proportion", SETS / 2);
     assert!(called <= 5, "{called}");

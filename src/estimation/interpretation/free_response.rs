@@ -2,7 +2,7 @@
 //!
 //! Consumes the channels and the manoeuvre; produces frequency and damping by a damped sine through all channels of the plane
 //! at once (`damped_sine`), a logarithmic decrement of the clearest channel beside it, or the reason why there is none.
-//! A control is still in a stretch over which it stays in a band of [`STILL`] of the manoeuvre's travel to either side, others
+//! A control is still in a stretch over which it stays in a band of `STILL` of the manoeuvre's travel to either side, others
 //! of the plane in one of three quarters of that (a rudder does more than an aileron to the same swing), those of the other plane
 //! in one twice as wide. The longest such stretch is taken. Where a later
 //! start gives another answer than chance explains, the later one counts and the first is said beside it.

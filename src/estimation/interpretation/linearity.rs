@@ -4,10 +4,10 @@
 //! by the travel) and each side (right, left, both) lays
 //!     y = b x + c x |x|        and, from three sizes up,  y = a + b x        and, for both sides,  y = b x + d |x|     (1)
 //! by weighted least squares, and tests c, a and d. Weights: noise and motion in trim of each response; where runs repeat
-//! an amplitude, their scatter takes part as so many degrees of freedom beside [`PRIOR`] of the stated errors. A test's limit
+//! an amplitude, their scatter takes part as so many degrees of freedom beside `PRIOR` of the stated errors. A test's limit
 //! is Student's for 1 % over all tests of the same runs together, so 1 of 100 sets of runs in proportion is called out of it.
 //! That holds in calm air. In gusts the motion in trim is too short a look at them, and the errors would be too small: of 50 sets
-//! in proportion in gusts of 0.5 m/s, 33 were called out of it. So where the on-axis rate moves in trim by more than [`STILL`]
+//! in proportion in gusts of 0.5 m/s, 33 were called out of it. So where the on-axis rate moves in trim by more than `STILL`
 //! times what noise makes of a smoothed reading, no line is laid.
 //! Cannot answer there, nor for amplitudes within [`SAME_AMPLITUDE`] of each other.
 

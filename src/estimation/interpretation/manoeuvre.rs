@@ -2,7 +2,7 @@
 //!
 //! Consumes the controls' traces; produces stretches of pulses. A control is moved where its travel is above its noise, above
 //! [`TRAVEL_MIN`], and not small beside the control that moves most (what a pilot does to keep the wings level is no
-//! manoeuvre). A pulse is a stretch further than [`PULSE`] of the largest deviation from where the control stood at first;
+//! manoeuvre). A pulse is a stretch further than `PULSE` of the largest deviation from where the control stood at first;
 //! pulses that follow each other closely are one manoeuvre, whose shape is the pattern of their lengths.
 
 use super::record::{Pulse, Shape};

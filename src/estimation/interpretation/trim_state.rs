@@ -1,6 +1,6 @@
 //! The state before a manoeuvre: speed, climb, density, and how steady it was.
 //!
-//! Consumes the channels over the stretch before a control moves, at most [`WINDOW_S`]; produces means with standard errors of
+//! Consumes the channels over the stretch before a control moves, at most `WINDOW_S`; produces means with standard errors of
 //! coloured readings (a second counts as one), rates of change by lines, and reasons why it is not steady.
 
 use super::channels::Channels;
