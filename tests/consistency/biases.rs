@@ -1,4 +1,5 @@
-//! Biases of gyros and accelerometers against the ones that were put in, over many flights with the full instrument model.
+//! Biases of gyros and accelerometers against the ones that were put in, over many flights with the full instrument model:
+//! lags, delays, words, vibration, dropouts, and vanes that read 2 % too much and a few milliradians off, of which nobody told.
 
 use crate::manoeuvre::{over_seeds, seeds};
 use crate::smoother::{fly, geometry, instruments};
@@ -43,5 +44,11 @@ fn biases_are_within_three_standard_errors() {
         let spread = (all.iter().map(|one| (one[i] - mean) * (one[i] - mean)).sum::<f64>() / count).sqrt();
         let within = all.iter().filter(|one| one[i].abs() < 3.0).count();
         eprintln!("{channel:?}: {within} of {count} within 3 standard errors; mean {mean:+.2}, spread {spread:.2}");
+        // Where nothing is wrong 0.3 % are outside. A wrong incidence vane shifts the bias of az by a standard error, after which
+        // 2.4 % are; with 40 flights the gate is missed by 4 or more, once in 60 were the seeds not fixed.
+        assert!(within as f64 >= 0.92 * count, "{channel:?}: {within} of {count}");
     }
+    let inside = all.iter().flatten().filter(|score| score.abs() < 3.0).count() as f64 / (6.0 * count);
+    eprintln!("all: {:.2} % within 3 standard errors", 100.0 * inside);
+    assert!(inside >= 0.99, "{inside}");
 }
