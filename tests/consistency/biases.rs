@@ -45,7 +45,7 @@ fn biases_are_within_three_standard_errors() {
         let within = all.iter().filter(|one| one[i].abs() < 3.0).count();
         eprintln!("{channel:?}: {within} of {count} within 3 standard errors; mean {mean:+.2}, spread {spread:.2}");
         // Where nothing is wrong 0.3 % are outside. A wrong incidence vane shifts the bias of az by a standard error, after which
-        // 2.4 % are; with 40 flights the gate is missed by 4 or more, once in 60 were the seeds not fixed.
+        // 3 % are; with 40 flights 4 or more miss the gate, once in 30 were the seeds not fixed.
         assert!(within as f64 >= 0.92 * count, "{channel:?}: {within} of {count}");
     }
     let inside = all.iter().flatten().filter(|score| score.abs() < 3.0).count() as f64 / (6.0 * count);
