@@ -109,6 +109,15 @@ pub(crate) fn refuse_without_folder(option: &str, output: &Path) -> Result<(), F
     }
 }
 
+/// Whether two names are of one file, written already or not.
+pub(crate) fn same_place(one: &Path, other: &Path) -> bool {
+    let whole = |path: &Path| {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        path.canonicalize().ok().or_else(|| Some(folder.canonicalize().ok()?.join(path.file_name()?)))
+    };
+    one == other || whole(one).is_some_and(|one| Some(one) == whole(other))
+}
+
 /// Refuses to write over a file that is read.
 pub(crate) fn refuse_to_overwrite(option: &str, output: &Path, inputs: &[PathBuf]) -> Result<(), Failure> {
     let Ok(output_file) = output.canonicalize() else { return Ok(()) };

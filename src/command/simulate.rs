@@ -125,8 +125,8 @@ fn noise_factor(text: &str) -> Result<f64, String> {
         "none" => Ok(0.0),
         "flight" => Ok(1.0),
         number => match number.parse::<f64>() {
-            Ok(factor) if factor.is_finite() && factor >= 0.0 => Ok(factor),
-            _ => Err("expected none, flight, or a factor of zero or more".to_owned()),
+            Ok(factor) if (0.0..=1000.0).contains(&factor) => Ok(factor),
+            _ => Err("expected none, flight, or a factor from 0 to 1000".to_owned()),
         },
     }
 }
@@ -176,6 +176,9 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
                 (None, Some(duration)) => run.times_s.iter().copied().take_while(|t| t - run.start_s() <= duration).collect(),
                 (Some(rate), _) => times(run.start_s(), duration_s.unwrap_or(run.end_s() - run.start_s()), rate)?,
             };
+            for (key, then, now) in run.differing(&read.flown()) {
+                message(format_args!("note: {} was flown with {key} {then}; now it is {now}", path.display()));
+            }
             if governed && run.rotor_speed.take().is_some() {
                 message(format_args!("note: the rotor speed of {} is left to the model's governor", path.display()));
             }
@@ -286,6 +289,12 @@ fn run_info(
     if let Some(path) = &args.instruments {
         let _ = writeln!(text, "instruments = {}", quoted(&path.file_name().unwrap_or_default().to_string_lossy()));
     }
+    if let Some(sigma) = args.turbulence {
+        let _ = writeln!(text, "turbulence = {sigma:?}");
+    }
+    if libm::fabs(args.hand_rate - HAND_RATE) > 0.0 {
+        let _ = writeln!(text, "hand_rate = {:?}", args.hand_rate);
+    }
     if args.pilot.pilot().is_some() {
         let _ = writeln!(text, "pilot = {}", quoted(if matches!(args.pilot, Habit::Heading) { "heading" } else { "attitude" }));
     }
@@ -294,6 +303,10 @@ fn run_info(
         let model = args.condition.model.file_name().unwrap_or_default().to_string_lossy();
         let of_model = [("level1".to_owned(), toml::Value::Table(flown))];
         let _ = write!(text, "model = {}\n{}", quoted(&model), toml::Table::from_iter(of_model));
+    }
+    if !file.effects.is_empty() {
+        text.push('\n');
+        file.effects.iter().for_each(|effect| text.push_str(&effect.to_toml(file.controls)));
     }
     let mut info = RunInfo::from_toml(&text).map_err(|place| Failure::Running(place.to_string()))?;
     for assignment in of_run {

@@ -161,7 +161,7 @@ impl FlightModel {
         Ok(text)
     }
 
-    /// What of a `[level1]` table is flown: the flight condition, the options, and each other key that was assigned to; empty
+    /// What of a `[level1]` table is flown: the flight condition with the airspeed flown, the options, and each other key that was assigned to; empty
     /// for a linear model.
     pub fn flown(&self) -> toml::Table {
         let mut flown = toml::Table::new();
@@ -177,7 +177,8 @@ impl FlightModel {
                 put(&mut flown, path, value.clone());
             }
         }
-        for ((key, _), value) in CONDITION.into_iter().zip(condition_values(&trimmed.condition)) {
+        let condition = Condition { speed: trimmed.condition.airspeed(), ..trimmed.condition };
+        for ((key, _), value) in CONDITION.into_iter().zip(condition_values(&condition)) {
             put(&mut flown, &["flight".to_owned(), key.to_owned()], value.into());
         }
         flown

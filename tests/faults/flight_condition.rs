@@ -38,7 +38,7 @@ fn what_is_wrong_is_refused_in_the_same_words_by_all_three() {
         (["--density", "nan"], false, "finite number, in kg/m^3"),
         (["--speed", "-5"], false, "an airspeed from 0 to 1000 m/s"),
         (["--speed", "1e6"], false, "an airspeed from 0 to 1000 m/s"),
-        (["--density", "0"], false, "a density above 0"),
+        (["--density", "0"], false, "--density from 0.1 to 1.6 kg/m^3"),
         (["--sideslip", "10"], false, "a sideslip from -1.5 to 1.5 rad"),
         (["--speed", "380"], false, "the inflow of a rotor has no solution"),
         (["--set", "huub=exact"], false, "hub flapping inflow rotor_speed actuators perturbation"),

@@ -64,7 +64,7 @@ fn the_program_trims_flies_and_says_where_it_cannot() {
     let linear = own("replay/models/puma-like.toml");
     for (arguments, part) in [
         (["linearise", "--model", "puma", "--speed", "200"], "no trim at 200.00 m/s"),
-        (["linearise", "--model", "puma", "--density", "-1"], "a density above 0"),
+        (["linearise", "--model", "puma", "--density", "-1"], "--density from 0.1 to 1.6 kg/m^3"),
         (["linearise", "--model", "puma", "--set", "hub=round"], "nearest is `exact`"),
         (["linearise", "--model", "puma", "--speed", "380"], "the inflow of a rotor has no solution"),
         (["linearise", "--model", path(&linear), "--climb", "2"], "holds at its own trim only"),

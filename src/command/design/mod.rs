@@ -4,7 +4,7 @@ mod result;
 
 use super::flight_condition::{self, FlightCondition, number};
 use super::message;
-use super::output_file::{print, refuse_to_overwrite, refuse_without_folder, write_json, write_whole};
+use super::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json, write_whole};
 use super::progress::Progress;
 use super::stop::stopped_by_signals;
 use result::{Candidate, STATES, name_of, panels, to_json, to_table};
@@ -37,7 +37,8 @@ Step, doublet and 3211 at the given clock are compared with the best of all sequ
 are the Cramer-Rao bounds for the model as it is linear about trim, with white noise of flight-test instruments and an unknown
 bias of each channel. Unknown with the derivatives that are named is every other one of their equations (all of N for N_v) that
 this flight could tell; --free named takes those for known, and promises too much. Derivatives of other equations are taken for
-known. They rank inputs; real errors are larger, and more so beyond the limits within which the aircraft is linear: u 5, w 4,
+known. The bound is that of output error; the regression of `replay` scatters 4 to 10 times more, and its bias may reorder
+inputs. They rank inputs; real errors are larger, and more so beyond the limits within which the aircraft is linear: u 5, w 4,
 v 2.5 m/s, q r 0.3, p 0.5 rad/s, theta 0.2, phi 0.35 rad unless --limit says otherwise. What is found is written as
 `simulate --input` takes it.";
 
@@ -110,6 +111,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             refuse_without_folder(option, file)?;
             refuse_to_overwrite(option, file, std::slice::from_ref(&args.condition.model))?;
         }
+    }
+    if let (Some(json), Some(svg)) = (&args.json, &args.svg)
+        && same_place(json, svg)
+    {
+        return Err(Failure::file(svg, "--svg: expected another file than --json's, found the same"));
     }
     let flight = args.condition.read()?;
     let file = &flight.file;

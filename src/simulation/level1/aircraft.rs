@@ -6,6 +6,10 @@
 //!     L^ = L + (I_yy - I_zz) q r + I_xz p q     N^ = N + (I_xx - I_yy) p q - I_xz q r     D = I_xx I_zz - I_xz^2
 //!     dp/dt = (I_zz L^ + I_xz N^)/D     dr/dt = (I_xx N^ + I_xz L^)/D                                  (2)
 //!     dq/dt = [M + (I_zz - I_xx) p r + I_xz (r^2 - p^2)]/I_yy                                          (3)
+//! Where rotor speed is a state the fuselage feels what passes the rotor's shaft instead of the torque of the air Q_m: of the
+//! delivered Q_e the shaft takes what the tail rotor, geared by g, leaves, and what the air does not hold turns the rotor,
+//!     N_h = Q_e - g Q_t = Q_m + (Q_e - Q_R)     Q_R = Q_m + g Q_t                                       (4)
+//! so with `engine` (1) the angular momentum of fuselage and rotor, I_zz r - sigma I (Omega - sigma r), is the air's to change.
 //! The motion itself is `motion`, for either kind of model.
 
 use super::actuator::Actuator;
@@ -141,7 +145,7 @@ impl Level1 {
 
     /// Everything that is not the motion at once: the plain model, whatever the options.
     pub fn respond(&self, situation: &Situation) -> Response {
-        self.equations().sum(situation, RotorStates::default(), Guess::NONE)
+        self.equations().sum(situation, RotorStates::default(), None, Guess::NONE)
     }
 
     pub(crate) fn equations(&self) -> Equations<'_> {
@@ -162,18 +166,23 @@ impl Level1 {
 }
 
 impl Equations<'_> {
-    /// (1) to (3); the inflows are looked for from `guess` on.
+    /// (1) to (3), with the torque that the engine delivers (4); the inflows are looked for from `guess` on.
     #[inline]
-    pub(crate) fn sum(&self, met: &Situation, states: RotorStates, guess: Guess) -> Response {
+    pub(crate) fn sum(&self, met: &Situation, states: RotorStates, delivered: Option<f64>, guess: Guess) -> Response {
         let Situation { velocity, rates, blade, rotor_speed, density } = *met;
         let [p, q, r] = rates;
         let Equations { aircraft: Level1 { body, tail_rotor, fin, tailplane, fuselage, .. }, place, .. } = self;
         let pitch = [blade[Control::Collective.index()], blade[Control::LonCyclic.index()], blade[Control::LatCyclic.index()]];
         let rotor = self.rotor.point(&place.motion(velocity, rates), pitch, (rotor_speed, density), states, guess.main);
-        let ([mut x, mut y, mut z], [mut l, mut m, mut n]) = place.at_centre_of_mass(rotor.loads);
-
         let air = (rotor_speed, density, rotor.induced);
         let tail = self.tail.point(velocity, rates, blade[Control::Pedal.index()], air, guess.tail);
+        let torque = rotor.torque + tail_rotor.gearing * tail.torque;
+        let mut at_hub = rotor.loads;
+        if let Some(delivered) = delivered {
+            at_hub.moment[2] += delivered - torque;
+        }
+        let ([mut x, mut y, mut z], [mut l, mut m, mut n]) = place.at_centre_of_mass(at_hub);
+
         y += tail.side_force;
         l += tail_rotor.height * tail.side_force;
         n -= self.tail.arm * tail.side_force;
@@ -201,7 +210,7 @@ impl Equations<'_> {
         let (per_mass, [ixx, ixz, izz]) = (self.per_mass, self.inverse);
         Response {
             accelerations: [x * per_mass, y * per_mass, z * per_mass, izz * l + ixz * n, m * self.per_iyy, ixx * n + ixz * l],
-            torque: rotor.torque + tail_rotor.gearing * tail.torque,
+            torque,
             thrust: -rotor.loads.force[2],
             flap: rotor.flap,
             inflow: rotor.inflow,

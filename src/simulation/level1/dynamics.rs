@@ -57,7 +57,8 @@ impl Trimmed {
             flap_rates: (options.flapping == Flapping::SecondOrder).then(|| inner.flap_rate.scaled(1.0 / omega)),
             inflow: options.dynamic_inflow.then_some(inner.inflow),
         };
-        let mut response = equations.sum(&met, states, guess);
+        let delivered = options.governed.then(|| aircraft.engine.delivered(inner.torque));
+        let mut response = equations.sum(&met, states, delivered, guess);
         for (acceleration, added) in response.accelerations.iter_mut().zip(added(blade, omega).into_iter().flatten()) {
             *acceleration += added;
         }

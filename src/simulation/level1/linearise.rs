@@ -104,6 +104,12 @@ impl Trimmed {
                 _ if column == 8 + 8 => 1e-3 * centre[column],
                 _ if column == 8 + 9 => 1.0,
                 _ if column == 8 + 7 => SMALL[3] * centre[column],
+                // So small that no actuator meets its rate, five points wide.
+                _ if column >= 8 + 10 => self
+                    .aircraft
+                    .actuators
+                    .get(column - (8 + 10))
+                    .map_or(1e-4, |actuator| f64::min(1e-4, 0.2 * actuator.tau * actuator.rate)),
                 _ => 1e-4,
             };
             let slopes = differences((size, None), |by| {

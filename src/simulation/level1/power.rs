@@ -1,6 +1,8 @@
 //! Power: what the rotors take in steady flight, and what the engine gives when it is asked for less than nothing or too much.
 
 use super::checks::{KNOT, flight, puma};
+use super::inflow::Guess;
+use super::inner::Inner;
 use super::trim::{Condition, NoTrim, Trimmed};
 use crate::flight::control::Control;
 use crate::simulation::flight_model::{Asked, FlightModel};
@@ -116,4 +118,38 @@ fn a_trim_beyond_the_governed_engine_is_refused_and_a_limit_is_set_by_hand() {
     let falling =
         puma(&["rotor_speed=governed"]).aircraft.trim(Condition { speed: 40.0, climb: -12.0, sideslip: 0.0, density: 1.225 });
     assert!(matches!(falling, Err(NoTrim::Torque { found, .. }) if found < 0.0), "{falling:?}");
+}
+
+/// With the shaft upright and no product of inertia: what passes the shaft is inside fuselage and rotor, so no engine torque
+/// changes their angular momentum I_zz r - sigma I (Omega - sigma r); the fuselage alone loses the torque that is missing.
+#[test]
+fn what_passes_the_shaft_turns_the_fuselage_and_the_freewheel_lets_it_go() {
+    for (set, sigma) in [("main_rotor.rotation=clockwise", -1.0), ("main_rotor.rotation=anticlockwise", 1.0)] {
+        for hub in ["hub=published", "hub=exact"] {
+            let trimmed = puma(&["rotor_speed=governed", "body.ixz=0", "main_rotor.shaft_tilt=0", hub, set]);
+            let aircraft = &trimmed.aircraft;
+            assert!((aircraft.main_rotor.direction - sigma).abs() < 1e-15);
+            let (equations, met) = (aircraft.equations(), trimmed.situation());
+            let plain = aircraft.respond(&met);
+            let at = |torque: f64| {
+                let inner = Inner { torque, ..trimmed.inner };
+                let instant = trimmed.instant(&equations, (&met, &inner, Guess::NONE), &[1.0; 4], |_, _| None);
+                (instant.response.accelerations[5], instant.rates.rotor_speed)
+            };
+            let (izz, inertia) = (aircraft.body.izz, aircraft.engine.inertia);
+            let momentum = |(dr, domega): (f64, f64)| izz * dr - sigma * inertia * (domega - sigma * dr);
+            let (steady, free, full) = (at(trimmed.inner.torque), at(0.0), at(1.5 * trimmed.inner.torque));
+            // In trim, engine and air hold each other: nothing changes.
+            assert!(steady.0.abs() < 1e-10 && steady.1.abs() < 1e-10 && (steady.0 - plain.accelerations[5]).abs() < 1e-14);
+            for other in [free, full] {
+                assert!((momentum(other) - momentum(steady)).abs() < 1e-6, "{hub}: {other:?} is not {steady:?}");
+            }
+            // Of the rotor's own torque the shaft passes nothing, only what it gives on to the tail rotor.
+            let (own, tail) = (plain.rotor.torque, plain.torque - plain.rotor.torque);
+            let passes = own + sigma * izz * (free.0 - plain.accelerations[5]);
+            assert!((passes + tail).abs() < 1e-6 && tail > 500.0 && own > 1e4, "{hub}: {passes} N m, tail rotor {tail} N m");
+            // An engine torque below zero passes no freewheel.
+            assert!((at(-1e4).0 - free.0).abs() < 1e-15);
+        }
+    }
 }

@@ -127,12 +127,17 @@ const UNKNOWNS: [&str; 6] =
     ["a bank of", "a pitch attitude of", "a lon_cyclic of", "a lat_cyclic of", "a collective of", "a pedal of"];
 
 impl Condition {
+    /// Airspeed flown, m/s: the climb rate where that exceeds the airspeed asked for.
+    pub fn airspeed(&self) -> f64 {
+        self.speed.max(libm::fabs(self.climb))
+    }
+
     fn check(&self) -> Result<(), NoTrim> {
         let ranges = [
             (self.speed, (0.0..=1000.0).contains(&self.speed), "an airspeed from 0 to 1000 m/s"),
             (self.climb, libm::fabs(self.climb) <= 1000.0, "a climb rate from -1000 to 1000 m/s"),
             (self.sideslip, libm::fabs(self.sideslip) <= 1.5, "a sideslip from -1.5 to 1.5 rad"),
-            (self.density, self.density > 0.0 && self.density <= 10.0, "a density above 0 and up to 10 kg/m^3"),
+            (self.density, (0.1..=1.6).contains(&self.density), "--density from 0.1 to 1.6 kg/m^3"),
         ];
         match ranges.into_iter().find(|(_, good, _)| !good) {
             Some((found, _, expected)) => Err(NoTrim::Condition { expected, found }),
@@ -142,7 +147,7 @@ impl Condition {
 
     /// Velocity through the air at that bank and pitch attitude, body axes; `None` where (1) has no solution.
     fn velocity(&self, phi: f64, theta: f64) -> Option<[f64; 3]> {
-        let airspeed = self.speed.max(libm::fabs(self.climb));
+        let airspeed = self.airspeed();
         if airspeed == 0.0 {
             return Some([0.0; 3]);
         }
