@@ -8,7 +8,10 @@
 //!     pitch         P_q at least 1/2               phugoid       P_u + P_theta at least 1/2
 //!     roll          P_p at least 0.4, the largest  Dutch roll    P_v at least 0.3, more than P_phi, P_v + P_r at least 0.4
 //!     spiral        P_phi + P_r at least 0.6, P_phi at least 1/4
-//! A mode that fits none has no name (near hover roll and pitch are damped in one pair, yaw alone in a real mode); where two
+//! Where none of them is Dutch roll, roll or spiral in forward flight ([`FORWARD`]), the lateral share P_v + P_p + P_phi + P_r
+//! decides if it is at least 1/2: the oscillation with the largest is the Dutch roll; a real mode that no other outruns in
+//! damping is the roll if P_p is at least 1/4; the slowest real one is the spiral if it has more P_phi + P_r than P_p.
+//! Any other mode has no name (near hover roll and pitch are damped in one pair, yaw alone in a real mode); where two
 //! fit a name it goes to the one with the larger share.
 //! Source of (1): I. J. Perez-Arriaga, G. C. Verghese, F. C. Schweppe, IEEE Trans. PAS-101 (1982); the thresholds are ours.
 //! Numerics: eigenvectors by inverse iteration beside the eigenvalue.
@@ -37,6 +40,9 @@ pub struct Eigenmodes {
     pub others: Vec<Complex<f64>>,
 }
 
+/// Sideways acceleration by yaw rate, m/s: about the airspeed ahead. Below, motions mix and only their shares name them.
+const FORWARD: f64 = 18.0;
+
 /// u w q theta v p phi r.
 type Shares = [f64; 8];
 
@@ -51,7 +57,7 @@ pub fn eigenmodes(a: &SMatrix<f64, 8, 8>) -> Option<Eigenmodes> {
         scored.max_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(mode, _)| mode)
     };
     let real = |score| best(false, score).map(|mode| mode.re);
-    let found = Eigenmodes {
+    let mut found = Eigenmodes {
         dutch_roll: best(true, |&[.., v, _, phi, r]| (v >= 0.3 && v > phi && v + r >= 0.4).then_some(v + r)),
         roll: real(|p @ &[_, _, _, _, _, roll, _, _]| (roll >= 0.4 && roll >= largest(p)).then_some(roll)),
         spiral: real(|&[.., phi, r]| (phi + r >= 0.6 && phi >= 0.25).then_some(phi)),
@@ -61,6 +67,22 @@ pub fn eigenmodes(a: &SMatrix<f64, 8, 8>) -> Option<Eigenmodes> {
         phugoid: best(true, |&[u, _, _, theta, ..]| (u + theta >= 0.5).then_some(u + theta)),
         others: Vec::new(),
     };
+    if -a[(4, 7)] >= FORWARD {
+        let named = [found.roll, found.spiral, found.heave, found.pitch];
+        let free = |mode: &Complex<f64>| !named.contains(&Some(mode.re));
+        let reals = || modes.iter().filter(|(mode, _)| mode.im <= 0.0);
+        let speed = |mode: &Complex<f64>| libm::fabs(mode.re);
+        let fastest = modes.iter().max_by(|(a, _), (b, _)| speed(a).total_cmp(&speed(b))).filter(|(mode, _)| mode.im <= 0.0);
+        let slowest = reals().min_by(|(a, _), (b, _)| speed(a).total_cmp(&speed(b)));
+        let is_roll = |shares: &Shares| lateral(shares).is_some() && shares[5] >= 0.25;
+        let is_spiral = |shares: &Shares| lateral(shares).is_some() && shares[6] + shares[7] > shares[5];
+        let only_if = |(mode, shares): &(Complex<f64>, Option<Shares>), fits: &dyn Fn(&Shares) -> bool| {
+            (free(mode) && shares.as_ref().is_some_and(fits)).then_some(mode.re)
+        };
+        found.dutch_roll = found.dutch_roll.or_else(|| best(true, lateral));
+        found.roll = found.roll.or_else(|| only_if(fastest?, &is_roll));
+        found.spiral = found.spiral.or_else(|| only_if(slowest?, &is_spiral).filter(|&re| Some(re) != found.roll));
+    }
     modes.retain(|(mode, _)| {
         let own = if mode.im > 0.0 { found.dutch_roll } else { None };
         let real = if mode.im > 0.0 { [None; 2] } else { [found.roll, found.spiral] };
@@ -79,6 +101,12 @@ impl Eigenmodes {
         };
         names.into_iter().find(|(_, named)| *named == Some(*mode)).map_or("other", |(name, _)| name)
     }
+}
+
+/// P_v + P_p + P_phi + P_r where that is at least 1/2.
+fn lateral(&[_, _, _, _, v, p, phi, r]: &Shares) -> Option<f64> {
+    let share = v + p + phi + r;
+    (share >= 0.5).then_some(share)
 }
 
 fn largest(shares: &Shares) -> f64 {
@@ -278,5 +306,39 @@ mod tests {
                 ("spiral", -0.0089, 0.0),
             ],
         );
+    }
+
+    /// Shares: 100 kn -2000 ft/min v 0.28 p 0.18 phi 0.09 r 0.16, beside a pair with 0.55 in all; 140 kn +1000 v 0.36 phi 0.38.
+    #[test]
+    fn in_climb_and_descent_the_lateral_share_names_what_no_other_rule_does() {
+        let at = |knots: f64, feet_per_minute: f64| {
+            let (speed, climb) = (Some(knots * 0.514_444), Some(feet_per_minute * 0.00508));
+            let a = state_matrix(FlightModel::puma(&Asked { speed, climb, ..Asked::default() }).unwrap().linear());
+            (-a[(4, 7)], eigenmodes(&a).unwrap())
+        };
+        let near = |found: Option<f64>, wanted: Option<f64>| match (found, wanted) {
+            (Some(found), Some(wanted)) => (found - wanted).abs() < 6e-4,
+            (found, wanted) => found == wanted,
+        };
+        for (knots, climb, (re, im), roll, spiral) in [
+            (100.0, -2000.0, (-0.1213, 0.8783), Some(-1.7046), None),
+            (100.0, -1000.0, (-0.0874, 0.9708), Some(-1.6501), Some(-0.1453)),
+            (100.0, 1000.0, (-0.1134, 0.9634), Some(-1.6600), Some(-0.2260)),
+            (100.0, 2000.0, (-0.2080, 0.9707), Some(-1.3979), Some(-0.3619)),
+            (140.0, -2000.0, (0.2407, 0.8508), Some(-2.0930), Some(-0.1641)),
+            (140.0, -1000.0, (0.1948, 0.8172), Some(-2.0399), Some(-0.2493)),
+            (140.0, 1000.0, (0.1631, 0.6129), Some(-1.9003), Some(-0.6085)),
+            (140.0, 2000.0, (0.2238, 0.4440), None, None),
+        ] {
+            let modes = at(knots, climb).1;
+            let pair = modes.dutch_roll.unwrap();
+            assert!((pair.re - re).hypot(pair.im - im) < 6e-4, "{knots} kn {climb}: {modes:?}");
+            assert!(near(modes.roll, roll) && near(modes.spiral, spiral), "{knots} kn {climb}: {modes:?}");
+        }
+        // A yaw mode, and a heave mode with some roll, are no roll; slow flight has no such rule.
+        assert_eq!((at(60.0, -1000.0).1.roll, at(60.0, 2000.0).1.roll), (None, None));
+        for knots in [0.0, 10.0, 20.0, 30.0] {
+            assert!([-1000.0, 0.0, 1000.0].into_iter().all(|climb| at(knots, climb).0 < FORWARD), "{knots} kn");
+        }
     }
 }

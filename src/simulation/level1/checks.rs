@@ -334,3 +334,10 @@ fn actuators_lag_and_hold_their_rate() {
     assert!((fastest - 0.1).abs() < 1e-9, "{fastest}");
     assert!((blade[blade.len() - 1] - trimmed.trim.controls[Control::Pedal.index()] - 0.05).abs() < 1e-6);
 }
+
+#[test]
+fn a_fast_actuator_has_its_own_eigenvalue_whatever_its_rate() {
+    let trimmed = puma(&["actuators=first_order", "actuators.pedal.tau=1e-4"]);
+    let fastest = trimmed.whole_eigenvalues().unwrap().into_iter().map(|mode| mode.re).fold(0.0, f64::min);
+    assert!((fastest + 1e4).abs() < 1.0, "{fastest}");
+}
