@@ -8,7 +8,7 @@
 //!     pitch         P_q at least 1/2               phugoid       P_u + P_theta at least 1/2
 //!     roll          P_p at least 0.4, the largest  Dutch roll    P_v at least 0.3, more than P_phi, P_v + P_r at least 0.4
 //!     spiral        P_phi + P_r at least 0.6, P_phi at least 1/4
-//! Where none of them is Dutch roll, roll or spiral in forward flight ([`FORWARD`]), the lateral share P_v + P_p + P_phi + P_r
+//! Where none of them is Dutch roll, roll or spiral in forward flight (`FORWARD`), the lateral share P_v + P_p + P_phi + P_r
 //! decides if it is at least 1/2: the oscillation with the largest is the Dutch roll; a real mode that no other outruns in
 //! damping is the roll if P_p is at least 1/4; the slowest real one is the spiral if it has more P_phi + P_r than P_p.
 //! Any other mode has no name (near hover roll and pitch are damped in one pair, yaw alone in a real mode); where two
