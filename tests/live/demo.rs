@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 #[test]
 fn the_demo_ends_with_truth_and_estimate_and_its_log_gives_the_same_numbers() {
     let out = folder("live-demo").join("trial");
-    let (status, printed, said) = ended(&sideslip(&["demo", "--speed", "6", "--out", path(&out)]));
+    let (status, printed, said) = ended(&sideslip(&["demo", "--speed", "4", "--out", path(&out)]));
     assert_eq!(status, 0, "{said}");
     let rows: Vec<&str> = printed.lines().filter(|line| line.ends_with("  converged")).collect();
     assert_eq!(rows.len(), 25, "{printed}");
