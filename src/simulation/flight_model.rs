@@ -161,8 +161,8 @@ impl FlightModel {
         Ok(text)
     }
 
-    /// What of a `[level1]` table is flown: the flight condition with the airspeed flown, the options, and each other key that was
-    /// assigned to; empty for a linear model.
+    /// What of a `[level1]` table is flown: the flight condition with the airspeed flown, the options, and each other key that
+    /// was assigned to; empty for a linear model.
     pub fn flown(&self) -> toml::Table {
         let mut flown = toml::Table::new();
         let Some(trimmed) = &self.level1 else { return flown };
