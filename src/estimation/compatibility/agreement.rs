@@ -27,15 +27,15 @@ fn of_angle(record: &Record, theta: &Theta, output: usize) -> Option<f64> {
     let arm: [f64; 3] =
         core::array::from_fn(|i| record.vane_place[i] + vane[i] + alone[i] - record.accelerometer_place[i] - accelerometer[i]);
     let half_s = (0.5 * record.sample_s).max(0.02);
-    let read_output = |c: usize, time_s: f64| -> Option<f64> {
-        let (measured, series) = (INPUTS + c, record.outputs.get(c)?.as_ref()?);
+    // Inputs and outputs alike: the corrected reading of a measured channel, `INPUTS` of them before the outputs.
+    let read = |measured: usize, time_s: f64| -> Option<f64> {
+        let series = match measured.checked_sub(INPUTS) {
+            Some(output) => record.outputs.get(output),
+            None => record.inputs.get(measured),
+        };
+        let series = series?.as_ref()?;
         let at_s = time_s + theta.skew_s(measured) + theta.lag_s(measured);
         Some((series.mean(at_s - half_s, at_s + half_s) - theta.bias(measured)) / theta.factor(measured))
-    };
-    let read_input = |i: usize, time_s: f64| -> Option<f64> {
-        let series = record.inputs.get(i)?.as_ref()?;
-        let at_s = time_s + theta.skew_s(i) + theta.lag_s(i);
-        Some((series.mean(at_s - half_s, at_s + half_s) - theta.bias(i)) / theta.factor(i))
     };
     let noise = angle.noise_std() / theta.factor(INPUTS + output);
     let measured = INPUTS + output;
@@ -46,20 +46,20 @@ fn of_angle(record: &Record, theta: &Theta, output: usize) -> Option<f64> {
     for (sampled_s, value) in angle.samples() {
         let time_s = sampled_s - late_s;
         let own = (value - theta.bias(measured)) / theta.factor(measured);
-        let speed = read_output(0, time_s)?;
-        let mut alpha = read_output(1, time_s).unwrap_or(0.0);
-        let mut beta = read_output(2, time_s).unwrap_or(0.0);
+        let speed = read(INPUTS, time_s)?;
+        let mut alpha = read(INPUTS + 1, time_s).unwrap_or(0.0);
+        let mut beta = read(INPUTS + 2, time_s).unwrap_or(0.0);
         if output == 1 {
             alpha = own
         } else {
             beta = own
         }
-        let [ax, ay, az, p, q, r] = [0, 1, 2, 3, 4, 5].map(|i| read_input(i, time_s).unwrap_or(0.0));
+        let [ax, ay, az, p, q, r] = [0, 1, 2, 3, 4, 5].map(|i| read(i, time_s).unwrap_or(0.0));
         let ((sa, ca), (sb, cb)) = (libm::sincos(alpha), libm::sincos(beta));
         let [x, y, z] = arm;
         let velocity = [speed * ca * cb - (q * z - r * y), speed * sb - (r * x - p * z), speed * sa * cb - (p * y - q * x)];
         let [u, v, w] = velocity;
-        let attitude = [read_output(3, time_s).unwrap_or(0.0), read_output(4, time_s).unwrap_or(0.0)];
+        let attitude = [read(INPUTS + 3, time_s).unwrap_or(0.0), read(INPUTS + 4, time_s).unwrap_or(0.0)];
         let [by_alpha, by_beta] = flow_angle_rates(velocity, attitude, [ax, ay, az], [p, q, r])?;
         times.push(time_s);
         angles.push(if output == 1 { libm::atan2(w, u) } else { libm::atan2(v, libm::hypot(u, w)) });

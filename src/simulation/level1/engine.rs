@@ -67,17 +67,12 @@ impl Engine {
 mod tests {
     use super::*;
 
+    const ENGINE: Engine =
+        Engine { full_torque: 8e4, droop: 0.05, lag_fuel: 0.1, lag_engine: 0.4, lead: 0.3, inertia: 6500.0, torque_limit: None };
+
     #[test]
     fn at_full_torque_the_speed_has_drooped() {
-        let engine = Engine {
-            full_torque: 8e4,
-            droop: 0.05,
-            lag_fuel: 0.1,
-            lag_engine: 0.4,
-            lead: 0.3,
-            inertia: 6500.0,
-            torque_limit: None,
-        };
+        let engine = ENGINE;
         // Steady: Q = -K (Omega - Omega_i), so 5 % of 27 rad/s below the datum is full torque.
         let called = engine.torque_acceleration((8e4, 0.0), engine.gain(27.0), (27.0 * 0.95, 27.0, 0.0));
         assert!(called.abs() < 1e-6, "{called}");
@@ -86,15 +81,7 @@ mod tests {
 
     #[test]
     fn a_freewheel_pulls_one_way_and_a_limit_holds() {
-        let engine = Engine {
-            full_torque: 8e4,
-            droop: 0.05,
-            lag_fuel: 0.1,
-            lag_engine: 0.4,
-            lead: 0.3,
-            inertia: 6500.0,
-            torque_limit: Some(5e4),
-        };
+        let engine = Engine { torque_limit: Some(5e4), ..ENGINE };
         // A torque below zero neither brakes the rotor nor is called for; the air's 3.25 kN m alone speeds it up by 0.5 rad/s^2.
         assert!((engine.acceleration(-1e4, -3250.0, 0.0) - 0.5).abs() < 1e-12);
         assert!((engine.acceleration(9e4, 5e4, 0.0)).abs() < 1e-12);
