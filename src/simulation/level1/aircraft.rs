@@ -18,7 +18,7 @@ use super::fin::Fin;
 use super::flapping::Flap;
 use super::fuselage::Fuselage;
 use super::hub::{Hub, Place};
-use super::inflow::Guess;
+use super::inflow::{Guess, uniform};
 use super::inner::Options;
 use super::rotor::{MainRotor, ReadyRotor, RotorPoint, RotorStates};
 use super::tail_rotor::{ReadyTail, TailRotor};
@@ -173,9 +173,19 @@ impl Equations<'_> {
         let [p, q, r] = rates;
         let Equations { aircraft: Level1 { body, tail_rotor, fin, tailplane, fuselage, .. }, place, .. } = self;
         let pitch = [blade[Control::Collective.index()], blade[Control::LonCyclic.index()], blade[Control::LatCyclic.index()]];
-        let rotor = self.rotor.point(&place.motion(velocity, rates), pitch, (rotor_speed, density), states, guess.main);
-        let air = (rotor_speed, density, rotor.induced);
-        let tail = self.tail.point(velocity, rates, blade[Control::Pedal.index()], air, guess.tail);
+        let (hub, pedal) = (place.motion(velocity, rates), blade[Control::Pedal.index()]);
+        let flow = self.rotor.flow(&hub, pitch, (rotor_speed, density), states);
+        let tail_flow = |induced: f64| self.tail.flow(velocity, rates, pedal, (rotor_speed, density, induced));
+        let (inflow, tail_flow, tail_inflow) = if states.inflow.is_none() && !self.tail.in_downwash() {
+            let tail_flow = tail_flow(0.0);
+            let [main, tail] = uniform([self.rotor.balance(&flow), tail_flow.balance], [guess.main, guess.tail]);
+            (main, tail_flow, tail)
+        } else {
+            let inflow = states.inflow.unwrap_or_else(|| self.rotor.balance(&flow).uniform(guess.main));
+            let tail_flow = tail_flow(self.rotor.induced(&flow, inflow));
+            (inflow, tail_flow, tail_flow.balance.uniform(guess.tail))
+        };
+        let (rotor, tail) = (self.rotor.loads(&flow, inflow), self.tail.loads(&tail_flow, tail_inflow));
         let torque = rotor.torque + tail_rotor.gearing * tail.torque;
         let mut at_hub = rotor.loads;
         if let Some(delivered) = delivered {

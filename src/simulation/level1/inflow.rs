@@ -7,8 +7,8 @@
 //!     lambda_1c = lambda tan(chi/2) for chi < 90 degrees, else lambda cot(chi/2)           (2)
 //! written without the angle: lambda mu/(sqrt(mu^2 + d^2) + |d|), d = lambda - mu_z.
 //! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, ch. 3.
-//! Numerics: Newton's and Chebyshev's method, until the next step would be below rounding, from a guess such as the inflow a
-//! moment ago, or from a cold start. For mu_z <= 0 the left side less the right is convex and rises, so that Newton's method
+//! Numerics: from a close guess, such as the inflow a moment ago, one step of high order; else Newton's method until the next
+//! step would be below rounding. For mu_z <= 0 the left side less the right is convex and rises, so that Newton's method
 //! comes home from any start. In slow descent (1) has three roots; the one with lambda > mu_z (air still driven down through
 //! the disc) is taken wherever it exists, inside a bracket; below mu_z, where a bracket may hold three, the start is the cold
 //! one whatever the guess. So the guess chooses the way, never the answer.
@@ -19,7 +19,7 @@ const ITERATIONS: usize = 80;
 /// Part of lambda that the last step may leave.
 const LEFT: f64 = 1e-16;
 
-/// Share of Newton's step that Chebyshev's correction may be.
+/// Part of lambda that the first terms of (3) may be.
 const SHORT: f64 = 0.05;
 
 /// Inflows of both rotors from which the next solution of (1) sets out; any others lead to the same, after more steps.
@@ -36,19 +36,93 @@ impl Guess {
     pub(crate) const NONE: Guess = Guess { main: f64::NAN, tail: f64::NAN };
 }
 
-/// The lambda of (1) for mu^2, mu_z and (c0, c1), looked for from that guess on. Its sign is that of c0. NaN where there is none:
-/// for numbers that are not finite, and for c1 of zero or less (a tail rotor far faster than it can fly, whose blades would
-/// thrust the more the more air comes through).
+/// What (1) holds between.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Balance {
+    /// mu^2.
+    pub(crate) mu2: f64,
+    /// mu_z.
+    pub(crate) mu_z: f64,
+    /// Thrust coefficient without inflow, and what a lambda takes of it.
+    pub(crate) c0: f64,
+    pub(crate) c1: f64,
+}
+
+impl Balance {
+    /// The lambda of (1), looked for from that guess on. Its sign is that of c0. NaN where there is none: for numbers that are
+    /// not finite, and for c1 of zero or less (a tail rotor far faster than it can fly, whose blades would thrust the more the
+    /// more air comes through).
+    #[inline]
+    pub(crate) fn uniform(self, guess: f64) -> f64 {
+        let [lambda] = uniform([self], [guess]);
+        lambda
+    }
+
+    /// Upside down (1) is the same equation: with c0 not negative, and the sign.
+    #[inline]
+    fn upright(self) -> (Self, f64) {
+        let sign = if self.c0 < 0.0 { -1.0 } else { 1.0 };
+        (Balance { mu_z: sign * self.mu_z, c0: sign * self.c0, ..self }, sign)
+    }
+}
+
+/// [`Balance::uniform`] of rotors that know nothing of each other, side by side: what one waits for the other is not kept by.
 #[inline]
-pub(crate) fn uniform(mu2: f64, mu_z: f64, (c0, c1): (f64, f64), guess: f64) -> f64 {
+pub(crate) fn uniform<const N: usize>(balances: [Balance; N], guesses: [f64; N]) -> [f64; N] {
+    let mut lambdas = near(&balances, &guesses);
+    for ((lambda, balance), guess) in lambdas.iter_mut().zip(balances).zip(guesses) {
+        if lambda.is_nan() {
+            *lambda = far(balance, guess);
+        }
+    }
+    lambdas
+}
+
+/// The roots of (1) close by, in one step; NaN where that is not close enough for rounding.
+///
+/// Squared, (1) is a quartic polynomial, f = 4 lambda^2 (mu^2 + d^2) - (c0 - c1 lambda)^2 with d = lambda - mu_z: no square root
+/// stands in the way. With s = f/f', k = f''/(2 f'), c = f'''/(6 f'), e = f''''/(24 f') its inverse series is
+///     lambda - s - k s^2 - (2 k^2 - c) s^3 - (5 k^3 - 5 k c + e) s^4 - (14 k^4 - 21 k^2 c + 6 k e + 3 c^2) s^5        (3)
+/// and what follows is about the last term times 2 s (1/lambda + |k|). Between zero and c0/c1 a root of f is one of (1), and
+/// below zero inflow and in edgewise flow the only one.
+#[inline]
+fn near<const N: usize>(balances: &[Balance; N], guesses: &[f64; N]) -> [f64; N] {
+    let mut found = [f64::NAN; N];
+    for ((found, &balance), &guess) in found.iter_mut().zip(balances).zip(guesses) {
+        let (Balance { mu2, mu_z, c0, c1 }, sign) = balance.upright();
+        let lambda = sign * guess;
+        let (d, right) = (lambda - mu_z, c0 - c1 * lambda);
+        let (r2, lambda2, along) = (mu2 + d * d, lambda * lambda, lambda * d);
+        let value = 4.0 * lambda2 * r2 - right * right;
+        let over = 1.0 / (8.0 * lambda * (r2 + along) + 2.0 * c1 * right);
+        let (s, e) = (value * over, 4.0 * over);
+        let (k, c) = ((4.0 * (r2 + lambda2) + 16.0 * along - c1 * c1) * over, 8.0 * (d + lambda) * over);
+        let k2 = k * k;
+        let (cubic, quartic) = (2.0 * k2 - c, 5.0 * k * (k2 - c) + e);
+        let last = s * (7.0 * k2 * (2.0 * k2 - 3.0 * c) + 6.0 * k * e + 3.0 * c * c);
+        let s2 = s * s;
+        let next = lambda - s * (1.0 + s * k + s2 * (cubic + s * quartic + s * last));
+        let short = libm::fabs(s) * (lambda * libm::fabs(k) + 1.0);
+        let left = 2.0 * short * libm::fabs(last) * (s2 * s2);
+        let close = (left <= LEFT * lambda2) & (short < SHORT * lambda) & (over > 0.0);
+        let edgewise = (mu_z <= 0.0) | (4.0 * mu2 > mu_z * mu_z);
+        let between = (next > 0.0) & (c1 > 0.0) & (c1 * next < c0);
+        *found = if close & edgewise & between { sign * next } else { f64::NAN };
+    }
+    found
+}
+
+/// The root by as many steps as it takes.
+#[cold]
+#[inline(never)]
+fn far(balance: Balance, guess: f64) -> f64 {
+    let (Balance { mu2, mu_z, c0, c1 }, sign) = balance.upright();
+    let guess = sign * guess;
     if !(c1 > 0.0 && c1.is_finite()) {
         return f64::NAN;
     }
-    // Upside down (1) is the same equation.
-    let sign = if c0 < 0.0 { -1.0 } else { 1.0 };
-    let (mu_z, c0, guess) = (sign * mu_z, sign * c0, sign * guess);
     if !(c0 > 0.0) {
-        return c0;
+        return sign * c0;
     }
     let cold = || c0 / (2.0 * libm::sqrt(mu2 + mu_z * mu_z) + c1);
     let known = guess > 0.0 && guess < 1.0;
@@ -59,11 +133,9 @@ pub(crate) fn uniform(mu2: f64, mu_z: f64, (c0, c1): (f64, f64), guess: f64) -> 
     }
 }
 
-/// One step: left less right side f of (1), the next lambda, and whether that is the solution to rounding.
+/// One step of Newton's: left less right side f of (1), the next lambda, and whether that is the solution to rounding.
 ///
-/// Newton's step s = f/f', and once it is short Chebyshev's, s + k s^2 with k = f''/(2 f'), which leaves of s cubed at most
-/// 2 k^2 + |f3/(6 f')| with the third derivative f3, for |d| <= r.
-#[inline]
+/// The step s = f/f' leaves k s^2 with k = f''/(2 f').
 fn step(mu2: f64, mu_z: f64, (c0, c1): (f64, f64), lambda: f64) -> (f64, f64, bool) {
     let d = lambda - mu_z;
     let r2 = mu2 + d * d;
@@ -72,15 +144,10 @@ fn step(mu2: f64, mu_z: f64, (c0, c1): (f64, f64), lambda: f64) -> (f64, f64, bo
     // r f' = 2 r^2 + c1 r + 2 lambda d; r^3 f''/2 = 2 d r^2 + lambda mu^2.
     let over = 1.0 / (r2 * (2.0 * r2 + c1 * r + 2.0 * lambda * d));
     let (s, k) = (value * r * r2 * over, (2.0 * d * r2 + lambda * mu2) * over);
-    if !(libm::fabs(k * s) < SHORT) {
-        return (value, lambda - s, false);
-    }
-    let cubic = 2.0 * k * k * r + mu2 * over * (r + lambda);
-    (value, lambda - s - k * s * s, libm::fabs(s * s * s) * cubic <= LEFT * lambda * r)
+    (value, lambda - s, libm::fabs(k * s * s) <= LEFT * lambda)
 }
 
 /// For mu_z <= 0.
-#[inline]
 fn rising(mu2: f64, mu_z: f64, line: (f64, f64), start: f64) -> f64 {
     let mut lambda = start;
     for _ in 0..ITERATIONS {
@@ -136,12 +203,16 @@ pub(crate) fn harmonic(mu: f64, mu_z: f64, lambda: f64, speed: f64) -> f64 {
 mod tests {
     use super::*;
 
+    fn solved(mu2: f64, mu_z: f64, (c0, c1): (f64, f64), guess: f64) -> f64 {
+        Balance { mu2, mu_z, c0, c1 }.uniform(guess)
+    }
+
     #[test]
     fn where_there_is_no_inflow_it_says_so() {
         for (mu, c0, c1) in
             [(1.9, 0.01, -0.02), (0.2, 0.01, 0.0), (f64::NAN, 0.01, 0.1), (0.1, f64::INFINITY, 0.1), (0.1, 0.1, f64::NAN)]
         {
-            assert!(uniform(mu * mu, 0.0, (c0, c1), f64::NAN).is_nan());
+            assert!(solved(mu * mu, 0.0, (c0, c1), f64::NAN).is_nan());
         }
     }
 
@@ -152,8 +223,8 @@ mod tests {
         for mu_z in [0.0, -0.05, -0.2, 0.01, 0.05] {
             let b: f64 = c1 - 2.0 * mu_z;
             let exact = (-b + (b * b + 8.0 * c0).sqrt()) / 4.0;
-            assert!((uniform(0.0, mu_z, (c0, c1), f64::NAN) - exact).abs() < 1e-16, "mu_z {mu_z}");
-            assert!((uniform(0.0, -mu_z, (-c0, c1), f64::NAN) + exact).abs() < 1e-16, "upside down, mu_z {mu_z}");
+            assert!((solved(0.0, mu_z, (c0, c1), f64::NAN) - exact).abs() < 1e-16, "mu_z {mu_z}");
+            assert!((solved(0.0, -mu_z, (-c0, c1), f64::NAN) + exact).abs() < 1e-16, "upside down, mu_z {mu_z}");
         }
     }
 
@@ -163,12 +234,12 @@ mod tests {
             for place in -40..=40 {
                 let mu_z = f64::from(place) * 0.01;
                 for c0 in [-0.02, -1e-6, 0.0, 1e-9, 0.004, 0.03] {
-                    let (c1, lambda) = (0.13, uniform(mu * mu, mu_z, (c0, 0.13), f64::NAN));
+                    let (c1, lambda) = (0.13, solved(mu * mu, mu_z, (c0, 0.13), f64::NAN));
                     let r = (mu * mu + (lambda - mu_z) * (lambda - mu_z)).sqrt();
                     let off = 2.0 * lambda * r - c0 + c1 * lambda;
                     assert!(off.abs() < 1e-16, "mu {mu}, mu_z {mu_z}, c0 {c0}: lambda {lambda}, off by {off:e}");
-                    for guess in [0.0, 1e-9, 0.01, -0.02, 0.9, 7.0, lambda * (1.0 + 1e-6)] {
-                        let again = uniform(mu * mu, mu_z, (c0, 0.13), guess);
+                    for guess in [0.0, 1e-9, 0.01, -0.02, 0.9, 7.0, lambda * (1.0 + 1e-6), lambda * 1.002, lambda * 0.99] {
+                        let again = solved(mu * mu, mu_z, (c0, 0.13), guess);
                         let apart = (again - lambda).abs();
                         assert!(
                             apart <= 1e-14 * lambda.abs(),

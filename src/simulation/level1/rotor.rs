@@ -17,7 +17,7 @@
 
 use super::flapping::{Drive, Flap};
 use super::hub::{HubLoads, HubMotion};
-use super::inflow::{harmonic, uniform};
+use super::inflow::{Balance, harmonic};
 use core::f64::consts::PI;
 
 /// Data of the main rotor, SI.
@@ -137,18 +137,51 @@ impl MainRotor {
     }
 }
 
+/// What the rotor meets before its inflow is known, wind axes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RotorFlow {
+    mu: f64,
+    mu_z: f64,
+    theta0: f64,
+    theta1s: f64,
+    theta1c: f64,
+    /// Hub rates over Omega.
+    p: f64,
+    q: f64,
+    lock: f64,
+    lambda_beta2: f64,
+    /// (1) without the flow through the disc.
+    still: f64,
+    wind: (f64, f64),
+    rotor_speed: f64,
+    density: f64,
+    states: RotorStates,
+}
+
 impl ReadyRotor {
     /// Loads (1) to (5) for pitch theta0, theta1s, theta1c in hub axes; the inflow is looked for from `guess` on.
-    #[inline]
+    #[cfg(test)]
     pub(crate) fn point(
+        &self,
+        motion: &HubMotion,
+        pitch: [f64; 3],
+        speed_and_density: (f64, f64),
+        states: RotorStates,
+        guess: f64,
+    ) -> RotorPoint {
+        let flow = self.flow(motion, pitch, speed_and_density, states);
+        self.loads(&flow, states.inflow.unwrap_or_else(|| self.balance(&flow).uniform(guess)))
+    }
+
+    /// What it meets with pitch theta0, theta1s, theta1c in hub axes.
+    #[inline]
+    pub(crate) fn flow(
         &self,
         motion: &HubMotion,
         pitch: [f64; 3],
         (rotor_speed, density): (f64, f64),
         states: RotorStates,
-        guess: f64,
-    ) -> RotorPoint {
-        let tip = rotor_speed * self.radius;
+    ) -> RotorFlow {
         let per_omega = 1.0 / rotor_speed;
         let per_tip = per_omega * self.per_radius;
         let (mu, mu_z) = (motion.in_plane * per_tip, motion.axial * per_tip);
@@ -157,9 +190,6 @@ impl ReadyRotor {
         let p = (motion.p * cos_w + motion.q * sin_w) * per_omega;
         let q = (motion.q * cos_w - motion.p * sin_w) * per_omega;
         let (theta1s, theta1c) = (theta1s * cos_w + theta1c * sin_w, theta1c * cos_w - theta1s * sin_w);
-        let lock = density * self.lock;
-        let lambda_beta2 = 1.0 + self.stiffness * (per_omega * per_omega);
-
         let mu2 = mu * mu;
         let flapping = states.flap_rates.map_or(0.0, |rates| {
             let rates = rates.to_wind(motion.wind);
@@ -167,29 +197,47 @@ impl ReadyRotor {
         });
         let still =
             theta0 * (1.0 / 3.0 + 0.5 * mu2) + 0.5 * mu * (theta1s + 0.5 * p) + 0.25 * (1.0 + mu2) * self.twist - flapping;
-        let half = self.half;
-        let line = (half * (still + 0.5 * mu_z), 0.5 * half);
-        let lambda0 = states.inflow.unwrap_or_else(|| uniform(mu2, mu_z, line, guess));
-        let through = mu_z - lambda0;
+        let (lock, lambda_beta2) = (density * self.lock, 1.0 + self.stiffness * (per_omega * per_omega));
+        let wind = motion.wind;
+        RotorFlow { mu, mu_z, theta0, theta1s, theta1c, p, q, lock, lambda_beta2, still, wind, rotor_speed, density, states }
+    }
+
+    /// (2).
+    #[inline]
+    pub(crate) fn balance(&self, flow: &RotorFlow) -> Balance {
+        let (half, mu_z) = (self.half, flow.mu_z);
+        Balance { mu2: flow.mu * flow.mu, mu_z, c0: half * (flow.still + 0.5 * mu_z), c1: 0.5 * half }
+    }
+
+    /// Mean induced velocity, m/s, of that inflow.
+    #[inline]
+    pub(crate) fn induced(&self, flow: &RotorFlow, lambda0: f64) -> f64 {
+        lambda0 * flow.rotor_speed * self.radius
+    }
+
+    /// Loads (1) to (5) with that inflow.
+    #[inline]
+    pub(crate) fn loads(&self, flow: &RotorFlow, lambda0: f64) -> RotorPoint {
+        let RotorFlow { mu, mu_z, theta0, theta1s, theta1c, p, q, lock, lambda_beta2, still, wind, .. } = *flow;
+        let (mu2, through) = (mu * mu, mu_z - lambda0);
         let f0 = still + 0.5 * through;
-        let thrust_coefficient = half * f0;
+        let thrust_coefficient = self.half * f0;
         let speed = libm::sqrt(mu2 + through * through);
         let inflow_rate = (thrust_coefficient - 2.0 * lambda0 * speed) * (1.0 / APPARENT_MASS);
 
         let lambda1c = harmonic(mu, mu_z, lambda0, speed);
-        let twist = self.twist;
-        let drive = Drive { mu, theta0, twist, theta1s, theta1c, through, lambda1c, p, q, lock, lambda_beta2 };
-        let flap_w = states.flap.map_or_else(|| drive.quasi_steady(), |flap| flap.to_wind(motion.wind));
-        let flap = states.flap.unwrap_or_else(|| flap_w.to_hub(motion.wind));
+        let drive = Drive { mu, theta0, twist: self.twist, theta1s, theta1c, through, lambda1c, p, q, lock, lambda_beta2 };
+        let flap_w = flow.states.flap.map_or_else(|| drive.quasi_steady(), |flap| flap.to_wind(wind));
+        let flap = flow.states.flap.unwrap_or_else(|| flap_w.to_hub(wind));
 
-        let k = density * (rotor_speed * rotor_speed) * self.scale;
+        let k = flow.density * (flow.rotor_speed * flow.rotor_speed) * self.scale;
         let thrust = k * f0;
         let delta = self.drag_0 + self.drag_2 * thrust_coefficient * thrust_coefficient;
         let x_w = thrust * flap_w.cosine - k * delta * mu * self.per_slope;
         let y_w = -thrust * flap_w.sine;
         let profile = 0.5 * delta * self.per_slope * (1.0 + PROFILE_TORQUE * mu2);
         let torque = self.radius * (k * (profile - through * f0) + mu * x_w);
-        let spring = self.spring;
+        let (spring, (cos_w, sin_w)) = (self.spring, wind);
         let loads = HubLoads {
             force: [x_w * cos_w - y_w * sin_w, x_w * sin_w + y_w * cos_w, -thrust],
             moment: [spring * flap.sine, spring * flap.cosine, torque],
@@ -198,12 +246,12 @@ impl ReadyRotor {
             loads,
             torque,
             flap,
-            induced: lambda0 * tip,
+            induced: self.induced(flow, lambda0),
             inflow: lambda0,
             inflow_rate,
             thrust_coefficient,
             drive,
-            wind: motion.wind,
+            wind,
         }
     }
 }

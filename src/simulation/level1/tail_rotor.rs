@@ -12,7 +12,7 @@
 //! that the fin leaves. (2) is linear in lambda, so (3) is the straight line that `inflow` takes.
 //! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, ch. 3.
 
-use super::inflow::uniform;
+use super::inflow::Balance;
 use core::f64::consts::PI;
 
 /// Data of the tail rotor, SI.
@@ -88,18 +88,40 @@ impl TailRotor {
     }
 }
 
+/// What the tail rotor meets before its inflow is known.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TailFlow {
+    /// (3): the thrust coefficient is c0 - c1 lambda.
+    pub(crate) balance: Balance,
+    /// Omega_T R_T.
+    tip: f64,
+    density: f64,
+}
+
 impl ReadyTail {
     /// (1) to (5); the inflow is looked for from `guess` on.
+    #[cfg(test)]
+    pub(crate) fn point(&self, velocity: [f64; 3], rates: [f64; 3], pitch: f64, air: (f64, f64, f64), guess: f64) -> TailPoint {
+        let flow = self.flow(velocity, rates, pitch, air);
+        self.loads(&flow, flow.balance.uniform(guess))
+    }
+
+    /// Whether the main rotor's induced velocity reaches it.
     #[inline]
-    pub(crate) fn point(
+    pub(crate) fn in_downwash(&self) -> bool {
+        self.data.downwash != 0.0
+    }
+
+    /// (1) to (3), for speed of the main rotor, density and induced velocity of the main rotor.
+    #[inline]
+    pub(crate) fn flow(
         &self,
         [u, v, w]: [f64; 3],
         [p, q, r]: [f64; 3],
         pitch: f64,
         (rotor_speed, density, induced): (f64, f64, f64),
-        guess: f64,
-    ) -> TailPoint {
-        let ReadyTail { data, arm, coupling, half, area, .. } = *self;
+    ) -> TailFlow {
+        let ReadyTail { data, arm, coupling, half, .. } = self;
         let (tip, per_tip) = (rotor_speed * self.tip, self.per_tip / rotor_speed);
         let (u_t, v_t) = (u - q * data.height, v - r * arm + p * data.height);
         let w_t = w + q * arm - data.downwash * induced;
@@ -108,10 +130,16 @@ impl ReadyTail {
         let by_pitch = 1.0 / 3.0 + 0.5 * mu2;
         // C_T = half (by_pitch feathered pitch + flow (mu_z - lambda)).
         let flow = by_pitch * feathered * coupling * (4.0 / 3.0) + 0.5;
-        let (c0, c1) = (half * (by_pitch * feathered * pitch + flow * mu_z), half * flow);
-        let lambda = uniform(mu2, mu_z, (c0, c1), guess);
+        let balance = Balance { mu2, mu_z, c0: half * (by_pitch * feathered * pitch + flow * mu_z), c1: half * flow };
+        TailFlow { balance, tip, density }
+    }
+
+    /// (3) to (5) with that inflow.
+    #[inline]
+    pub(crate) fn loads(&self, flow: &TailFlow, lambda: f64) -> TailPoint {
+        let (data, TailFlow { balance: Balance { mu2, mu_z, c0, c1 }, tip, density }) = (&self.data, *flow);
         let thrust_coefficient = c0 - c1 * lambda;
-        let scale = density * tip * tip * area;
+        let scale = density * tip * tip * self.area;
         let delta = data.drag_0 + data.drag_2 * thrust_coefficient * thrust_coefficient;
         let c_q = -(mu_z - lambda) * thrust_coefficient + 0.125 * delta * data.solidity * (1.0 + 3.0 * mu2);
         TailPoint { side_force: scale * thrust_coefficient * data.blockage, torque: scale * data.radius * c_q, inflow: lambda }
