@@ -4,7 +4,7 @@
 
 use crate::estimation::config::{Config as EstimationConfig, ConfigError};
 use crate::estimation::estimator::{EVENTS as ESTIMATION_EVENTS, Estimator};
-use crate::estimation::record::{AIDS, EstimationEvent, Innovation, StateRecord};
+use crate::estimation::record::{AIDS, EstimationEvent, Innovation, LaggedRecord, StateRecord};
 use crate::flight::run::RunGeometry;
 use crate::modes::record::ModesRecord;
 use crate::modes::stage;
@@ -52,6 +52,8 @@ pub struct Checked(Config);
 pub struct Tick {
     /// The filtered state.
     pub state: Option<StateRecord>,
+    /// The smoothed state of a while ago, where one came of age.
+    pub smoothed: Option<LaggedRecord>,
     /// What the aids did.
     pub innovations: Vec<Innovation, AIDS>,
     /// The derivatives, at each publication.
@@ -67,6 +69,7 @@ pub struct Tick {
 impl Tick {
     const EMPTY: Tick = Tick {
         state: None,
+        smoothed: None,
         innovations: Vec::new(),
         derivatives: None,
         modes: None,
@@ -118,6 +121,7 @@ impl Pipeline {
     pub fn step(&mut self, sample: &Sample) -> &Tick {
         let output = self.estimator.step(sample);
         self.tick.state = output.state;
+        self.tick.smoothed = output.lagged;
         self.tick.innovations.clone_from(&output.innovations);
         self.tick.estimation_events.clone_from(&output.events);
         self.tick.derivatives = None;

@@ -8,7 +8,7 @@ use super::clock::monotonic_ns;
 use super::error::BusError;
 use super::payload::{
     DerivativesPayload, EventPayload, FindingPayload, Header, InnovationsPayload, ModesPayload, Payload, SamplePayload,
-    StatePayload, TakenPayload,
+    SmoothedPayload, StatePayload, TakenPayload,
 };
 use super::root::{Role, RoleHeld, Root};
 use iceoryx2::config::Config;
@@ -39,6 +39,7 @@ type Open<P> = PortFactory<ipc::Service, P, ()>;
 struct Services {
     _sample: Open<SamplePayload>,
     _state: Open<StatePayload>,
+    _smoothed: Open<SmoothedPayload>,
     _innovation: Open<InnovationsPayload>,
     _derivatives: Open<DerivativesPayload>,
     _modes: Open<ModesPayload>,
@@ -74,6 +75,7 @@ impl Bus {
         let services = Services {
             _sample: open(&node, &root)?,
             _state: open(&node, &root)?,
+            _smoothed: open(&node, &root)?,
             _innovation: open(&node, &root)?,
             _derivatives: open(&node, &root)?,
             _modes: open(&node, &root)?,

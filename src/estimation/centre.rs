@@ -4,11 +4,12 @@
 //!     v_cm = v - omega x s,     a_cm = a - omega' x s - omega x (omega x s)                        (1)
 //! The standard deviations are those where the accelerometers stand.
 
+use super::ekf::Ekf;
 use super::fixed_lag::SmoothedPoint;
 use super::process::{
     ACCELEROMETER_BIAS, ALTITUDE, ANGULAR_ACCELERATION, ATTITUDE, GYRO_BIAS, MOVING, RATES, SPECIFIC_FORCE, State, VELOCITY,
 };
-use super::record::StateRecord;
+use super::record::{LaggedRecord, StateRecord};
 use crate::flight::run::RunGeometry;
 
 /// Velocity of the centre of mass from that of the accelerometers: v - omega x s, s where they stand.
@@ -55,12 +56,12 @@ pub(super) fn state_record(time_s: f64, x: &State, std: &State, geometry: &RunGe
     }
 }
 
-/// A smoothed instant; what does not move is as the filter knows it now.
-pub(super) fn lagged(point: &SmoothedPoint, now: &State, now_std: &State, geometry: &RunGeometry) -> StateRecord {
-    let (mut x, mut std) = (*now, *now_std);
+/// A smoothed instant, `now_s` the time of the newest sample; what does not move is as the filter knows it now.
+pub(super) fn lagged(point: &SmoothedPoint, now_s: f64, ekf: &Ekf, geometry: &RunGeometry) -> LaggedRecord {
+    let (mut x, mut std) = (*ekf.state(), ekf.stds());
     x[..MOVING].copy_from_slice(&point.x);
     for (std, var) in std.iter_mut().zip(point.var) {
         *std = libm::sqrt(var);
     }
-    state_record(point.time_s, &x, &std, geometry)
+    LaggedRecord { state: state_record(point.time_s, &x, &std, geometry), lag_s: now_s - point.time_s }
 }

@@ -71,7 +71,8 @@ pub enum RegressionStates {
     /// Smoothed states: every signal through the same zero-phase kernel, `lag_s` late.
     #[default]
     Smoothed,
-    /// Filtered states, without any lag: noisier, and late where the filter is.
+    /// Filtered states, without any lag of their own: noisier, and biased, for angular accelerations are late by what the filter
+    /// needs to follow them and the controls are not.
     Filtered,
 }
 

@@ -6,12 +6,12 @@
 //! (variances about the means, so that constant biases do not count). The vane disagrees where
 //!     var(measured - kinematic) > (1 - R2_MIN) var(measured) + NOISE_MARGIN noise                 (2)
 //! with the variance that instrument noise alone brings into the difference.
-//! Kinematics, from (1) to (3) of `process`, V^2 = u^2 + v^2 + w^2:
+//! Kinematics, from (1) to (3) of `kinematics`, V^2 = u^2 + v^2 + w^2:
 //!     alpha' = (w' u - w u')/(u^2 + w^2)      beta' = (v' - v V'/V)/sqrt(u^2 + w^2)                (3)
 //! Source: V. Klein and E. A. Morelli, Aircraft System Identification, 2nd ed. 2016, ch. 10 (data compatibility).
 //! Cannot answer before `COUNT_MIN` instants or while the measured rate stays within its noise.
 
-use crate::flight::unit::STANDARD_GRAVITY as G0;
+use super::kinematics::{Attitude, velocity_rate};
 
 /// Coefficient of determination below which a vane disagrees. A vane 13 m ahead of the centre of mass of a transport gives
 /// 0.965, the same record brought to the centre of mass 0.997; one 6 m ahead, or a vane that reads 0.9 of the truth, 0.987 to
@@ -25,16 +25,13 @@ const COUNT_MIN: f64 = 50.0;
 /// `None` where the aircraft hardly moves forward.
 pub fn flow_angle_rates(velocity: [f64; 3], attitude: [f64; 2], force: [f64; 3], rates: [f64; 3]) -> Option<[f64; 2]> {
     let [u, v, w] = velocity;
-    let [p, q, r] = rates;
-    let (sin_phi, cos_phi) = libm::sincos(attitude[0]);
-    let (sin_theta, cos_theta) = libm::sincos(attitude[1]);
     let s = u * u + w * w;
     if !(s > 25.0) {
         return None;
     }
-    let du = -w * q + v * r + force[0] - G0 * sin_theta;
-    let dv = -u * r + w * p + force[1] + G0 * cos_theta * sin_phi;
-    let dw = -v * p + u * q + force[2] + G0 * cos_theta * cos_phi;
+    let gravity = Attitude::new(attitude[0], attitude[1]).gravity();
+    let by_force = velocity_rate(velocity, rates, force);
+    let [du, dv, dw]: [f64; 3] = core::array::from_fn(|i| by_force[i] + gravity[i]);
     let speed2 = s + v * v;
     let along = (u * du + v * dv + w * dw) / speed2;
     Some([(dw * u - w * du) / s, (dv - v * along) / libm::sqrt(s)])
@@ -102,6 +99,7 @@ impl Consistency {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::flight::unit::STANDARD_GRAVITY as G0;
 
     #[test]
     fn the_same_signal_agrees_and_a_quarter_of_it_too_much_does_not() {

@@ -22,7 +22,8 @@ use super::process::{
     VELOCITY,
 };
 use super::record::{
-    AIDS, Aid, EstimationEvent, Innovation, Instrumentation, NoiseRecord, SmoothedRecord, StateRecord, StateSet, TrimRecord,
+    AIDS, Aid, EstimationEvent, Innovation, Instrumentation, LaggedRecord, NoiseRecord, SmoothedRecord, StateRecord, StateSet,
+    TrimRecord,
 };
 use super::trim::TrimWindow;
 use super::vibration::LineNotch;
@@ -71,7 +72,7 @@ pub struct EstimationOutput {
     pub innovations: Vec<Innovation, AIDS>,
     /// The state of a while ago from everything until now (fixed-lag smoother), where one came of age. The biases are the
     /// filter's newest.
-    pub lagged: Option<StateRecord>,
+    pub lagged: Option<LaggedRecord>,
     /// Smoothed signals at the instants of the regression grid that the sample completed.
     pub smoothed: Vec<SmoothedRecord, INSTANTS>,
     /// The trim, at the one sample that completed its window.
@@ -357,8 +358,7 @@ impl Estimator {
         let state = self.record(&ekf);
         self.output.state = Some(state);
         if tick {
-            self.output.lagged =
-                self.fixed_lag.tick(time_s, &ekf).map(|point| lagged(&point, ekf.state(), &ekf.stds(), &self.geometry));
+            self.output.lagged = self.fixed_lag.tick(time_s, &ekf).map(|point| lagged(&point, time_s, &ekf, &self.geometry));
         }
         self.ekf = Some(ekf);
         if self.vibration.folded() && !self.folded_said {

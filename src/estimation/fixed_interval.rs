@@ -24,6 +24,8 @@ use crate::telemetry::record::Sample;
 
 /// Samples whose details are kept at a time.
 const BLOCK: usize = 1024;
+/// Work of the way back for one sample, in steps of the filter.
+const BACKWARD_WORK: f64 = 4.0;
 
 type Matrix = [[f64; STATES]; STATES];
 
@@ -113,9 +115,35 @@ impl Adjoint {
 /// # Errors
 /// [`ConfigError`] names the setting that cannot be used.
 pub fn smooth(samples: &[Sample], config: &Config, geometry: RunGeometry) -> Result<FixedInterval, ConfigError> {
+    let smoothed = smooth_watched(samples, config, geometry, |_| true)?;
+    // Nobody stops it.
+    Ok(smoothed.unwrap_or_else(|| FixedInterval { states: Vec::new(), noise: *Estimator::of(*config, geometry).noise() }))
+}
+
+/// The same, told now and then which part of the work is done (0 to 1); `None` where `watch` said no to going on.
+///
+/// # Errors
+/// [`ConfigError`] names the setting that cannot be used.
+pub fn smooth_watched(
+    samples: &[Sample],
+    config: &Config,
+    geometry: RunGeometry,
+    mut watch: impl FnMut(f64) -> bool,
+) -> Result<Option<FixedInterval>, ConfigError> {
+    let work = samples.len().max(1) as f64 * (2.0 + BACKWARD_WORK);
+    let mut done = 0.0;
+    let mut go_on = |block: &[Sample], weight: f64| {
+        done += block.len() as f64 * weight;
+        watch(done / work)
+    };
     let mut scout = Box::new(Estimator::new(*config, geometry)?);
-    for sample in samples {
-        scout.step(sample);
+    for block in samples.chunks(BLOCK) {
+        for sample in block {
+            scout.step(sample);
+        }
+        if !go_on(block, 1.0) {
+            return Ok(None);
+        }
     }
     let noise = *scout.noise();
     let config = Config {
@@ -131,6 +159,9 @@ pub fn smooth(samples: &[Sample], config: &Config, geometry: RunGeometry) -> Res
         starts.push(estimator.clone());
         for sample in block {
             estimator.step(sample);
+        }
+        if !go_on(block, 1.0) {
+            return Ok(None);
         }
     }
     let mut states = Vec::with_capacity(samples.len());
@@ -173,7 +204,10 @@ pub fn smooth(samples: &[Sample], config: &Config, geometry: RunGeometry) -> Res
                 adjoint.back_along(transition);
             }
         }
+        if !go_on(block, BACKWARD_WORK) {
+            return Ok(None);
+        }
     }
     states.reverse();
-    Ok(FixedInterval { states, noise })
+    Ok(Some(FixedInterval { states, noise }))
 }

@@ -21,6 +21,7 @@ pub mod fixed_lag;
 pub mod health;
 #[cfg(feature = "std")]
 pub mod interpretation;
+pub mod kinematics;
 pub mod latest;
 pub mod noise;
 pub mod noise_bank;

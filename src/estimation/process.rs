@@ -2,13 +2,7 @@
 //! that are states themselves.
 //!
 //! Consumes the state \[25\]; produces the rate of change f of its moving part \[16\] and the Jacobian of f.
-//!     u' = -w q + v r + ax - g sin(theta)                                                         (1)
-//!     v' = -u r + w p + ay + g cos(theta) sin(phi)                                                (2)
-//!     w' = -v p + u q + az + g cos(theta) cos(phi)                                                (3)
-//!     phi'   = p + (q sin(phi) + r cos(phi)) tan(theta)                                           (4)
-//!     theta' = q cos(phi) - r sin(phi)                                                            (5)
-//!     psi'   = (q sin(phi) + r cos(phi)) / cos(theta)                                             (6)
-//!     h' = u sin(theta) - (v sin(phi) + w cos(phi)) cos(theta)                                    (7)
+//!     (u v w)', (phi theta psi)', h': (1) to (7) of `kinematics`
 //!     p' = p-dot, q' = q-dot, r' = r-dot                                                          (8)
 //!     p-dot, q-dot, r-dot, ax, ay, az: random walks, a' = white noise of intensity q_a            (9)
 //! | symbol | place | unit | meaning |
@@ -29,7 +23,7 @@
 //! Source: UK Research into System Identification for Helicopter Flight Mechanics (RAE/Glasgow), (1) to (6) and 2.2.4.
 //! Numerics: (4) and (6) have a pole at theta = +-90 deg; [`rate`] returns `None` within 3 deg of it.
 
-use crate::flight::unit::STANDARD_GRAVITY as G0;
+use super::kinematics::{Attitude, velocity_rate, velocity_rate_by_rates, velocity_rate_by_velocity};
 
 /// Number of states.
 pub const STATES: usize = 25;
@@ -57,9 +51,6 @@ pub const GYRO_BIAS: usize = 19;
 /// Offset of the scale errors of airspeed, incidence and sideslip.
 pub const SCALE_ERROR: usize = 22;
 
-/// cos(theta) below which the Euler angles are of no use.
-const COS_THETA_MIN: f64 = 0.05;
-
 /// The filter's state vector.
 pub type State = [f64; STATES];
 
@@ -74,26 +65,14 @@ pub type Jacobian = [[f64; MOVING]; NAVIGATION];
 /// Returns `None` too near theta = +-90 deg.
 pub fn rate(state: &State, measured: &[bool; 3]) -> Option<Rate> {
     let [u, v, w, phi, theta, _, _, p, q, r, dp, dq, dr, ..] = *state;
-    let (sin_phi, cos_phi) = libm::sincos(phi);
-    let (sin_theta, cos_theta) = libm::sincos(theta);
-    if !(cos_theta > COS_THETA_MIN) {
-        return None;
-    }
+    let attitude = Attitude::regular(phi, theta)?;
+    let gravity = attitude.gravity();
     // Specific force and gravity, which cancel where the force is not measured.
-    let sum = |i: usize, gravity: f64| if measured[i] { state[SPECIFIC_FORCE + i] + gravity } else { 0.0 };
-    let turn = q * sin_phi + r * cos_phi;
-    Some([
-        -w * q + v * r + sum(0, -G0 * sin_theta),
-        -u * r + w * p + sum(1, G0 * cos_theta * sin_phi),
-        -v * p + u * q + sum(2, G0 * cos_theta * cos_phi),
-        p + turn * sin_theta / cos_theta,
-        q * cos_phi - r * sin_phi,
-        turn / cos_theta,
-        u * sin_theta - (v * sin_phi + w * cos_phi) * cos_theta,
-        dp,
-        dq,
-        dr,
-    ])
+    let force = core::array::from_fn(|i| if measured[i] { state[SPECIFIC_FORCE + i] + gravity[i] } else { 0.0 });
+    let (velocity, rates) = ([u, v, w], [p, q, r]);
+    let [du, dv, dw] = velocity_rate(velocity, rates, force);
+    let [dphi, dtheta, dpsi] = attitude.euler_rates(rates);
+    Some([du, dv, dw, dphi, dtheta, dpsi, attitude.climb(velocity), dp, dq, dr])
 }
 
 /// Jacobian of (1) to (7) with respect to the moving states; `measured` as in [`rate`].
@@ -101,41 +80,25 @@ pub fn rate(state: &State, measured: &[bool; 3]) -> Option<Rate> {
 /// Returns `None` where [`rate`] does.
 pub fn jacobian(state: &State, measured: &[bool; 3]) -> Option<Jacobian> {
     let [u, v, w, phi, theta, _, _, p, q, r, ..] = *state;
-    let (sin_phi, cos_phi) = libm::sincos(phi);
-    let (sin_theta, cos_theta) = libm::sincos(theta);
-    if !(cos_theta > COS_THETA_MIN) {
-        return None;
-    }
-    let tan_theta = sin_theta / cos_theta;
-    let turn = q * sin_phi + r * cos_phi;
-    let lean = q * cos_phi - r * sin_phi;
+    let attitude = Attitude::regular(phi, theta)?;
+    let (velocity, rates) = ([u, v, w], [p, q, r]);
+    let (by_velocity, by_rates) = (velocity_rate_by_velocity(rates), velocity_rate_by_rates(velocity));
+    let gravity = attitude.gravity_partials();
+    let euler = attitude.euler_partials(rates);
     let mut a = [[0.0; MOVING]; NAVIGATION];
-    a[0][..10].copy_from_slice(&[0.0, r, -q, 0.0, -G0 * cos_theta, 0.0, 0.0, 0.0, -w, v]);
-    let by_phi = G0 * cos_theta * cos_phi;
-    a[1][..10].copy_from_slice(&[-r, 0.0, p, by_phi, -G0 * sin_theta * sin_phi, 0.0, 0.0, w, 0.0, -u]);
-    let by_phi = -G0 * cos_theta * sin_phi;
-    a[2][..10].copy_from_slice(&[q, -p, 0.0, by_phi, -G0 * sin_theta * cos_phi, 0.0, 0.0, -v, u, 0.0]);
-    for (i, row) in a.iter_mut().take(3).enumerate() {
+    for i in 0..3 {
+        a[i][VELOCITY..VELOCITY + 3].copy_from_slice(&by_velocity[i]);
+        a[i][RATES..RATES + 3].copy_from_slice(&by_rates[i]);
+        // What balances gravity takes gravity's derivatives away.
         if measured[i] {
-            row[SPECIFIC_FORCE + i] = 1.0;
-        } else {
-            // What balances gravity takes gravity's derivatives away.
-            row[ATTITUDE] = 0.0;
-            row[ATTITUDE + 1] = 0.0;
+            a[i][ATTITUDE..ATTITUDE + 2].copy_from_slice(&gravity[i]);
+            a[i][SPECIFIC_FORCE + i] = 1.0;
         }
+        let row = &mut a[ATTITUDE + i];
+        row[ATTITUDE..ATTITUDE + 2].copy_from_slice(&euler.by_attitude[i]);
+        row[RATES..RATES + 3].copy_from_slice(&euler.by_rates[i]);
     }
-    a[3][3..5].copy_from_slice(&[lean * tan_theta, turn * (1.0 + tan_theta * tan_theta)]);
-    a[3][7..10].copy_from_slice(&[1.0, sin_phi * tan_theta, cos_phi * tan_theta]);
-    a[4][3] = -turn;
-    a[4][8..10].copy_from_slice(&[cos_phi, -sin_phi]);
-    a[5][3..5].copy_from_slice(&[lean / cos_theta, turn * tan_theta / cos_theta]);
-    a[5][8..10].copy_from_slice(&[sin_phi / cos_theta, cos_phi / cos_theta]);
-    a[6][..5].copy_from_slice(&[
-        sin_theta,
-        -sin_phi * cos_theta,
-        -cos_phi * cos_theta,
-        (w * sin_phi - v * cos_phi) * cos_theta,
-        u * cos_theta + (v * sin_phi + w * cos_phi) * sin_theta,
-    ]);
+    a[ALTITUDE][VELOCITY..VELOCITY + 3].copy_from_slice(&attitude.climb_by_vector());
+    a[ALTITUDE][ATTITUDE..ATTITUDE + 2].copy_from_slice(&attitude.climb_by_attitude(velocity));
     Some(a)
 }

@@ -113,6 +113,15 @@ pub struct StateRecord {
     pub fused: u8,
 }
 
+/// A smoothed state: one of a while ago, estimated from everything until now.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LaggedRecord {
+    /// The state, with the time that it belongs to; no count of fused aids.
+    pub state: StateRecord,
+    /// How much later the newest sample is that it rests on, s.
+    pub lag_s: f64,
+}
+
 /// The noise statistics in use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseRecord {

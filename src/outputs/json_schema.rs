@@ -16,6 +16,8 @@ pub enum Topic {
     Sample,
     /// The estimated state.
     State,
+    /// The smoothed state of a while ago.
+    Smoothed,
     /// What each aid did.
     Innovation,
     /// The derivatives so far.
@@ -29,12 +31,20 @@ pub enum Topic {
 }
 
 /// How many topics there are.
-pub const TOPICS: usize = 7;
+pub const TOPICS: usize = 8;
 
 impl Topic {
     /// Every topic, in the order of its place.
-    pub const ALL: [Topic; TOPICS] =
-        [Topic::Sample, Topic::State, Topic::Innovation, Topic::Derivatives, Topic::Modes, Topic::Finding, Topic::Event];
+    pub const ALL: [Topic; TOPICS] = [
+        Topic::Sample,
+        Topic::State,
+        Topic::Smoothed,
+        Topic::Innovation,
+        Topic::Derivatives,
+        Topic::Modes,
+        Topic::Finding,
+        Topic::Event,
+    ];
 
     /// Place in tables per topic.
     pub const fn index(self) -> usize {
@@ -46,6 +56,7 @@ impl Topic {
         match self {
             Topic::Sample => "/sample",
             Topic::State => "/state",
+            Topic::Smoothed => "/smoothed",
             Topic::Innovation => "/innovation",
             Topic::Derivatives => "/derivatives",
             Topic::Modes => "/modes",
@@ -59,6 +70,7 @@ impl Topic {
         match self {
             Topic::Sample => "sideslip.Sample",
             Topic::State => "sideslip.State",
+            Topic::Smoothed => "sideslip.Smoothed",
             Topic::Innovation => "sideslip.Innovation",
             Topic::Derivatives => "sideslip.Derivatives",
             Topic::Modes => "sideslip.Modes",
@@ -73,6 +85,7 @@ pub fn schema(topic: Topic, head: &LogHead) -> String {
     let (about, properties, required): (&str, Value, &[&str]) = match topic {
         Topic::Sample => ("A sample as it came in, SI and radians", sample(head), &["time"]),
         Topic::State => ("Estimated state, filtered, body axes at the centre of mass", state(), &["time", "fused"]),
+        Topic::Smoothed => ("State of a while ago, smoothed, body axes at the centre of mass", smoothed(), &["time", "lag"]),
         Topic::Innovation => ("What one aid did at one sample", innovation(), &["time", "aid", "fused"]),
         Topic::Derivatives => ("Stability and control derivatives so far", derivatives(), &["time", "excited", "equations"]),
         Topic::Modes => ("Lateral modes so far", modes(), &["time", "status"]),
@@ -125,6 +138,18 @@ fn sample(head: &LogHead) -> Value {
 }
 
 fn state() -> Value {
+    let mut fields = state_fields();
+    fields.insert("fused".into(), json!({ "type": "integer", "description": "aids fused at this sample" }));
+    Value::Object(fields)
+}
+
+fn smoothed() -> Value {
+    let mut fields = state_fields();
+    fields.insert("lag".into(), number("how much later the newest sample is that it rests on", "s"));
+    Value::Object(fields)
+}
+
+fn state_fields() -> Map<String, Value> {
     let mut fields = Map::new();
     for (name, unit) in STATE_FIELDS {
         let about = match name.strip_prefix("std_") {
@@ -137,8 +162,7 @@ fn state() -> Value {
         fields.insert(name.into(), number(&about, unit));
     }
     fields.insert("time".into(), time());
-    fields.insert("fused".into(), json!({ "type": "integer", "description": "aids fused at this sample" }));
-    Value::Object(fields)
+    fields
 }
 
 fn innovation() -> Value {

@@ -9,7 +9,7 @@
 //! time and for one that is no number, `i64::MAX` at most. The exact time stands in the payload.
 
 use super::json_schema::{TOPICS, Topic, schema};
-use super::message_json::{DerivativesJson, EventJson, InnovationJson, ModesJson, SampleJson, StateJson};
+use super::message_json::{DerivativesJson, EventJson, InnovationJson, ModesJson, SampleJson, SmoothedJson, StateJson};
 use super::queue::{Entry, Lost};
 use super::record::{EventRecord, Message};
 use crate::flight::channel::ControlNames;
@@ -141,6 +141,7 @@ impl McapLog {
         match message {
             Message::Sample(sample) => self.sample(sample, &[]),
             Message::State(record) => self.object(Topic::State, record.time_s, &StateJson(record)),
+            Message::Smoothed(record) => self.object(Topic::Smoothed, record.state.time_s, &SmoothedJson(record)),
             Message::Innovation(record) => {
                 self.object(Topic::Innovation, record.time_s, &InnovationJson::new(record, controls));
             }
@@ -158,6 +159,7 @@ impl McapLog {
         match entry {
             Entry::Sample(sample, unknown) => self.sample(sample, unknown),
             Entry::State(record) => self.object(Topic::State, record.time_s, &StateJson(record)),
+            Entry::Smoothed(record) => self.object(Topic::Smoothed, record.state.time_s, &SmoothedJson(record)),
             Entry::Innovation(record) => {
                 self.object(Topic::Innovation, record.time_s, &InnovationJson::new(record, controls));
             }

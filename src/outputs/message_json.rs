@@ -8,7 +8,7 @@ use super::record::EventRecord;
 use super::text::{
     EventText, ReasonText, StatusText, TermName, aid_name, derivative_unit, event_name, event_severity, event_subject,
 };
-use crate::estimation::record::{Innovation, StateRecord};
+use crate::estimation::record::{Innovation, LaggedRecord, StateRecord};
 use crate::flight::channel::{Channel, ControlNames};
 use crate::flight::log_head::{ColumnTarget, LogHead};
 use crate::modes::record::{ModesRecord, Oscillation, RealRoot};
@@ -55,8 +55,8 @@ impl Serialize for SampleJson<'_> {
     }
 }
 
-/// The fields of `/state` with their units, in their order; [`StateJson`] writes just these.
-pub(super) const STATE_FIELDS: [(&str, &str); 46] = [
+/// The fields of a state with their units, in the order of [`state_values`].
+pub(super) const STATE_FIELDS: [(&str, &str); 44] = [
     ("u", "m/s"),
     ("v", "m/s"),
     ("w", "m/s"),
@@ -101,43 +101,59 @@ pub(super) const STATE_FIELDS: [(&str, &str); 46] = [
     ("std_ax", "m/s^2"),
     ("std_ay", "m/s^2"),
     ("std_az", "m/s^2"),
-    ("fused", "1"),
-    ("time", "s"),
 ];
+
+/// The numbers of a state, in the order of [`STATE_FIELDS`].
+pub(super) fn state_values(s: &StateRecord) -> [f64; STATE_FIELDS.len()] {
+    let triples: [&[f64]; 16] = [
+        &s.velocity,
+        &s.rates,
+        &s.attitude,
+        &[s.altitude],
+        &s.velocity_std,
+        &s.attitude_std,
+        &[s.altitude_std],
+        &s.accelerometer_bias,
+        &s.gyro_bias,
+        &s.accelerometer_bias_std,
+        &s.gyro_bias_std,
+        &s.angular_acceleration,
+        &s.specific_force,
+        &s.rates_std,
+        &s.angular_acceleration_std,
+        &s.specific_force_std,
+    ];
+    let mut values = [f64::NAN; STATE_FIELDS.len()];
+    values.iter_mut().zip(triples.into_iter().flatten()).for_each(|(to, from)| *to = *from);
+    values
+}
+
+fn serialize_state<M: SerializeMap>(map: &mut M, state: &StateRecord) -> Result<(), M::Error> {
+    map.serialize_entry("time", &state.time_s)?;
+    STATE_FIELDS.iter().zip(state_values(state)).try_for_each(|((name, _), value)| map.serialize_entry(name, &value))
+}
 
 /// A state as the object of `/state`.
 pub(super) struct StateJson<'a>(pub(super) &'a StateRecord);
 
 impl Serialize for StateJson<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let s = self.0;
-        let groups: [&[f64]; 9] = [
-            &s.velocity,
-            &s.rates,
-            &s.attitude,
-            &[s.altitude],
-            &s.velocity_std,
-            &s.attitude_std,
-            &[s.altitude_std],
-            &s.accelerometer_bias,
-            &s.gyro_bias,
-        ];
-        let triples = [
-            s.accelerometer_bias_std,
-            s.gyro_bias_std,
-            s.angular_acceleration,
-            s.specific_force,
-            s.rates_std,
-            s.angular_acceleration_std,
-            s.specific_force_std,
-        ];
-        let values = groups.into_iter().flatten().chain(triples.as_flattened());
         let mut map = serializer.serialize_map(None)?;
-        map.serialize_entry("time", &s.time_s)?;
-        for ((name, _), value) in STATE_FIELDS.iter().zip(values) {
-            map.serialize_entry(name, value)?;
-        }
-        map.serialize_entry("fused", &s.fused)?;
+        serialize_state(&mut map, self.0)?;
+        map.serialize_entry("fused", &self.0.fused)?;
+        map.end()
+    }
+}
+
+/// A smoothed state as the object of `/smoothed`.
+pub(super) struct SmoothedJson<'a>(pub(super) &'a LaggedRecord);
+
+impl Serialize for SmoothedJson<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let LaggedRecord { state, lag_s } = self.0;
+        let mut map = serializer.serialize_map(None)?;
+        serialize_state(&mut map, state)?;
+        map.serialize_entry("lag", lag_s)?;
         map.end()
     }
 }

@@ -25,4 +25,6 @@ pub mod noise;
 #[cfg(feature = "std")]
 pub mod queue;
 #[cfg(feature = "std")]
+pub mod state_file;
+#[cfg(feature = "std")]
 pub mod terminal;

@@ -5,10 +5,10 @@
 //!
 //! What is large or of a size that only the run knows (derivatives, the values of unknown columns) travels in boxes
 //! made beforehand, which the receiver hands back by [`Receiver::recycle`]; so a slot stays small and memory is bounded
-//! by `capacity`: some 300 B a slot, 5 kB for each of [`DERIVATIVES_IN_FLIGHT`], 8 B a slot and unknown column.
+//! by `capacity`: some 400 B a slot, 5 kB for each of [`DERIVATIVES_IN_FLIGHT`], 8 B a slot and unknown column.
 
 use super::record::{EventRecord, Message};
-use crate::estimation::record::{Innovation, StateRecord};
+use crate::estimation::record::{Innovation, LaggedRecord, StateRecord};
 use crate::flight::derivative::Axis;
 use crate::modes::record::ModesRecord;
 use crate::regression::record::{DerivativesRecord, EquationRecord, Status};
@@ -48,6 +48,8 @@ pub enum Entry {
     Sample(Sample, Box<[f64]>),
     /// A state.
     State(StateRecord),
+    /// A smoothed state.
+    Smoothed(LaggedRecord),
     /// An innovation.
     Innovation(Innovation),
     /// Derivatives.
@@ -154,6 +156,7 @@ impl Sender {
         match message {
             Message::Sample(sample) => self.send_sample(sample, &[]),
             Message::State(record) => self.queue_entry(Entry::State(*record), record.time_s),
+            Message::Smoothed(record) => self.queue_entry(Entry::Smoothed(*record), record.state.time_s),
             Message::Innovation(record) => self.queue_entry(Entry::Innovation(*record), record.time_s),
             Message::Modes(record) => self.queue_entry(Entry::Modes(*record), record.time_s),
             Message::Event(record) => self.queue_entry(Entry::Event(*record), record.time_s),

@@ -1,6 +1,6 @@
 //! The published vocabulary of outputs: one message, as it goes through the queue to the log and the terminal.
 
-use crate::estimation::record::{EstimationEvent, Innovation, StateRecord};
+use crate::estimation::record::{EstimationEvent, Innovation, LaggedRecord, StateRecord};
 use crate::modes::record::ModesRecord;
 use crate::regression::record::{DerivativesRecord, RegressionEvent};
 use crate::telemetry::record::Sample;
@@ -31,6 +31,8 @@ pub enum Message {
     Sample(Sample),
     /// The state at a sample.
     State(StateRecord),
+    /// The smoothed state of a while ago.
+    Smoothed(LaggedRecord),
     /// What an aid did.
     Innovation(Innovation),
     /// The derivatives so far.

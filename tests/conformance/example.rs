@@ -1,6 +1,6 @@
 //! A small run with every topic, every kind of absence and awkward numbers, the same at each call.
 
-use sideslip::estimation::record::{Aid, EstimationEvent, Innovation, StateRecord};
+use sideslip::estimation::record::{Aid, EstimationEvent, Innovation, LaggedRecord, StateRecord};
 use sideslip::flight::channel::{Channel, ControlNames};
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::log_head::LogHead;
@@ -96,7 +96,16 @@ fn modes(time_s: f64, with_numbers: bool) -> Message {
 }
 
 pub(crate) fn state(time_s: f64) -> Message {
-    Message::State(StateRecord {
+    Message::State(state_record(time_s))
+}
+
+/// Of half a second before.
+fn smoothed(time_s: f64) -> Message {
+    Message::Smoothed(LaggedRecord { state: StateRecord { fused: 0, ..state_record(time_s - 0.5) }, lag_s: 0.5 })
+}
+
+fn state_record(time_s: f64) -> StateRecord {
+    StateRecord {
         time_s,
         velocity: [51.0, 0.5, 2.0],
         velocity_std: [0.1, 0.2, 0.3],
@@ -115,7 +124,7 @@ pub(crate) fn state(time_s: f64) -> Message {
         gyro_bias: [0.001, 0.002, 0.003],
         gyro_bias_std: [1e-4, 2e-4, 3e-4],
         fused: 4,
-    })
+    }
 }
 
 fn innovation(time_s: f64) -> Message {
@@ -139,6 +148,7 @@ pub(crate) fn write(path: &Path, rows: &[Row], chunk: usize) -> LogSummary {
         log.message(&state(sample.time_s));
         log.message(&innovation(sample.time_s));
         if k % 8 == 0 {
+            log.message(&smoothed(sample.time_s));
             log.message(&derivatives(sample.time_s));
             log.message(&modes(sample.time_s, k >= 16));
         }

@@ -123,7 +123,9 @@ fn errors(input: &str, noise: f64, seed: u64) -> Option<[f64; 5]> {
     let lagged: Vec<(f64, f64)> = flown
         .samples
         .iter()
-        .filter_map(|sample| estimator.step(sample).lagged.map(|s| (s.time_s, s.angular_acceleration[2])))
+        .filter_map(|sample| {
+            estimator.step(sample).lagged.map(|lagged| lagged.state).map(|s| (s.time_s, s.angular_acceleration[2]))
+        })
         .collect();
     let at = |times: &[(f64, f64)], time: f64| {
         let place = times.partition_point(|&(t, _)| t < time - 1e-6);

@@ -30,4 +30,5 @@ mod firmware;
 mod recursive_batch;
 mod replay;
 mod sequential_joint;
+mod smoothed_file;
 mod smoothers;

@@ -8,7 +8,8 @@ use sideslip::estimation::ekf::{Follow, Fusion, Transition};
 use sideslip::estimation::estimator::Estimator;
 use sideslip::estimation::fixed_interval::smooth;
 use sideslip::estimation::process::{MOVING, STATES, State};
-use sideslip::estimation::record::StateRecord;
+use sideslip::estimation::record::{LaggedRecord, StateRecord};
+use sideslip::flight::channel::Channel;
 use sideslip::flight::run::RunGeometry;
 use sideslip::simulation::instrument::Instruments;
 use sideslip::telemetry::record::Sample;
@@ -37,6 +38,7 @@ fn the_fixed_lag_smoother_is_the_fixed_interval_smoother_stopped_at_its_lag() {
     let mut compared = 0;
     for (k, sample) in samples.iter().enumerate() {
         let Some(lagged) = estimator.step(sample).lagged else { continue };
+        let (lagged, lag_s) = (lagged.state, lagged.lag_s);
         if k % 5 != 0 {
             continue;
         }
@@ -46,11 +48,45 @@ fn the_fixed_lag_smoother_is_the_fixed_interval_smoother_stopped_at_its_lag() {
             assert!((found - expected).abs() <= 1e-9 * std.max(expected.abs()), "{i} at {}: {found} {expected}", lagged.time_s);
             assert!((found_std / std - 1.0).abs() <= 1e-9, "std {i} at {}: {found_std} {std}", lagged.time_s);
         }
-        let lag_s = sample.time_s - lagged.time_s;
-        assert!((0.5..0.52).contains(&lag_s), "{lag_s}");
+        assert!((0.5..0.52).contains(&lag_s) && (sample.time_s - lagged.time_s - lag_s).abs() < 1e-12, "{lag_s}");
         compared += 1;
     }
     assert!(compared > 10, "{compared}");
+}
+
+/// Steady flight, every channel at that rate.
+fn steady(rate_hz: f64) -> Vec<Sample> {
+    let (alpha, gravity) = (0.04_f64, 9.806_65);
+    let at_rest = [Channel::P, Channel::Q, Channel::R, Channel::Ay, Channel::Beta, Channel::Phi, Channel::Psi];
+    let sample = |k: u32| {
+        let mut sample = Sample::new(f64::from(k) / rate_hz);
+        at_rest.into_iter().for_each(|channel| sample.set(channel, 0.0));
+        sample.set(Channel::Tas, 51.0);
+        sample.set(Channel::Altitude, 1000.0);
+        sample.set(Channel::Alpha, alpha);
+        sample.set(Channel::Theta, alpha);
+        sample.set(Channel::Ax, gravity * alpha.sin());
+        sample.set(Channel::Az, -gravity * alpha.cos());
+        sample
+    };
+    (0..(6.0 * rate_hz) as u32).map(sample).collect()
+}
+
+#[test]
+fn live_smoothed_states_come_at_10_hz_or_more_and_no_faster_than_the_smoother_s_grid() {
+    for rate_hz in [25.0, 32.0, 40.0, 50.0, 64.0, 100.0, 128.0, 200.0, 256.0] {
+        let mut estimator = Box::new(Estimator::new(Config::default(), RunGeometry::default()).unwrap());
+        let of_age = |sample: &Sample| estimator.step(sample).lagged;
+        let lagged: Vec<LaggedRecord> = steady(rate_hz).iter().filter_map(of_age).collect();
+        assert!(lagged.len() > 50, "{rate_hz} Hz: {}", lagged.len());
+        for [before, after] in lagged.array_windows() {
+            let apart_s = after.state.time_s - before.state.time_s;
+            assert!((0.079..0.1 + 1e-9).contains(&apart_s), "{rate_hz} Hz: {apart_s} s");
+        }
+        for LaggedRecord { lag_s, .. } in &lagged {
+            assert!((0.5..0.5 + 1.01 / rate_hz).contains(lag_s), "{rate_hz} Hz: {lag_s} s");
+        }
+    }
 }
 
 type Matrix = SMatrix<f64, STATES, STATES>;

@@ -2,8 +2,8 @@
 
 use crate::program::puma;
 use sideslip::bus::payload::{
-    ABSENT, DerivativesPayload, EventPayload, InnovationsPayload, ModesPayload, OTHERS, SAMPLE, SamplePayload, StatePayload,
-    StatusBody,
+    ABSENT, DerivativesPayload, EventPayload, InnovationsPayload, ModesPayload, OTHERS, SAMPLE, SamplePayload, SmoothedPayload,
+    StatePayload, StatusBody,
 };
 use sideslip::estimation::record::{Aid, EstimationEvent, StateSet};
 use sideslip::flight::channel::Channel;
@@ -95,6 +95,9 @@ fn every_status_and_every_event_comes_back() {
 fn compare(tick: &Tick) -> usize {
     if let Some(state) = &tick.state {
         same(&StatePayload::from(state).record().unwrap(), state);
+    }
+    if let Some(smoothed) = &tick.smoothed {
+        same(&SmoothedPayload::from(smoothed).record(), smoothed);
     }
     if let Some(first) = tick.innovations.first() {
         same(&InnovationsPayload::new(first.time_s, &tick.innovations).records().unwrap(), &tick.innovations);

@@ -13,7 +13,7 @@ const M: usize = 4;
 const K: usize = 2;
 
 /// A scalar that numbers of the test can be brought to and back from.
-trait Scalar: Real + std::fmt::Debug {
+pub(crate) trait Scalar: Real + std::fmt::Debug {
     const EPSILON: f64;
     fn of(number: f64) -> Self;
     fn number(self) -> f64;

@@ -14,6 +14,7 @@ mod uniform;
 mod admission;
 mod any_sample;
 mod covariance;
+mod filter_covariance;
 mod kernel;
 mod mavlink_frames;
 mod missing;

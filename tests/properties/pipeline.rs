@@ -37,6 +37,9 @@ fn numbers(state: &StateRecord) -> Vec<f64> {
 }
 
 fn assert_sound(tick: &Tick) {
+    if let Some(lagged) = &tick.smoothed {
+        assert!(numbers(&lagged.state).iter().all(|number| number.is_finite()) && lagged.lag_s > 0.0, "{lagged:?}");
+    }
     if let Some(state) = &tick.state {
         assert!(numbers(state).iter().all(|number| number.is_finite()), "{state:?}");
         let inertial = [state.rates_std, state.angular_acceleration_std, state.specific_force_std];

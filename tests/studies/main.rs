@@ -15,6 +15,7 @@ mod bound;
 mod budget;
 mod flown;
 mod honesty;
+mod lag;
 mod score;
 mod sheet;
 mod steps;

@@ -16,7 +16,7 @@ pub use derivatives::{DerivativesPayload, EquationBody, LateralBody, TermBody};
 pub use event::EventPayload;
 pub use modes::{ModesPayload, OscillationBody, RootBody};
 pub use sample::{OTHERS, SAMPLE, SAMPLE_TO_ACKNOWLEDGE, SamplePayload, THE_END};
-pub use state::{InnovationBody, InnovationsPayload, StatePayload};
+pub use state::{InnovationBody, InnovationsPayload, SmoothedPayload, StateBody, StatePayload};
 pub use status::StatusBody;
 
 use super::error::BusError;

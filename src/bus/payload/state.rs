@@ -1,19 +1,18 @@
-//! The state and the innovations of one sample on the bus.
+//! The state and the innovations of one sample on the bus, and the smoothed state of a while ago.
 
 use super::{Header, at, flag, place, service};
 use crate::bus::error::BusError;
-use crate::estimation::record::{AIDS, Aid, Innovation, StateRecord};
+use crate::estimation::record::{AIDS, Aid, Innovation, LaggedRecord, StateRecord};
 use iceoryx2::prelude::ZeroCopySend;
 
 const INNOVATIONS: &str = "sideslip.Innovations.1";
 
-/// The filtered state, with units and order of [`StateRecord`].
+/// A state's numbers, with units and order of [`StateRecord`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("sideslip.State.2")]
+#[type_name("sideslip.StateBody.1")]
 #[expect(missing_docs, reason = "the fields are those of the record")]
-pub struct StatePayload {
-    pub header: Header,
+pub struct StateBody {
     pub velocity: [f64; 3],
     pub velocity_std: [f64; 3],
     pub rates: [f64; 3],
@@ -30,14 +29,11 @@ pub struct StatePayload {
     pub accelerometer_bias_std: [f64; 3],
     pub gyro_bias: [f64; 3],
     pub gyro_bias_std: [f64; 3],
-    pub fused: u64,
 }
-service!(StatePayload, "sideslip/state", "sideslip.State.2", buffer 256, history 1);
 
-impl From<&StateRecord> for StatePayload {
+impl From<&StateRecord> for StateBody {
     fn from(record: &StateRecord) -> Self {
-        StatePayload {
-            header: Header { time_s: record.time_s, ..Header::default() },
+        StateBody {
             velocity: record.velocity,
             velocity_std: record.velocity_std,
             rates: record.rates,
@@ -54,20 +50,15 @@ impl From<&StateRecord> for StatePayload {
             accelerometer_bias_std: record.accelerometer_bias_std,
             gyro_bias: record.gyro_bias,
             gyro_bias_std: record.gyro_bias_std,
-            fused: record.fused.into(),
         }
     }
 }
 
-impl StatePayload {
-    /// The record.
-    ///
-    /// # Errors
-    /// [`BusError::Payload`] where more aids were fused than there are.
-    pub fn record(&self) -> Result<StateRecord, BusError> {
-        let wrong = BusError::Payload { schema: "sideslip.State.2", field: "fused", expected: "0 to 255", found: self.fused };
-        Ok(StateRecord {
-            time_s: self.header.time_s,
+impl StateBody {
+    /// The record at that time, with so many aids fused.
+    pub(super) fn record(&self, time_s: f64, fused: u8) -> StateRecord {
+        StateRecord {
+            time_s,
             velocity: self.velocity,
             velocity_std: self.velocity_std,
             rates: self.rates,
@@ -84,8 +75,70 @@ impl StatePayload {
             accelerometer_bias_std: self.accelerometer_bias_std,
             gyro_bias: self.gyro_bias,
             gyro_bias_std: self.gyro_bias_std,
-            fused: u8::try_from(self.fused).map_err(|_| wrong)?,
-        })
+            fused,
+        }
+    }
+}
+
+/// The filtered state; `time_s` of the header is the record's.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[type_name("sideslip.State.2")]
+pub struct StatePayload {
+    /// Its header.
+    pub header: Header,
+    /// Its numbers.
+    pub state: StateBody,
+    /// How many aids were fused at this sample.
+    pub fused: u64,
+}
+service!(StatePayload, "sideslip/state", "sideslip.State.2", buffer 256, history 1);
+
+impl From<&StateRecord> for StatePayload {
+    fn from(record: &StateRecord) -> Self {
+        let header = Header { time_s: record.time_s, ..Header::default() };
+        StatePayload { header, state: record.into(), fused: record.fused.into() }
+    }
+}
+
+impl StatePayload {
+    /// The record.
+    ///
+    /// # Errors
+    /// [`BusError::Payload`] where more aids were fused than there are.
+    pub fn record(&self) -> Result<StateRecord, BusError> {
+        let wrong = BusError::Payload { schema: "sideslip.State.2", field: "fused", expected: "0 to 255", found: self.fused };
+        Ok(self.state.record(self.header.time_s, u8::try_from(self.fused).map_err(|_| wrong)?))
+    }
+}
+
+/// A smoothed state of a while ago; `time_s` of the header is that of the newest sample that it rests on.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[type_name("sideslip.Smoothed.1")]
+pub struct SmoothedPayload {
+    /// Its header.
+    pub header: Header,
+    /// Time that the state belongs to, s.
+    pub time_s: f64,
+    /// How much later the newest sample is that it rests on, s.
+    pub lag_s: f64,
+    /// Its numbers.
+    pub state: StateBody,
+}
+service!(SmoothedPayload, "sideslip/smoothed", "sideslip.Smoothed.1", buffer 64, history 1);
+
+impl From<&LaggedRecord> for SmoothedPayload {
+    fn from(LaggedRecord { state, lag_s }: &LaggedRecord) -> Self {
+        let header = Header { time_s: state.time_s + lag_s, ..Header::default() };
+        SmoothedPayload { header, time_s: state.time_s, lag_s: *lag_s, state: state.into() }
+    }
+}
+
+impl SmoothedPayload {
+    /// The record.
+    pub fn record(&self) -> LaggedRecord {
+        LaggedRecord { state: self.state.record(self.time_s, 0), lag_s: self.lag_s }
     }
 }
 

@@ -4,7 +4,7 @@ use sideslip::bus::clock::monotonic_ns;
 use sideslip::bus::error::BusError;
 use sideslip::bus::payload::{
     DerivativesPayload, EventPayload, Header, InnovationsPayload, ModesPayload, SAMPLE_TO_ACKNOWLEDGE, SamplePayload,
-    StatePayload, THE_END, TakenPayload,
+    SmoothedPayload, StatePayload, THE_END, TakenPayload,
 };
 use sideslip::bus::service::{Bus, Publisher};
 use sideslip::outputs::record::{EventKind, EventRecord};
@@ -16,6 +16,7 @@ const SIGN_OF_LIFE_NS: u64 = 100_000_000;
 /// One publisher a service.
 pub(crate) struct Outlet {
     state: Publisher<StatePayload>,
+    smoothed: Publisher<SmoothedPayload>,
     innovation: Publisher<InnovationsPayload>,
     derivatives: Publisher<DerivativesPayload>,
     modes: Publisher<ModesPayload>,
@@ -30,6 +31,7 @@ impl Outlet {
     pub(crate) fn new(bus: &Bus) -> Result<Self, BusError> {
         Ok(Outlet {
             state: bus.publisher()?,
+            smoothed: bus.publisher()?,
             innovation: bus.publisher()?,
             derivatives: bus.publisher()?,
             modes: bus.publisher()?,
@@ -49,6 +51,9 @@ impl Outlet {
         }
         if let Some(state) = &tick.state {
             self.state.publish(&state.into(), sampled_ns)?;
+        }
+        if let Some(smoothed) = &tick.smoothed {
+            self.smoothed.publish(&smoothed.into(), sampled_ns)?;
         }
         if let Some(derivatives) = &tick.derivatives {
             self.derivatives.publish(&derivatives.into(), sampled_ns)?;

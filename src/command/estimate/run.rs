@@ -208,7 +208,8 @@ mod tests {
     use super::{LiveRun, free_name};
     use crate::allocations::during;
     use sideslip::bus::payload::{
-        DerivativesPayload, EventPayload, InnovationsPayload, ModesPayload, Payload, SAMPLE, SamplePayload, StatePayload,
+        DerivativesPayload, EventPayload, InnovationsPayload, ModesPayload, Payload, SAMPLE, SamplePayload, SmoothedPayload,
+        StatePayload,
     };
     use sideslip::bus::service::{Bus, Subscriber};
     use sideslip::flight::channel::ControlNames;
@@ -234,19 +235,22 @@ mod tests {
         let mut outlet = Outlet::new(&bus).unwrap();
         let (mut states, mut innovations) = (bus.subscriber::<StatePayload>().unwrap(), bus.subscriber().unwrap());
         let (mut derivatives, mut modes) = (bus.subscriber::<DerivativesPayload>().unwrap(), bus.subscriber().unwrap());
-        let mut events = bus.subscriber::<EventPayload>().unwrap();
+        let (mut events, mut smoothed) = (bus.subscriber::<EventPayload>().unwrap(), bus.subscriber().unwrap());
         let head = LogHead::every_channel(String::new(), ControlNames::Rotorcraft);
         let log = folder.join("flight.mcap");
         let voice = Voice::start().unwrap();
         let mut run = LiveRun::begin(head, &Config::default(), Some(&log), false, &voice).unwrap();
         let puma = Path::new(env!("CARGO_MANIFEST_DIR")).join("replay/recordings/puma-100kn-pedal-3211.csv");
         let mut recording = Recording::open(&puma).unwrap();
-        let (mut rows, mut sent) = (0, 0);
+        let (mut rows, mut sent, mut lagged) = (0, 0, 0);
         while let Some(row) = recording.next_row().unwrap() {
             let payload = SamplePayload::new(&row.sample, std::iter::empty(), SAMPLE);
             let allocated = during(|| run.sample(&payload, &mut outlet).unwrap());
             rows += 1;
+            let of_age = heard::<SmoothedPayload>(&mut smoothed);
+            lagged += of_age;
             let published = heard(&mut states)
+                + of_age
                 + heard::<InnovationsPayload>(&mut innovations)
                 + heard(&mut derivatives)
                 + heard::<ModesPayload>(&mut modes)
@@ -257,9 +261,9 @@ mod tests {
                 assert_eq!(allocated, 2 * published, "sample {rows}");
             }
         }
-        assert!(sent > 3000, "{sent}");
+        assert!(sent > 3000 && lagged > 100, "{sent} {lagged}");
         run.end(&mut outlet).unwrap();
-        drop((states, innovations, derivatives, modes, events, outlet, bus));
+        drop((states, smoothed, innovations, derivatives, modes, events, outlet, bus));
         std::fs::remove_dir_all(&folder).unwrap();
     }
 

@@ -1,4 +1,4 @@
-//! The log of a run: where it goes, and the thread that writes it.
+//! The log of a run: where it goes, as any file that each recording has, and the thread that writes it.
 
 use super::super::message;
 use super::super::output_file::refuse_to_overwrite;
@@ -14,28 +14,45 @@ use std::path::{Path, PathBuf};
 /// Messages that the queue holds: a second of a fast run, some 10 MB.
 const QUEUE: usize = 2048;
 
-/// The log of each recording, in their order; nothing is made yet.
-pub(crate) fn places(out: Option<&Path>, files: &[PathBuf]) -> Result<Vec<Option<PathBuf>>, Failure> {
-    let Some(out) = out else { return Ok(vec![None; files.len()]) };
-    let logs: Vec<PathBuf> = if files.len() == 1 && !names_directory(out) {
-        vec![out.to_path_buf()]
-    } else if out.exists() && !out.is_dir() {
-        let what = format_args!("--out: expected a directory for the logs of {} recordings, found a file", files.len());
-        return Err(Failure::file(out, what));
-    } else {
-        files.iter().map(|file| out.join(file.with_extension("mcap").file_name().unwrap_or_default())).collect()
-    };
-    let mut seen = BTreeSet::new();
-    for log in &logs {
-        if log.extension().is_some_and(|ending| ending != "mcap") {
-            return Err(Failure::file(log, "--out: expected a name that ends in .mcap"));
+/// An option that gives a file for each recording.
+pub(crate) struct PerRecording {
+    /// As it is called.
+    pub(crate) option: &'static str,
+    /// Endings that its files can have; the first where only a directory was named.
+    pub(crate) endings: &'static [&'static str],
+}
+
+/// The logs of `--out`.
+pub(crate) const LOGS: PerRecording = PerRecording { option: "--out", endings: &["mcap"] };
+
+impl PerRecording {
+    /// The file of each recording, in their order; nothing is made yet.
+    pub(crate) fn places(&self, out: Option<&Path>, files: &[PathBuf]) -> Result<Vec<Option<PathBuf>>, Failure> {
+        let Some(out) = out else { return Ok(vec![None; files.len()]) };
+        let PerRecording { option, endings } = self;
+        let usual = endings.first().copied().unwrap_or_default();
+        let places: Vec<PathBuf> = if files.len() == 1 && !names_directory(out) {
+            vec![out.to_path_buf()]
+        } else if out.exists() && !out.is_dir() {
+            let what = format_args!("{option}: expected a directory for the files of {} recordings, found a file", files.len());
+            return Err(Failure::file(out, what));
+        } else {
+            files.iter().map(|file| out.join(file.with_extension(usual).file_name().unwrap_or_default())).collect()
+        };
+        let mut seen = BTreeSet::new();
+        for place in &places {
+            if place.extension().is_some_and(|ending| endings.iter().all(|known| ending != *known)) {
+                let what = format_args!("{option}: expected a name that ends in .{}", endings.join(" or ."));
+                return Err(Failure::file(place, what));
+            }
+            if !seen.insert(place) {
+                let what = format_args!("{option}: two recordings of that name would have the same file");
+                return Err(Failure::file(place, what));
+            }
+            refuse_to_overwrite(option, place, files)?;
         }
-        if !seen.insert(log) {
-            return Err(Failure::file(log, "--out: two recordings of that name would have the same log"));
-        }
-        refuse_to_overwrite("--out", log, files)?;
+        Ok(places.into_iter().map(Some).collect())
     }
-    Ok(logs.into_iter().map(Some).collect())
 }
 
 /// Whether the path stands for a directory: it is one, or ends as one.
@@ -43,7 +60,7 @@ fn names_directory(path: &Path) -> bool {
     path.is_dir() || path.as_os_str().to_string_lossy().ends_with('/')
 }
 
-/// Makes the directory of the logs where it is missing.
+/// Makes the directory of such files where it is missing.
 pub(crate) fn make_directory(out: Option<&Path>, logs: &[Option<PathBuf>]) -> Result<(), Failure> {
     match out {
         Some(out) if logs.len() > 1 || names_directory(out) => {

@@ -4,13 +4,14 @@ mod from_bus;
 pub(crate) mod log;
 mod run;
 pub(crate) mod sink;
+mod smoothed;
 
 use super::estimation_options::EstimationOptions;
 use super::mapping_input::read_mapping;
 use super::message;
-use super::output_file::{print, refuse_to_overwrite, write_json};
+use super::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json};
 use super::stop::stopped_by_signals;
-use run::{From, Played, Run};
+use run::{Files, From, Played, Run};
 use sideslip::error::{Failure, Outcome};
 use sideslip::outputs::derivatives_json::derivatives_json;
 use sideslip::outputs::terminal::Style;
@@ -21,11 +22,13 @@ const EXAMPLE: &str = "\
 Example:
   sideslip replay flight.csv
   sideslip replay flight.csv --set vane_position_m=[13.08,0,0] --out flight.mcap --json flight.json
+  sideslip replay flight.csv --smoothed states.csv
   sideslip replay flight.csv --bus
   sideslip replay monday/*.csv --out logs/ --json - | jq .runs[].modes.dutch_roll
 
 Every FILE is a run of its own, with its own trim: the mean over its first second. A log holds the keys of the run as
-they were in effect, so that replaying it without --set gives the same numbers; --trim-window is no such key.
+they were in effect, so that replaying it without --set gives the same numbers; --trim-window is no such key. Smoothed states
+hold what the whole record says: to look at, and to compare with; estimating from them again would count the same twice.
 
 Exit status: 0 done; 1 failed while running, or stopped by a signal (what there was by then is printed); 2 the call or a
 recording is wrong; 3 done, with data lost or skipped. With --json - the table goes to standard error.";
@@ -43,6 +46,10 @@ pub(crate) struct Args {
     /// Write an MCAP log: a file name for one FILE; for several a directory (made where it is missing), a log for each
     #[arg(long, value_name = "FILE|DIR")]
     out: Option<PathBuf>,
+    /// Write the state at every sample, smoothed over the whole recording, with standard deviations: a name that ends in .csv
+    /// (a run file) or .mcap (the recording with /smoothed); for several FILEs a directory, a CSV for each
+    #[arg(long, value_name = "FILE|DIR")]
+    smoothed: Option<PathBuf>,
     /// Override a key of every run, such as vane_position_m=[13.08,0,0]; repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -66,19 +73,29 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if let Some(json) = args.json.as_ref().filter(|_| !to_standard_output) {
         refuse_to_overwrite("--json", json, &args.files)?;
     }
-    let logs = log::places(args.out.as_deref(), &args.files)?;
+    let logs = log::LOGS.places(args.out.as_deref(), &args.files)?;
+    let states = smoothed::STATES.places(args.smoothed.as_deref(), &args.files)?;
+    for file in states.iter().flatten() {
+        if logs.iter().flatten().chain(args.json.as_ref()).any(|other| same_place(other, file)) {
+            return Err(Failure::file(file, "--smoothed: expected another file than that of --out or --json, found the same"));
+        }
+    }
+    if let [Some(file)] = states.as_slice() {
+        refuse_without_folder("--smoothed", file)?;
+    }
     if let Some(json) = args.json.as_ref().filter(|json| logs.iter().flatten().any(|log| log == *json)) {
         return Err(Failure::file(json, "--json: expected another file than the log of --out, found the same"));
     }
     let mapping = read_mapping(args.config.as_deref())?;
     let runs = args.files.iter().map(|file| Run::open(file, &args.set, &config, &mapping)).collect::<Result<Vec<_>, _>>()?;
     log::make_directory(args.out.as_deref(), &logs)?;
+    log::make_directory(args.smoothed.as_deref(), &states)?;
     let stop = stopped_by_signals()?;
     let mut played = Vec::with_capacity(runs.len());
-    for (run, log) in runs.into_iter().zip(logs) {
+    for ((run, log), states) in runs.into_iter().zip(logs).zip(states) {
         let answer = {
             let from = if args.bus { From::Bus { overrides: &args.set, config: args.config.as_deref() } } else { From::File };
-            run.play(&from, args.speed, log.as_deref(), &stop)?
+            run.play(&from, args.speed, &Files { log: log.as_deref(), smoothed: states.as_deref() }, &stop)?
         };
         let style = if to_standard_output { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
         let gap = if played.is_empty() { "" } else { "\n" };

@@ -5,6 +5,7 @@ use super::super::progress::Progress;
 use super::from_bus::FromBus;
 use super::log::{Log, Logged};
 use super::sink::Sink;
+use super::smoothed::{Record, Written};
 use ::replay::{MonotonicClock, Pace};
 use sideslip::error::Failure;
 use sideslip::estimation::record::{Aid, EstimationEvent};
@@ -38,12 +39,21 @@ pub(super) enum From<'a> {
     },
 }
 
+/// What a run writes besides its answer.
+pub(super) struct Files<'a> {
+    /// Its log.
+    pub(super) log: Option<&'a Path>,
+    /// Its smoothed states.
+    pub(super) smoothed: Option<&'a Path>,
+}
+
 /// A recording with its pipeline, before the first sample.
 pub(super) struct Run {
     file: PathBuf,
     recording: Recording,
     info: RunInfo,
     head: LogHead,
+    config: Config,
     pipeline: Box<Pipeline>,
 }
 
@@ -67,6 +77,7 @@ pub(super) struct Played {
     losses: usize,
     warnings: Vec<String>,
     log: Option<Logged>,
+    smoothed: Option<Written>,
     /// Whether a signal stopped it before its end.
     pub(super) interrupted: bool,
 }
@@ -77,11 +88,11 @@ impl Run {
         let recording = Recording::open_with(file, mapping)?;
         let (info, head) = head_of(file, &recording, overrides)?;
         let pipeline = Pipeline::new(config, *info.geometry()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
-        Ok(Run { file: file.into(), recording, info, head, pipeline: Box::new(pipeline) })
+        Ok(Run { file: file.into(), recording, info, head, config: *config, pipeline: Box::new(pipeline) })
     }
 
     /// Plays it to its end, or until `stop`. Where reading fails in the middle, the log is closed with what came before.
-    pub(super) fn play(mut self, from: &From<'_>, pace: Pace, log: Option<&Path>, stop: &AtomicBool) -> Result<Played, Failure> {
+    pub(super) fn play(mut self, from: &From<'_>, pace: Pace, files: &Files<'_>, stop: &AtomicBool) -> Result<Played, Failure> {
         let mut player = ::replay::Player::<MonotonicClock>::new(pace);
         let mut bus = match from {
             From::File => None,
@@ -91,7 +102,7 @@ impl Run {
         let name = self.info.run().unwrap_or_default().to_owned();
         let mut rows = 0;
         let mut range_s: Option<(f64, f64)> = None;
-        let mut writing = None;
+        let (mut writing, mut kept) = (None, Vec::new());
         let mut sink = Sink::new(None);
         let (on_bus, mut interrupted) = (bus.is_some(), false);
         let read = loop {
@@ -104,7 +115,7 @@ impl Run {
                 ended => break ended.map(|_| ()),
             };
             if rows == 0
-                && let Some(path) = log
+                && let Some(path) = files.log
             {
                 let (sender, started) = Log::start(path, self.head.clone(), pace)?;
                 sink = Sink::new(Some(sender));
@@ -121,6 +132,9 @@ impl Run {
                 range_s = Some(range_s.map_or((time_s, time_s), |(from, to)| (from.min(time_s), to.max(time_s))));
             }
             let sample = row.sample;
+            if files.smoothed.is_some() {
+                kept.push(row.clone());
+            }
             sink.row(row);
             let tick = self.pipeline.step(&sample);
             if let Some(bus) = &mut bus {
@@ -131,7 +145,6 @@ impl Run {
         };
         sink.tick(self.pipeline.finish());
         sink.close();
-        drop(progress);
         let log = writing.map(Log::finish).transpose()?;
         read?;
         if let Some(bus) = bus {
@@ -140,7 +153,18 @@ impl Run {
             // What the recording lacks is the recording's to say.
             while !interrupted && self.recording.next_row()?.is_some() {}
         }
-        Ok(self.played(name, rows, range_s, sink, log, interrupted))
+        let mut smoothed = None;
+        if let Some(path) = files.smoothed.filter(|_| !interrupted) {
+            let record = Record { file: &self.file, info: &self.info, head: &self.head, rows: &kept };
+            smoothed = record.write(path, &self.config.estimation, |part| {
+                progress.show(|| format!("{name}: smoothing, {:.0} % done", 100.0 * part));
+                !stop.load(Ordering::Relaxed)
+            })?;
+            interrupted = smoothed.is_none();
+        }
+        drop(progress);
+        let played = self.played(name, rows, range_s, sink, log, interrupted);
+        Ok(Played { smoothed, ..played })
     }
 
     fn played(
@@ -178,6 +202,7 @@ impl Run {
             noise: NoiseUsed::of(self.pipeline.estimator().noise(), self.pipeline.estimator().instrumentation()),
             warnings: Vec::new(),
             log,
+            smoothed: None,
             interrupted,
         };
         if self.recording.ends_abruptly() && played.losses == 0 && !interrupted {
@@ -281,6 +306,9 @@ impl Played {
         }
         if let Some(log) = &self.log {
             let _ = writeln!(text, "log: {}, {} messages", log.path.display(), log.written);
+        }
+        if let Some(smoothed) = &self.smoothed {
+            let _ = writeln!(text, "{}", smoothed.line());
         }
         text
     }

@@ -74,6 +74,9 @@ impl Sink {
             self.state = Some(state);
             self.log(|| Message::State(state));
         }
+        if let Some(smoothed) = tick.smoothed {
+            self.log(|| Message::Smoothed(smoothed));
+        }
         for event in &tick.regression_events {
             self.event(EventKind::Regression(*event));
         }

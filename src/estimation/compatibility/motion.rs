@@ -2,43 +2,28 @@
 //!
 //! Consumes the state \[u v w phi theta psi h wind\] of the place where the accelerometers stand (m/s body axes through the
 //! air, rad, m) and the inputs \[ax ay az p q r\] (m/s^2, rad/s); produces rates of change, outputs and the Jacobians of both.
-//!     u' = v r - w q + ax - g sin(theta)           phi' = p + (q sin(phi) + r cos(phi)) tan(theta)          (1)
-//!     v' = w p - u r + ay + g cos(theta) sin(phi)  theta' = q cos(phi) - r sin(phi)
-//!     w' = u q - v p + az + g cos(theta) cos(phi)  psi' = (q sin(phi) + r cos(phi))/cos(theta)
-//!     h' = u sin(theta) - (v sin(phi) + w cos(phi)) cos(theta) + wind             wind' = 0
+//!     velocity, attitude and height by (1) to (7) of `kinematics`, h' with the wind added, wind' = 0          (1)
 //! At rho from that place the velocity is V + omega x rho, and the altitude
 //!     h + rho_x sin(theta) - (rho_y sin(phi) + rho_z cos(phi)) cos(theta)                                   (2)
 //! Source: P. G. Hamel and R. V. Jategaonkar, Evolution of Flight Vehicle System Identification, J. Aircraft 33(1), 1996
 //! (flight path reconstruction); V. Klein and E. A. Morelli, Aircraft System Identification, 2nd ed. 2016, ch. 10.
 //! Numerics: (1) has a pole at theta = +-90 deg; `None` within 3 deg of it, and where the aircraft hardly moves forward.
 
-use crate::flight::unit::STANDARD_GRAVITY as G0;
+use super::super::kinematics::{Attitude, velocity_rate, velocity_rate_by_rates, velocity_rate_by_velocity};
 
 /// Number of states.
 pub const STATES: usize = 8;
-const COS_THETA_MIN: f64 = 0.05;
 const SPEED_MIN: f64 = 2.0;
 
 /// Rate of change of the state, (1).
 pub fn rate(x: &[f64; STATES], input: &[f64; 6]) -> Option<[f64; STATES]> {
     let [u, v, w, phi, theta, _, _, wind] = *x;
     let [ax, ay, az, p, q, r] = *input;
-    let (sp, cp) = libm::sincos(phi);
-    let (st, ct) = libm::sincos(theta);
-    if !(ct > COS_THETA_MIN) {
-        return None;
-    }
-    let turn = q * sp + r * cp;
-    Some([
-        v * r - w * q + ax - G0 * st,
-        w * p - u * r + ay + G0 * ct * sp,
-        u * q - v * p + az + G0 * ct * cp,
-        p + turn * st / ct,
-        q * cp - r * sp,
-        turn / ct,
-        u * st - (v * sp + w * cp) * ct + wind,
-        0.0,
-    ])
+    let attitude = Attitude::regular(phi, theta)?;
+    let (velocity, rates, [gx, gy, gz]) = ([u, v, w], [p, q, r], attitude.gravity());
+    let [du, dv, dw] = velocity_rate(velocity, rates, [ax, ay, az]);
+    let [dphi, dtheta, dpsi] = attitude.euler_rates(rates);
+    Some([du + gx, dv + gy, dw + gz, dphi, dtheta, dpsi, attitude.climb(velocity) + wind, 0.0])
 }
 
 /// Jacobians of (1): by the state, by the inputs.
@@ -48,33 +33,22 @@ pub type Jacobians = ([[f64; STATES]; STATES], [[f64; 6]; STATES]);
 pub fn jacobians(x: &[f64; STATES], input: &[f64; 6]) -> Option<Jacobians> {
     let [u, v, w, phi, theta, ..] = *x;
     let [_, _, _, p, q, r] = *input;
-    let (sp, cp) = libm::sincos(phi);
-    let (st, ct) = libm::sincos(theta);
-    if !(ct > COS_THETA_MIN) {
-        return None;
+    let attitude = Attitude::regular(phi, theta)?;
+    let (velocity, rates) = ([u, v, w], [p, q, r]);
+    let (by_velocity, by_rates) = (velocity_rate_by_velocity(rates), velocity_rate_by_rates(velocity));
+    let (gravity, euler) = (attitude.gravity_partials(), attitude.euler_partials(rates));
+    let (mut a, mut g) = ([[0.0; STATES]; STATES], [[0.0; 6]; STATES]);
+    for i in 0..3 {
+        a[i][..3].copy_from_slice(&by_velocity[i]);
+        a[i][3..5].copy_from_slice(&gravity[i]);
+        a[3 + i][3..5].copy_from_slice(&euler.by_attitude[i]);
+        g[i][i] = 1.0;
+        g[i][3..].copy_from_slice(&by_rates[i]);
+        g[3 + i][3..].copy_from_slice(&euler.by_rates[i]);
     }
-    let tt = st / ct;
-    let (turn, lean) = (q * sp + r * cp, q * cp - r * sp);
-    let a = [
-        [0.0, r, -q, 0.0, -G0 * ct, 0.0, 0.0, 0.0],
-        [-r, 0.0, p, G0 * ct * cp, -G0 * st * sp, 0.0, 0.0, 0.0],
-        [q, -p, 0.0, -G0 * ct * sp, -G0 * st * cp, 0.0, 0.0, 0.0],
-        [0.0, 0.0, 0.0, lean * tt, turn * (1.0 + tt * tt), 0.0, 0.0, 0.0],
-        [0.0, 0.0, 0.0, -turn, 0.0, 0.0, 0.0, 0.0],
-        [0.0, 0.0, 0.0, lean / ct, turn * tt / ct, 0.0, 0.0, 0.0],
-        [st, -sp * ct, -cp * ct, (w * sp - v * cp) * ct, u * ct + (v * sp + w * cp) * st, 0.0, 0.0, 1.0],
-        [0.0; STATES],
-    ];
-    let g = [
-        [1.0, 0.0, 0.0, 0.0, -w, v],
-        [0.0, 1.0, 0.0, w, 0.0, -u],
-        [0.0, 0.0, 1.0, -v, u, 0.0],
-        [0.0, 0.0, 0.0, 1.0, sp * tt, cp * tt],
-        [0.0, 0.0, 0.0, 0.0, cp, -sp],
-        [0.0, 0.0, 0.0, 0.0, sp / ct, cp / ct],
-        [0.0; 6],
-        [0.0; 6],
-    ];
+    a[6][..3].copy_from_slice(&attitude.climb_by_vector());
+    a[6][3..5].copy_from_slice(&attitude.climb_by_attitude(velocity));
+    a[6][7] = 1.0;
     Some((a, g))
 }
 
@@ -123,15 +97,13 @@ pub fn seen(output: usize, x: &[f64; STATES], omega: [f64; 3], rho: [f64; 3]) ->
             seen.by_state[output] = 1.0;
         }
         _ => {
-            let (sp, cp) = libm::sincos(x[3]);
-            let (st, ct) = libm::sincos(x[4]);
-            let [rx, ry, rz] = rho;
-            let across = ry * sp + rz * cp;
-            seen.value = x[6] + rx * st - across * ct;
-            seen.by_state[3] = -(ry * cp - rz * sp) * ct;
-            seen.by_state[4] = rx * ct + across * st;
+            let attitude = Attitude::new(x[3], x[4]);
+            let [by_phi, by_theta] = attitude.climb_by_attitude(rho);
+            seen.value = attitude.height(x[6], rho);
+            seen.by_state[3] = by_phi;
+            seen.by_state[4] = by_theta;
             seen.by_state[6] = 1.0;
-            seen.by_place = [st, -sp * ct, -cp * ct];
+            seen.by_place = attitude.climb_by_vector();
         }
     }
     Some(seen)
