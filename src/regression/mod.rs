@@ -10,6 +10,8 @@ pub mod colour;
 pub mod config;
 pub mod excitation;
 pub mod information;
+#[cfg(feature = "std")]
+pub mod output_error;
 pub mod record;
 pub mod recursive;
 pub mod status;

@@ -1,0 +1,418 @@
+//! The search for the most likely parameters: Gauss-Newton with damping and step halving.
+//!
+//! Consumes a structure, parameters and records; minimises
+//!     J(theta, R) = 1/2 sum v'R^-1 v + N/2 ln|R| + 1/2 sum ((theta_j - m_j)/sigma_j)^2             (1)
+//!     R = 1/N sum v v'                     between steps, so that what falls is J(theta, R(theta))      (2)
+//!     [ M_tt M_tr ; M_rt M_rr ] [dtheta ; dr] = [g_t ; g_r],     M = S'R^-1 S, g = S'R^-1 v            (3)
+//! Each run's own unknowns r are eliminated first (Schur complement), so that many runs cost no more than their samples. A step
+//! that does not lower (1), or whose outputs run away, is halved, then damped (Levenberg and Marquardt, on the diagonal).
+//! The search ends where a whole step is shorter than `tolerance` standard errors (sqrt(g'dtheta)).
+//! Source: R. E. Maine and K. W. Iliff, NASA RP-1168, 1986; R. V. Jategaonkar, Flight Vehicle System Identification, 2nd ed., ch. 4.
+//! Numerics: R is held above [`LEAST_NOISE`] of each output's own spread, so that data without noise have an answer.
+
+use super::dense::Dense;
+use super::discrete::{Layout, Lines, Point, Prepared};
+use super::fitted::Fitted;
+use super::information::{Linear, Whitening};
+use super::model::{Delay, Parameter, Record, Structure};
+use super::own::{Own, inverse_or_names};
+use super::refused::Refused;
+use super::simulated::{Run, Simulated, simulate};
+
+/// Least standard deviation of the noise, over the spread of an output.
+pub const LEAST_NOISE: f64 = 1e-9;
+const HALVINGS: usize = 3;
+const DAMPING_FIRST: f64 = 1e-3;
+const DAMPING_MOST: f64 = 1e8;
+/// Delays that are tried before the search, s: 0 to 200 ms.
+const DELAYS_S: [f64; 11] = [0.0, 0.02, 0.04, 0.06, 0.08, 0.1, 0.12, 0.14, 0.16, 0.18, 0.2];
+/// Steps at each of them.
+const DELAY_STEPS: usize = 3;
+
+/// Which covariance the noise of the outputs has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Noise {
+    /// Each output its own; outputs may be sampled at different instants.
+    #[default]
+    Diagonal,
+    /// All with all.
+    Full,
+}
+
+/// How the search goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Most steps.
+    pub iterations: usize,
+    /// Length of the last step, standard errors.
+    pub tolerance: f64,
+    /// Covariance of the noise.
+    pub noise: Noise,
+    /// Whether delays are first tried from 0 to 200 ms; else they begin at their start.
+    pub delay_grid: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings { iterations: 60, tolerance: 1e-3, noise: Noise::Diagonal, delay_grid: true }
+    }
+}
+
+/// The problem as prepared.
+pub(crate) struct Problem<'a> {
+    pub(crate) prepared: Prepared<'a>,
+    pub(crate) output_lines: Lines,
+    pub(crate) parameters: &'a [Parameter],
+    pub(crate) runs: Vec<Run>,
+    noise: Noise,
+    /// Least variances.
+    floors: Vec<f64>,
+    /// By output.
+    pub(crate) counts: Vec<f64>,
+}
+
+/// Where the search stands.
+#[derive(Clone)]
+pub(crate) struct Place {
+    pub(crate) theta: Vec<f64>,
+    pub(crate) own: Vec<Own>,
+    pub(crate) point: Point,
+    pub(crate) simulated: Vec<Simulated>,
+    pub(crate) noise_cov: Dense,
+    pub(crate) whitening: Whitening,
+    pub(crate) cost: f64,
+}
+
+/// The most likely parameters of all records together.
+///
+/// # Errors
+/// [`Refused`], with what the data lack.
+pub fn fit(
+    structure: &Structure,
+    parameters: &[Parameter],
+    delays: &[Delay],
+    records: &[Record],
+    settings: &Settings,
+) -> Result<Fitted, Refused> {
+    let mut problem = Problem::new(structure, parameters, delays, records, settings.noise)?;
+    let layout = problem.prepared.layout.clone();
+    let theta: Vec<f64> = parameters.iter().map(|parameter| parameter.start).collect();
+    let own = vec![Own::zero(&layout); records.len()];
+    let mut place = problem.at(theta, own)?;
+    if settings.delay_grid && !delays.is_empty() {
+        place = problem.try_delays(place, settings)?;
+    }
+    let (place, iterations, converged) = problem.search(place, settings.iterations, settings.tolerance, &[])?;
+    super::answer::answer(&mut problem, place, iterations, converged)
+}
+
+impl<'a> Problem<'a> {
+    fn new(
+        structure: &'a Structure,
+        parameters: &'a [Parameter],
+        delays: &[Delay],
+        records: &[Record],
+        noise: Noise,
+    ) -> Result<Self, Refused> {
+        structure.check(parameters.len(), delays)?;
+        for parameter in parameters {
+            let (mean, std) = parameter.prior.unwrap_or((0.0, 1.0));
+            for (value, good) in [(parameter.start, true), (mean, true), (std, std > 0.0)] {
+                if !good || !value.is_finite() {
+                    return Err(Refused::Parameter { name: parameter.name.clone(), value });
+                }
+            }
+        }
+        for (run, record) in records.iter().enumerate() {
+            structure.check_record(record, run)?;
+        }
+        let prepared = Prepared::new(structure, Layout::new(structure, parameters.len(), delays));
+        let layout = &prepared.layout;
+        let runs: Vec<Run> = records.iter().map(|record| Run::new(record, layout)).collect();
+        let counts: Vec<f64> =
+            (0..layout.outputs).map(|o| runs.iter().filter_map(|run| run.counts.get(o)).sum::<usize>() as f64).collect();
+        if let Some(output) = counts.iter().zip(&structure.outputs).find(|(count, _)| **count < 0.5) {
+            return Err(Refused::NeverSampled { output: output.1.clone() });
+        }
+        let values = counts.iter().sum::<f64>() as usize;
+        let priors = parameters.iter().filter(|parameter| parameter.prior.is_some()).count();
+        let unknowns = parameters.len() + records.len() * layout.own();
+        if values + priors <= unknowns {
+            return Err(Refused::TooFewSamples { values, unknowns });
+        }
+        for (place, input) in structure.inputs.iter().enumerate() {
+            let names: Vec<String> = prepared
+                .parameters_of_input(place)
+                .iter()
+                .map(|&j| &parameters[j])
+                .filter(|p| p.prior.is_none())
+                .map(|p| p.name.clone())
+                .collect();
+            let still = |record: &Record| {
+                record.inputs.get(place).is_some_and(|u| u.windows(2).all(|two| two[0].total_cmp(&two[1]).is_eq()))
+            };
+            if !names.is_empty() && records.iter().all(still) {
+                let value = records.iter().find_map(|record| record.inputs.get(place)?.first().copied()).unwrap_or(f64::NAN);
+                return Err(Refused::StillInput { input: input.clone(), value, parameters: names });
+            }
+        }
+        if noise == Noise::Full {
+            for (run, one) in runs.iter().enumerate() {
+                let part = one
+                    .outputs
+                    .chunks_exact(layout.outputs)
+                    .position(|z| z.iter().any(|z| z.is_nan()) && z.iter().any(|z| !z.is_nan()));
+                if let Some(sample) = part {
+                    return Err(Refused::NotSampledTogether { run, sample });
+                }
+            }
+        }
+        let floors = (0..layout.outputs).map(|o| LEAST_NOISE * LEAST_NOISE * spread(records, o).max(1e-200)).collect();
+        let output_lines = prepared.output_lines();
+        Ok(Problem { prepared, output_lines, parameters, runs, noise, floors, counts })
+    }
+
+    /// The model with these values; refused where its outputs run away.
+    fn at(&mut self, theta: Vec<f64>, own: Vec<Own>) -> Result<Place, Refused> {
+        let point = self.prepared.at(&theta);
+        let layout = &self.prepared.layout;
+        let mut simulated = Vec::with_capacity(self.runs.len());
+        for (run, own) in self.runs.iter_mut().zip(&own) {
+            run.delay(layout, &theta);
+            let steps = self.prepared.steps(&point, &run.timeline, false);
+            simulated.push(simulate(layout, &point, &steps, run, own));
+        }
+        let runs_away = |one: &Simulated| !one.outputs.iter().map(|y| y * y).sum::<f64>().is_finite();
+        if let Some(run) = simulated.iter().position(runs_away) {
+            return Err(Refused::Diverges { run });
+        }
+        let (noise_cov, whitening, mut cost) = self.noise(&simulated)?;
+        for (theta, parameter) in theta.iter().zip(self.parameters) {
+            if let Some((mean, std)) = parameter.prior {
+                cost += 0.5 * (theta - mean) * (theta - mean) / (std * std);
+            }
+        }
+        Ok(Place { theta, own, point, simulated, noise_cov, whitening, cost })
+    }
+
+    /// (2) and the cost with it.
+    fn noise(&self, simulated: &[Simulated]) -> Result<(Dense, Whitening, f64), Refused> {
+        let outputs = self.prepared.layout.outputs;
+        let mut sums = Dense::zeros(outputs, outputs);
+        for one in simulated {
+            for v in one.residuals.chunks_exact(outputs) {
+                for (i, vi) in v.iter().enumerate() {
+                    for (j, vj) in v[..=i].iter().enumerate() {
+                        if (i == j || self.noise == Noise::Full) && !(vi * vj).is_nan() {
+                            sums[(i, j)] += vi * vj;
+                        }
+                    }
+                }
+            }
+        }
+        let count = |o: usize| self.counts[o];
+        let mut cov = Dense::from_fn(outputs, outputs, |i, j| sums[(i.max(j), i.min(j))] / count(i));
+        for o in 0..outputs {
+            cov[(o, o)] = cov[(o, o)].max(self.floors[o]);
+        }
+        if self.noise == Noise::Diagonal {
+            let costs = (0..outputs).map(|o| 0.5 * (sums[(o, o)] / cov[(o, o)] + count(o) * libm::log(cov[(o, o)])));
+            let cost = costs.sum();
+            let factors = cov.diagonal().iter().map(|variance| 1.0 / libm::sqrt(*variance)).collect();
+            return Ok((cov, Whitening::Diagonal(factors), cost));
+        }
+        let factor = cov.cholesky().ok_or(Refused::NoiseNotPositive)?;
+        let half: f64 = factor.diagonal().iter().map(|root| libm::log(*root)).sum();
+        let inverse = lower_inverse(&factor);
+        let cost = count(0) * (0.5 * outputs as f64 + half);
+        Ok((cov, Whitening::Full(inverse), cost))
+    }
+
+    /// Information of every run at a place: theta, own, residual.
+    pub(crate) fn information(&mut self, place: &Place) -> Vec<Dense> {
+        let mut all = Vec::with_capacity(self.runs.len());
+        for ((run, simulated), own) in self.runs.iter_mut().zip(&place.simulated).zip(&place.own) {
+            run.delay(&self.prepared.layout, &place.theta);
+            let steps = self.prepared.steps(&place.point, &run.timeline, true);
+            let linear =
+                Linear { prepared: &self.prepared, point: &place.point, steps: &steps, output_lines: &self.output_lines };
+            all.push(linear.information(run, simulated, own, &place.whitening));
+        }
+        all
+    }
+
+    /// Goes down from a place. Parameters `held` stay. Gives where it ends, the steps, and whether the last was short enough.
+    fn search(&mut self, from: Place, most: usize, tolerance: f64, held: &[usize]) -> Result<(Place, usize, bool), Refused> {
+        let mut place = from;
+        let mut damping = DAMPING_FIRST;
+        for iteration in 0..most {
+            let information = self.information(&place);
+            let reduced = self.reduced(&place, &information, held)?;
+            loop {
+                let Some((step, own_steps, length)) = reduced.step(damping) else {
+                    if damping > DAMPING_MOST {
+                        return Err(self.blind(&reduced));
+                    }
+                    damping = (10.0 * damping).max(DAMPING_FIRST);
+                    continue;
+                };
+                if let Some(next) = self.lower(&place, &step, &own_steps) {
+                    place = next;
+                    damping *= 0.1;
+                    if length < tolerance {
+                        return Ok((place, iteration + 1, true));
+                    }
+                    break;
+                }
+                // A step that is too short to lower anything in working precision is the end, too.
+                if length < tolerance {
+                    return Ok((place, iteration, true));
+                }
+                if damping > DAMPING_MOST {
+                    return Ok((place, iteration, false));
+                }
+                damping = (10.0 * damping).max(DAMPING_FIRST);
+            }
+        }
+        Ok((place, most, false))
+    }
+
+    /// The first of the step and its halves that lowers the cost.
+    fn lower(&mut self, place: &Place, step: &[f64], own_steps: &[Vec<f64>]) -> Option<Place> {
+        let layout = self.prepared.layout.clone();
+        let mut part = 1.0;
+        for _ in 0..=HALVINGS {
+            let theta: Vec<f64> = place.theta.iter().zip(step).map(|(theta, step)| theta + part * step).collect();
+            let scaled = |steps: &Vec<f64>| -> Vec<f64> { steps.iter().map(|step| part * step).collect() };
+            let own = place.own.iter().zip(own_steps).map(|(own, steps)| own.moved(&layout, &scaled(steps))).collect();
+            if let Ok(next) = self.at(theta, own)
+                && next.cost < place.cost
+            {
+                return Some(next);
+            }
+            part *= 0.5;
+        }
+        None
+    }
+
+    /// (3) with every run's own unknowns eliminated.
+    fn reduced(&self, place: &Place, information: &[Dense], held: &[usize]) -> Result<Reduced, Refused> {
+        let (p, all) = (self.prepared.layout.parameters, self.prepared.layout.columns());
+        let mut matrix = Dense::zeros(p, p);
+        let mut gradient = vec![0.0; p];
+        let mut runs = Vec::with_capacity(information.len());
+        let mut own_length = 0.0;
+        for (run, one) in information.iter().enumerate() {
+            let inner = one.part(p..all, p..all);
+            // own = base - slope dtheta
+            let right = one.part(p..all, 0..p);
+            let g = one.part(p..all, all..all + 1);
+            let (base, slope) = if all > p {
+                let inverse = inverse_or_names(&inner, &self.prepared.structure.own_names(run))?;
+                (inverse.times(&g), inverse.times(&right))
+            } else {
+                (Dense::zeros(0, 1), Dense::zeros(0, p))
+            };
+            own_length += (0..all - p).map(|i| base[(i, 0)] * g[(i, 0)]).sum::<f64>();
+            for i in 0..p {
+                gradient[i] += one[(i, all)] - (0..all - p).map(|l| right[(l, i)] * base[(l, 0)]).sum::<f64>();
+                for j in 0..p {
+                    matrix[(i, j)] += one[(i, j)] - (0..all - p).map(|l| right[(l, i)] * slope[(l, j)]).sum::<f64>();
+                }
+            }
+            runs.push((base, slope));
+        }
+        for (j, parameter) in self.parameters.iter().enumerate() {
+            if let Some((mean, std)) = parameter.prior {
+                matrix[(j, j)] += 1.0 / (std * std);
+                gradient[j] -= (place.theta[j] - mean) / (std * std);
+            }
+        }
+        for &j in held {
+            for i in 0..p {
+                matrix[(i, j)] = 0.0;
+                matrix[(j, i)] = 0.0;
+            }
+            matrix[(j, j)] = 1.0;
+            gradient[j] = 0.0;
+        }
+        Ok(Reduced { matrix, gradient, runs, own_length })
+    }
+
+    /// Who it is that nothing tells.
+    fn blind(&self, reduced: &Reduced) -> Refused {
+        let names: Vec<String> = self.parameters.iter().map(|parameter| parameter.name.clone()).collect();
+        inverse_or_names(&reduced.matrix, &names).err().unwrap_or(Refused::Singular { names, smallest: 0.0 })
+    }
+
+    /// Each delay in turn at the best of the grid, the other parameters going a few steps with it.
+    fn try_delays(&mut self, from: Place, settings: &Settings) -> Result<Place, Refused> {
+        let layout: Layout = self.prepared.layout.clone();
+        let mut held: Vec<usize> = layout.delays.iter().map(|delay| delay.parameter).collect();
+        held.sort_unstable();
+        held.dedup();
+        let mut best = from;
+        for &parameter in &held {
+            let mut found: Option<Place> = None;
+            for delay_s in DELAYS_S {
+                let mut theta = best.theta.clone();
+                theta[parameter] = delay_s;
+                let Ok(tried) = self.at(theta, best.own.clone()) else { continue };
+                let (tried, _, _) = self.search(tried, DELAY_STEPS, settings.tolerance, &held)?;
+                if found.as_ref().is_none_or(|found| tried.cost < found.cost) {
+                    found = Some(tried);
+                }
+            }
+            best = found.unwrap_or(best);
+        }
+        Ok(best)
+    }
+}
+
+/// (3) without the runs' own unknowns.
+struct Reduced {
+    matrix: Dense,
+    gradient: Vec<f64>,
+    /// By run: its own step is `base - slope dtheta`.
+    runs: Vec<(Dense, Dense)>,
+    /// What the runs' own unknowns alone still lower.
+    own_length: f64,
+}
+
+impl Reduced {
+    /// The damped step, each run's own, and their length in standard errors; none where the matrix is singular.
+    fn step(&self, damping: f64) -> Option<(Vec<f64>, Vec<Vec<f64>>, f64)> {
+        let p = self.gradient.len();
+        let damped = Dense::from_fn(p, p, |i, j| self.matrix[(i, j)] * if i == j { 1.0 + damping } else { 1.0 });
+        let solved = damped.cholesky()?.solve_factored(&Dense::from_fn(p, 1, |i, _| self.gradient[i]));
+        let step: Vec<f64> = (0..p).map(|i| solved[(i, 0)]).collect();
+        let own = |(base, slope): &(Dense, Dense)| -> Vec<f64> {
+            (0..base.rows()).map(|i| base[(i, 0)] - (0..p).map(|j| slope[(i, j)] * step[j]).sum::<f64>()).collect()
+        };
+        let owns = self.runs.iter().map(own).collect();
+        let squared: f64 = self.own_length + step.iter().zip(&self.gradient).map(|(step, g)| step * g).sum::<f64>();
+        Some((step, owns, libm::sqrt(squared.max(0.0))))
+    }
+}
+
+/// Variance of an output over all records.
+fn spread(records: &[Record], output: usize) -> f64 {
+    let values = || records.iter().filter_map(|record| record.outputs.get(output)).flatten().filter(|z| z.is_finite());
+    let count = values().count() as f64;
+    let mean = values().sum::<f64>() / count;
+    values().map(|z| (z - mean) * (z - mean)).sum::<f64>() / count
+}
+
+/// Inverse of a lower factor.
+fn lower_inverse(factor: &Dense) -> Dense {
+    let n = factor.rows();
+    let mut inverse = Dense::zeros(n, n);
+    for j in 0..n {
+        inverse[(j, j)] = 1.0 / factor[(j, j)];
+        for i in j + 1..n {
+            let sum: f64 = (j..i).map(|k| factor[(i, k)] * inverse[(k, j)]).sum();
+            inverse[(i, j)] = -sum / factor[(i, i)];
+        }
+    }
+    inverse
+}
