@@ -16,4 +16,6 @@ pub mod bus;
 #[cfg(feature = "std")]
 pub mod error;
 #[cfg(feature = "std")]
+pub mod identification;
+#[cfg(feature = "std")]
 pub mod simulation;

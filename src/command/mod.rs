@@ -7,6 +7,7 @@ pub(crate) mod estimate;
 mod estimation_options;
 mod flight_condition;
 mod flown_inputs;
+pub(crate) mod identify;
 pub(crate) mod ingest;
 pub(crate) mod inspect;
 mod instrument_input;

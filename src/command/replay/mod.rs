@@ -2,7 +2,7 @@
 
 mod from_bus;
 pub(crate) mod log;
-mod run;
+pub(super) mod run;
 pub(crate) mod sink;
 mod smoothed;
 

@@ -27,7 +27,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The way of a recording to the pipeline.
-pub(super) enum From<'a> {
+pub(in super::super) enum From<'a> {
     /// Read in this process.
     File,
     /// Through shared memory, read by another process with the same keys overridden.
@@ -40,15 +40,15 @@ pub(super) enum From<'a> {
 }
 
 /// What a run writes besides its answer.
-pub(super) struct Files<'a> {
+pub(in super::super) struct Files<'a> {
     /// Its log.
-    pub(super) log: Option<&'a Path>,
+    pub(in super::super) log: Option<&'a Path>,
     /// Its smoothed states.
-    pub(super) smoothed: Option<&'a Path>,
+    pub(in super::super) smoothed: Option<&'a Path>,
 }
 
 /// A recording with its pipeline, before the first sample.
-pub(super) struct Run {
+pub(in super::super) struct Run {
     file: PathBuf,
     recording: Recording,
     info: RunInfo,
@@ -58,7 +58,7 @@ pub(super) struct Run {
 }
 
 /// What a run came to.
-pub(super) struct Played {
+pub(in super::super) struct Played {
     file: PathBuf,
     name: String,
     controls: ControlNames,
@@ -84,7 +84,7 @@ pub(super) struct Played {
 
 impl Run {
     /// Opens a recording, overrides keys of its run and readies the pipeline.
-    pub(super) fn open(file: &Path, overrides: &[String], config: &Config, mapping: &Mapping) -> Result<Self, Failure> {
+    pub(in super::super) fn open(file: &Path, overrides: &[String], config: &Config, mapping: &Mapping) -> Result<Self, Failure> {
         let recording = Recording::open_with(file, mapping)?;
         let (info, head) = head_of(file, &recording, overrides)?;
         let pipeline = Pipeline::new(config, *info.geometry()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
@@ -92,7 +92,13 @@ impl Run {
     }
 
     /// Plays it to its end, or until `stop`. Where reading fails in the middle, the log is closed with what came before.
-    pub(super) fn play(mut self, from: &From<'_>, pace: Pace, files: &Files<'_>, stop: &AtomicBool) -> Result<Played, Failure> {
+    pub(in super::super) fn play(
+        mut self,
+        from: &From<'_>,
+        pace: Pace,
+        files: &Files<'_>,
+        stop: &AtomicBool,
+    ) -> Result<Played, Failure> {
         let mut player = ::replay::Player::<MonotonicClock>::new(pace);
         let mut bus = match from {
             From::File => None,
@@ -249,7 +255,7 @@ fn progress_line(name: &str, time_s: f64, sink: &Sink) -> String {
 
 impl Played {
     /// The numbers for a program.
-    pub(super) fn estimates(&self) -> RunEstimates<'_> {
+    pub(in super::super) fn estimates(&self) -> RunEstimates<'_> {
         RunEstimates {
             run: &self.name,
             controls: self.controls,

@@ -1,0 +1,102 @@
+//! The answer as a JSON document: what each run says by itself, and what output error says of all.
+
+use serde_json::{Map, Value, json};
+use sideslip::identification::identify::{Flown, Identified};
+use sideslip::identification::prediction::Score;
+use sideslip::identification::roots::Root;
+
+/// `runs` as `replay` writes them, `output_error` and `modes` over all runs.
+pub(super) fn document(identified: &Identified, by_run: &str) -> Result<Value, serde_json::Error> {
+    let mut document: Value = serde_json::from_str(by_run)?;
+    document["output_error"] = output_error(identified);
+    document["modes"] = modes(identified);
+    document["holdout"] = identified.holdout.iter().map(|flown| prediction(identified, flown)).collect();
+    document["notes"] = json!(identified.linear.notes);
+    Ok(document)
+}
+
+fn output_error(identified: &Identified) -> Value {
+    let (fitted, structure) = (&identified.fitted, &identified.linear.structure);
+    let names = identified.linear.derivatives.iter().map(|(axis, variable)| format!("{axis}_{variable}"));
+    let numbers = fitted.theta.iter().zip(&fitted.std).zip(&fitted.std_cramer_rao).zip(&identified.starts);
+    let mut parameters: Vec<Value> = names
+        .zip(numbers)
+        .map(|(name, (((value, std), bound), start))| {
+            json!({ "name": name, "value": value, "std": std, "std_cramer_rao": bound, "start": start, "runs": "all" })
+        })
+        .collect();
+    let name = |place: usize| parameters.get(place).map_or(Value::Null, |one| one["name"].clone());
+    let pairs = fitted.correlated.iter();
+    let correlated: Vec<Value> =
+        pairs.map(|&(one, other, rho)| json!({ "pair": [name(one), name(other)], "rho": rho })).collect();
+    for (run, flown) in fitted.runs.iter().zip(&identified.fit) {
+        let constants = structure.states.iter().zip(run.own.state_bias.iter().zip(&run.own_std.state_bias));
+        for (state, (value, std)) in constants {
+            let axis = sideslip::identification::linear::axis(state).map_or_else(|| state.clone(), String::from);
+            parameters.push(json!({ "name": format!("{axis}_0"), "value": value, "std": std, "runs": flown.run }));
+        }
+    }
+    json!({
+        "states": structure.states,
+        "inputs": identified.linear.choice.inputs,
+        "outputs": structure.outputs,
+        "parameters": parameters,
+        "correlated": correlated,
+        "converged": fitted.converged,
+        "iterations": fitted.iterations,
+        "cost": fitted.cost,
+        "fit": identified.fit.iter().map(|flown| prediction(identified, flown)).collect::<Vec<_>>(),
+    })
+}
+
+fn prediction(identified: &Identified, flown: &Flown) -> Value {
+    let outputs = identified.linear.structure.outputs.iter().zip(&flown.scores);
+    let channels: Map<String, Value> =
+        outputs.map(|(name, score)| (name.clone(), score.as_ref().map_or(Value::Null, score_json))).collect();
+    json!({ "run": flown.run, "channels": channels })
+}
+
+fn score_json(score: &Score) -> Value {
+    let line = |line: &sideslip::identification::prediction::Line| json!({ "omega": line.omega, "amplitude": line.amplitude, "at_twice_the_response": line.at_twice_the_response });
+    json!({
+        "rms": score.rms,
+        "vaf": score.vaf,
+        "theil": score.theil,
+        "white_probability": score.white_probability,
+        "lag_one_correlation": score.neighbours,
+        "lines": score.lines.iter().map(line).collect::<Vec<_>>(),
+        "samples": score.samples,
+    })
+}
+
+fn modes(identified: &Identified) -> Value {
+    let roots = match &identified.modes {
+        Ok(roots) => roots,
+        Err(reason) => return json!({ "reason": reason }),
+    };
+    let mut modes = Map::new();
+    let mut others = Vec::new();
+    for root in roots {
+        match root.name {
+            Some(name) => {
+                modes.insert(name.to_owned(), root_json(root));
+            }
+            None => others.push(root_json(root)),
+        }
+    }
+    if !others.is_empty() {
+        modes.insert("others".to_owned(), Value::Array(others));
+    }
+    Value::Object(modes)
+}
+
+fn root_json(root: &Root) -> Value {
+    if root.imag > 0.0 {
+        json!({
+            "real": root.real, "imag": root.imag, "omega": root.omega, "zeta": root.zeta,
+            "std_real": root.std_real, "std_imag": root.std_imag, "std_omega": root.std_omega, "std_zeta": root.std_zeta,
+        })
+    } else {
+        json!({ "value": root.real, "std": root.std_real })
+    }
+}

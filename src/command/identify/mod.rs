@@ -1,0 +1,158 @@
+//! `sideslip identify`: derivatives and modes from whole runs, after the flight.
+
+mod json;
+mod read;
+mod report;
+mod table;
+
+use super::mapping_input::read_mapping;
+use super::message;
+use super::output_file::{print, refuse_to_overwrite, write_json, write_whole};
+use super::replay::run::{Files, From, Run};
+use super::stop::stopped_by_signals;
+use ::replay::Pace;
+use read::read;
+use sideslip::error::{Failure, Outcome};
+use sideslip::identification::identify::{identify, usual_choice};
+use sideslip::identification::linear::Choice;
+use sideslip::outputs::derivatives_json::derivatives_json;
+use sideslip::outputs::terminal::Style;
+use sideslip::pipeline::Config;
+use sideslip::regression::output_error::Settings;
+use std::path::PathBuf;
+
+const EXAMPLE: &str = "\
+Example:
+  sideslip identify flight.csv
+  sideslip identify rud1.csv ail1.csv --states p,r --inputs aileron,rudder,beta
+  sideslip identify monday/*.csv --holdout tuesday.csv --set vane_position_m=[13.1,0,0] --out result
+
+Every run goes through the pipeline of `replay` (smoothed states, stepwise regression); then output error finds one linear
+model over all runs: each has its own trim, initial state and biases, and the kinematics that a linear model leaves out are
+taken from the measurements. Standard errors are corrected for the colour of the residuals. What is neither state nor input is
+found in the derivatives of what is: of a helicopter, take all eight states, or the others as inputs. Without --states it takes
+the lateral motion, or the longitudinal one where that was excited. Runs of --holdout are predicted, not fitted.
+
+Exit status: 0 done; 1 failed while running; 2 the call or a recording is wrong; 3 done, with rows skipped. With --json - the table
+goes to standard error.";
+
+/// Identify a linear model from runs: derivatives with standard errors, modes, prediction of runs kept back
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLE)]
+pub(crate) struct Args {
+    /// Recordings, a run each; their format is told by their content
+    #[arg(required = true, value_name = "RUN")]
+    files: Vec<PathBuf>,
+    /// States of the model, such as v,p,phi,r or p,r
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    states: Vec<String>,
+    /// Inputs of the model: controls, or any measured channel
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    inputs: Vec<String>,
+    /// What output error is to reproduce; without it what measures the states
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    outputs: Vec<String>,
+    /// A recording to be predicted and not fitted; repeatable
+    #[arg(long, value_name = "RUN")]
+    holdout: Vec<PathBuf>,
+    /// Override a key of every run, such as vane_position_m=[13.08,0,0]; repeatable
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Length of the window at a run's start whose mean is its trim, s
+    #[arg(long, value_name = "S", default_value_t = 1.0)]
+    trim_window: f64,
+    /// Which message gives which channel, for recordings of MAVLink (TOML)
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Write the answer as JSON to this file, or to standard output with -
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Write report.html, derivatives.json and model.toml to this directory
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Reads the runs, identifies, and says what came of it.
+pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    if !(args.trim_window > 0.0 && args.trim_window.is_finite()) {
+        let found = args.trim_window;
+        return Err(Failure::Input(format!("--trim-window: expected seconds, more than zero, found {found}")));
+    }
+    let inputs: Vec<PathBuf> = args.files.iter().chain(&args.holdout).cloned().collect();
+    if let Some(json) = args.json.as_ref().filter(|json| json.as_os_str() != "-") {
+        refuse_to_overwrite("--json", json, &inputs)?;
+    }
+    if let Some(both) = args.holdout.iter().find(|file| args.files.contains(file)) {
+        return Err(Failure::file(both, "--holdout: expected a run that is not fitted, found it among them"));
+    }
+    let mapping = read_mapping(args.config.as_deref())?;
+    let read_all = |files: &[PathBuf]| {
+        files.iter().map(|file| read(file, &args.set, &mapping, args.trim_window)).collect::<Result<Vec<_>, _>>()
+    };
+    let (runs, mut losses): (Vec<_>, Vec<_>) = read_all(&args.files)?.into_iter().unzip();
+    let (holdout, lost): (Vec<_>, Vec<_>) = read_all(&args.holdout)?.into_iter().unzip();
+    losses.extend(lost);
+
+    let choice = choice(args, usual_choice(&runs));
+    let identified =
+        identify(&runs, &holdout, choice, &Settings::default()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
+
+    let mut config = Config::default();
+    config.estimation.trim_window_s = args.trim_window;
+    let stop = stopped_by_signals()?;
+    let mut played = Vec::new();
+    for file in &args.files {
+        let files = Files { log: None, smoothed: None };
+        played.push(Run::open(file, &args.set, &config, &mapping)?.play(&From::File, Pace::Max, &files, &stop)?);
+    }
+    let estimates: Vec<_> = played.iter().map(super::replay::run::Played::estimates).collect();
+    let by_run = derivatives_json(&estimates).map_err(|error| Failure::Running(error.to_string()))?;
+    let document = json::document(&identified, &by_run).map_err(|error| Failure::Running(error.to_string()))?;
+
+    let to_standard_output = args.json.as_ref().is_some_and(|json| json.as_os_str() == "-");
+    let style = if to_standard_output { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
+    let text = table::text(&identified, style);
+    if to_standard_output {
+        message(format_args!("{}", text.trim_end()))
+    } else {
+        print(&text)?
+    }
+    if let Some(json) = &args.json {
+        write_json(json, &format!("{document:#}\n"))?;
+    }
+    if let Some(folder) = &args.out {
+        std::fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
+        write_json(&folder.join("derivatives.json"), &format!("{document:#}\n"))?;
+        let page = report::page(&identified).map_err(|error| Failure::Running(error.to_string()))?;
+        write_whole(&folder.join("report.html"), |file| file.write_all(page.as_bytes()))?;
+        if let Some(model) = report::model(&identified, &runs) {
+            write_whole(&folder.join("model.toml"), |file| file.write_all(model.as_bytes()))?;
+        }
+    }
+    let losses: Vec<String> = losses.into_iter().flatten().collect();
+    for loss in &losses {
+        message(format_args!("sideslip: {loss}"));
+    }
+    Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })
+}
+
+/// What was asked for, and the usual where nothing was.
+fn choice(args: &Args, usual: Choice) -> Choice {
+    if args.states.is_empty() {
+        let or = |asked: &[String], usual: Vec<String>| if asked.is_empty() { usual } else { asked.to_vec() };
+        return Choice {
+            states: usual.states,
+            inputs: or(&args.inputs, usual.inputs),
+            outputs: or(&args.outputs, usual.outputs),
+        };
+    }
+    let measured = args.states.iter().map(|state| match state.as_str() {
+        "v" => "beta".to_owned(),
+        "w" => "alpha".to_owned(),
+        "u" => "tas".to_owned(),
+        own => own.to_owned(),
+    });
+    let outputs = if args.outputs.is_empty() { measured.collect() } else { args.outputs.clone() };
+    let inputs = if args.inputs.is_empty() { usual.inputs } else { args.inputs.clone() };
+    Choice { states: args.states.clone(), inputs, outputs }
+}

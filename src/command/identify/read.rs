@@ -1,0 +1,42 @@
+//! A recording as columns.
+
+use super::super::ingest::head_of;
+use sideslip::error::Failure;
+use sideslip::flight::log_head::ColumnTarget;
+use sideslip::identification::columns::Columns;
+use sideslip::telemetry::mavlink::mapping::Config as Mapping;
+use sideslip::telemetry::recording::Recording;
+use std::path::Path;
+
+/// Reads a run: its columns, and what of it was lost, a sentence each.
+pub(super) fn read(
+    file: &Path,
+    overrides: &[String],
+    mapping: &Mapping,
+    trim_window_s: f64,
+) -> Result<(Columns, Vec<String>), Failure> {
+    let mut recording = Recording::open_with(file, mapping)?;
+    let (info, head) = head_of(file, &recording, overrides)?;
+    let targets = head.targets();
+    let mut columns: Vec<(String, Vec<f64>)> = head.channels.iter().map(|(name, _)| (name.clone(), Vec::new())).collect();
+    let mut times_s = Vec::new();
+    while let Some(row) = recording.next_row()? {
+        times_s.push(row.sample.time_s);
+        for ((_, values), target) in columns.iter_mut().zip(&targets) {
+            let value = match target {
+                ColumnTarget::Known(channel) => row.sample.get(*channel),
+                ColumnTarget::Unknown(place) => row.others.get(*place).copied().flatten(),
+            };
+            values.push(value.unwrap_or(f64::NAN));
+        }
+    }
+    let skipped = recording.skipped().rows();
+    let mut losses = Vec::new();
+    if skipped > 0 {
+        losses.push(format!("{}: {skipped} of {} rows skipped", file.display(), skipped + times_s.len() as u64));
+    }
+    losses.extend(recording.shortfall().map(|shortfall| format!("{}: {shortfall}", file.display())));
+    let name = info.run().unwrap_or_default().to_owned();
+    let columns = Columns::new(name, *info.geometry(), times_s, columns, trim_window_s);
+    Ok((columns.map_err(|wrong| Failure::file(file, wrong))?, losses))
+}

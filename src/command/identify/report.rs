@@ -1,0 +1,99 @@
+//! `report.html` and `model.toml`: the pictures and the model of an identification.
+
+use super::table;
+use sideslip::flight::derivative::{Axis, Variable};
+use sideslip::flight::model::{LinearModel, Trim};
+use sideslip::flight::model_file::ModelFile;
+use sideslip::identification::columns::Columns;
+use sideslip::identification::identify::{Flown, Identified};
+use sideslip::outputs::chart::{ChartError, Curve, Panel, svg};
+use sideslip::outputs::terminal::Style;
+use std::fmt::Write;
+
+/// A page without scripts, fonts or network: the table, and every run beside its model.
+pub(super) fn page(identified: &Identified) -> Result<String, ChartError> {
+    let mut page = String::from(
+        "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>Identification</title><style>\
+         body{font-family:sans-serif;max-width:1180px;margin:2em auto;padding:0 1em}\
+         pre{background:#f4f4f4;padding:1em;overflow-x:auto}svg{max-width:100%;height:auto}</style></head><body>\n",
+    );
+    let _ = writeln!(page, "<h1>Identification</h1>\n<pre>{}</pre>", escaped(&table::text(identified, Style::Plain)));
+    let kinds = [("fitted", &identified.fit), ("predicted, not fitted", &identified.holdout)];
+    for (how, flown) in kinds.iter().flat_map(|(how, runs)| runs.iter().map(move |run| (how, run))) {
+        let _ = writeln!(page, "<h2>{} ({how})</h2>\n{}", escaped(&flown.run), svg(&panels(identified, flown))?);
+    }
+    page.push_str("</body></html>\n");
+    Ok(page)
+}
+
+fn panels(identified: &Identified, flown: &Flown) -> Vec<Panel> {
+    let names = &identified.linear.structure.outputs;
+    let series = names.iter().zip(flown.record.outputs.iter().zip(&flown.predicted));
+    series
+        .map(|(name, (measured, predicted))| {
+            let curve = |what: &str, values: &[f64]| Curve {
+                name: what.to_owned(),
+                points: flown.record.times_s.iter().copied().zip(values.iter().copied()).filter(|(_, y)| y.is_finite()).collect(),
+            };
+            Panel {
+                title: name.clone(),
+                x: "time, s".to_owned(),
+                y: format!("{name}, deviation from trim, {}", unit(name)),
+                curves: vec![curve("measured", measured), curve("model", predicted)],
+            }
+        })
+        .collect()
+}
+
+fn unit(name: &str) -> &'static str {
+    match name {
+        "ax" | "ay" | "az" => "m/s^2",
+        "tas" => "m/s",
+        "p" | "q" | "r" => "rad/s",
+        _ => "rad",
+    }
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+/// The model as a file that `simulate` flies; `None` where a derivative's variable is none of a model file's.
+pub(super) fn model(identified: &Identified, runs: &[Columns]) -> Option<String> {
+    let (linear, theta) = (&identified.linear, &identified.fitted.theta);
+    let datum = linear.datum;
+    let mean = |name: &str| {
+        let known: Vec<f64> = runs.iter().filter_map(|run| run.trim(name).ok()).collect();
+        if known.is_empty() { 0.0 } else { known.iter().sum::<f64>() / known.len() as f64 }
+    };
+    let controls = Variable::CONTROLS.map(|control| {
+        let names = runs.first().map(|run| control.name(run.geometry.controls)).unwrap_or_default();
+        mean(names)
+    });
+    let trim = Trim {
+        u: datum.airspeed * libm::cos(datum.alpha),
+        v: 0.0,
+        w: datum.airspeed * libm::sin(datum.alpha),
+        phi: datum.phi,
+        theta: datum.theta,
+        rotor_speed: None,
+        controls,
+    };
+    let mut model = LinearModel::about(trim);
+    for ((axis, variable), value) in linear.derivatives.iter().zip(theta) {
+        // Flow angles are velocities over airspeed; their own rows are over airspeed, too.
+        let row = if linear.choice.states.iter().any(|state| matches!((state.as_str(), axis), ("beta", 'Y') | ("alpha", 'Z'))) {
+            datum.airspeed
+        } else {
+            1.0
+        };
+        let (name, column) = match variable.as_str() {
+            "beta" => ("v", 1.0 / datum.airspeed),
+            "alpha" => ("w", 1.0 / datum.airspeed),
+            own => (own, 1.0),
+        };
+        let axis = Axis::from_name(&axis.to_string())?;
+        *model.derivative_mut(axis, Variable::from_name(name)?) = value * row * column;
+    }
+    Some(ModelFile::of("identified", model).to_toml())
+}

@@ -1,0 +1,101 @@
+//! The answer for a person.
+
+use sideslip::identification::identify::{Flown, Identified};
+use sideslip::outputs::terminal::{Style, measured};
+use std::fmt::Write;
+
+/// Correlation above which two derivatives are not told apart: what their model leaves out moves both far.
+const INSEPARABLE: f64 = 0.97;
+
+/// Derivatives, modes, fit and prediction.
+pub(super) fn text(identified: &Identified, style: Style) -> String {
+    let (linear, fitted) = (&identified.linear, &identified.fitted);
+    let structure = &linear.structure;
+    let mut text = String::new();
+    let _ = writeln!(
+        text,
+        "output error: states {}, inputs {}, outputs {}; {} runs, {} iterations{}",
+        structure.states.join(" "),
+        linear.choice.inputs.join(" "),
+        structure.outputs.join(" "),
+        identified.fit.len(),
+        fitted.iterations,
+        if fitted.converged { "" } else { ", NOT converged: these are no estimates" },
+    );
+    let _ = writeln!(text, "  {:<14} {:>12} {:>10}   {:>10}  {:>10}", "derivative", "value", "s.e.", "Cramer-Rao", "start");
+    for (place, (axis, variable)) in linear.derivatives.iter().enumerate() {
+        let at = |values: &[f64]| values.get(place).copied().unwrap_or(f64::NAN);
+        let (value, std) = measured(at(&fitted.theta), at(&fitted.std));
+        let name = style.bold(format_args!("{:<14}", format!("{axis}_{variable}")));
+        let bound = at(&fitted.std_cramer_rao);
+        let start = at(&identified.starts);
+        let told = if fitted.does_not_belong.contains(&place) { "  not told apart from zero" } else { "" };
+        let _ = writeln!(text, "  {name} {value:>12} {std:>10}   {bound:>10.2e}  {start:>10.4}{told}");
+    }
+    let name =
+        |place: usize| linear.derivatives.get(place).map(|(axis, variable)| format!("{axis}_{variable}")).unwrap_or_default();
+    let (mut inseparable, mut hard): (Vec<_>, Vec<_>) = fitted.correlated.iter().partition(|(.., rho)| rho.abs() > INSEPARABLE);
+    if !inseparable.is_empty() {
+        let mut names: Vec<String> = inseparable.drain(..).flat_map(|&(one, other, _)| [name(one), name(other)]).collect();
+        names.sort();
+        names.dedup();
+        let _ = writeln!(
+            text,
+            "  NOT told apart in these runs: {}; each may be wrong by more than its standard error, their sum in this motion is not",
+            names.join(", ")
+        );
+    }
+    if !hard.is_empty() {
+        let pairs = hard.drain(..).map(|&(one, other, rho)| format!("{} {} ({rho:.2})", name(one), name(other)));
+        let _ = writeln!(text, "  hard to part (correlation): {}", pairs.collect::<Vec<_>>().join(", "));
+    }
+    match &identified.modes {
+        Err(reason) => {
+            let _ = writeln!(text, "modes: none, for {reason}");
+        }
+        Ok(roots) => {
+            for root in roots {
+                let name = root.name.unwrap_or("root").replace('_', " ");
+                if root.imag > 0.0 {
+                    let (omega, std_omega) = measured(root.omega, root.std_omega);
+                    let (zeta, std_zeta) = measured(root.zeta, root.std_zeta);
+                    let stable = if root.real > 0.0 { ", UNSTABLE" } else { "" };
+                    let _ = writeln!(text, "{name}: omega {omega} +- {std_omega} rad/s, zeta {zeta} +- {std_zeta}{stable}");
+                } else {
+                    let (value, std) = measured(root.real, root.std_real);
+                    let _ = writeln!(text, "{name}: {value} +- {std} 1/s");
+                }
+            }
+        }
+    }
+    for flown in &identified.fit {
+        scores(&mut text, "fitted", flown, identified);
+    }
+    for flown in &identified.holdout {
+        scores(&mut text, "predicted, not fitted", flown, identified);
+    }
+    for note in &linear.notes {
+        let _ = writeln!(text, "note: {note}");
+    }
+    text
+}
+
+fn scores(text: &mut String, how: &str, flown: &Flown, identified: &Identified) {
+    let _ = write!(text, "{} ({how}):", flown.run);
+    for (name, score) in identified.linear.structure.outputs.iter().zip(&flown.scores) {
+        match score {
+            Some(score) => {
+                let _ = write!(text, " {name} VAF {:.3} TIC {:.3}", score.vaf, score.theil);
+                if let Some(line) = score.lines.iter().find(|line| line.at_twice_the_response) {
+                    let _ = write!(text, " (line at {:.2} rad/s, twice the response: nonlinear?)", line.omega);
+                }
+            }
+            None => {
+                let _ = write!(text, " {name} -");
+            }
+        }
+        text.push(';');
+    }
+    text.pop();
+    text.push('\n');
+}

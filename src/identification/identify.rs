@@ -1,0 +1,129 @@
+//! One identification: structure, start, output error over all runs, modes, and the prediction of runs that were kept back.
+//!
+//! Consumes runs in columns and what was chosen; produces [`Identified`]. A run that is kept back is flown freely: from its own
+//! trim, with its measured inputs, nothing fitted to it.
+
+use super::columns::{ColumnError, Columns};
+use super::linear::{Choice, Linear, NoModel};
+use super::prediction::{Score, score};
+use super::roots::{Modes, modes};
+use super::start::starts;
+use crate::regression::output_error::{Fitted, Own, Record, Refused, Settings, fit, predict};
+
+/// What was identified.
+#[derive(Clone, Debug)]
+pub struct Identified {
+    /// The structure.
+    pub linear: Linear,
+    /// Where output error started, by derivative.
+    pub starts: Vec<f64>,
+    /// What it found.
+    pub fitted: Fitted,
+    /// The modes, or why there are none.
+    pub modes: Modes,
+    /// The runs that it was fitted to.
+    pub fit: Vec<Flown>,
+    /// The runs that it was not.
+    pub holdout: Vec<Flown>,
+}
+
+/// A run beside the model's.
+#[derive(Clone, Debug)]
+pub struct Flown {
+    /// The run's name.
+    pub run: String,
+    /// What was measured.
+    pub record: Record,
+    /// What the model says, by output.
+    pub predicted: Vec<Vec<f64>>,
+    /// How well, by output; `None` where there is too little to say.
+    pub scores: Vec<Option<Score>>,
+}
+
+/// Why there is no answer.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NotIdentified {
+    /// The choice or a run is wrong.
+    #[error(transparent)]
+    Model(#[from] NoModel),
+    /// Output error cannot answer.
+    #[error("output error: {0}")]
+    Fit(#[from] Refused),
+}
+
+impl From<ColumnError> for NotIdentified {
+    fn from(error: ColumnError) -> Self {
+        NotIdentified::Model(error.into())
+    }
+}
+
+/// Identifies the chosen model from the runs and flies the others with it.
+///
+/// # Errors
+/// [`NotIdentified`] with what is wrong.
+pub fn identify(runs: &[Columns], holdout: &[Columns], choice: Choice, settings: &Settings) -> Result<Identified, NotIdentified> {
+    let linear = Linear::new(choice, runs, None)?;
+    let records = runs.iter().map(|run| linear.record(run)).collect::<Result<Vec<_>, _>>()?;
+    let kept_back = holdout.iter().map(|run| linear.record(run)).collect::<Result<Vec<_>, _>>()?;
+    let starts = starts(&linear, &records);
+    let fitted = fit(&linear.structure, &linear.parameters(&starts), &[], &records, settings)?;
+    let modes = modes(&linear.structure, &fitted.theta, &fitted.cov);
+    let fit =
+        runs.iter().zip(records).zip(&fitted.runs).map(|((run, record), fitted)| flown(run, record, fitted.predicted.clone()));
+    let fit = fit.collect();
+    let (states, outputs) = (linear.structure.states.len(), linear.structure.outputs.len());
+    let own = Own { initial_state: vec![0.0; states], state_bias: vec![0.0; states], output_bias: vec![0.0; outputs] };
+    let flown_back = holdout.iter().zip(kept_back).map(|(run, record)| {
+        let predicted = predict(&linear.structure, &fitted.theta, &[], &record, &own)?;
+        Ok(flown(run, record, predicted))
+    });
+    let holdout = flown_back.collect::<Result<_, Refused>>()?;
+    Ok(Identified { linear, starts, fitted, modes, fit, holdout })
+}
+
+fn flown(run: &Columns, record: Record, predicted: Vec<Vec<f64>>) -> Flown {
+    let scores = record.outputs.iter().zip(&predicted).map(|(z, y)| score(&record.times_s, z, y)).collect();
+    Flown { run: run.run.clone(), record, predicted, scores }
+}
+
+/// What a person would choose who was not asked: the lateral motion with what measures it, or the longitudinal one where that
+/// was excited, over the controls that moved.
+pub fn usual_choice(runs: &[Columns]) -> Choice {
+    let all = |name: &str| runs.iter().all(|run| run.has(name));
+    let rms = |name: &str| {
+        let of_run = |run: &Columns| run.deviations(name).map_or(0.0, |values| square_mean(&values));
+        libm::sqrt(runs.iter().map(of_run).fold(0.0, f64::max))
+    };
+    let longitudinal = rms("q") > rms("p").max(rms("r"));
+    let states: &[&str] = match (longitudinal, all("beta"), all("alpha")) {
+        (false, true, _) => &["v", "p", "phi", "r"],
+        (false, false, _) => &["p", "r"],
+        (true, _, true) => &["w", "q"],
+        (true, _, false) => &["q"],
+    };
+    let outputs: &[&str] = match (longitudinal, all("beta"), all("alpha")) {
+        (false, true, _) => &["beta", "p", "phi", "r", "ay"],
+        (false, false, _) => &["p", "r"],
+        (true, _, true) => &["alpha", "q", "az"],
+        (true, _, false) => &["q"],
+    };
+    let places: &[[&str; 2]] = if longitudinal {
+        &[["lon_cyclic", "elevator"], ["collective", "throttle"]]
+    } else {
+        &[["lat_cyclic", "aileron"], ["pedal", "rudder"]]
+    };
+    let owned = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
+    let outputs = outputs.iter().copied().filter(|name| all(name)).collect::<Vec<_>>();
+    let moved = |name: &str| all(name) && rms(name) > STILL_RAD;
+    let inputs = places.iter().flatten().copied().filter(|name| moved(name)).collect::<Vec<_>>();
+    Choice { states: owned(states), inputs: owned(&inputs), outputs: owned(&outputs) }
+}
+
+/// A control that moves less than this (rms, rad) stands still.
+const STILL_RAD: f64 = 5e-4;
+
+fn square_mean(values: &[f64]) -> f64 {
+    let known = values.iter().filter(|value| value.is_finite());
+    let (sum, count) = known.fold((0.0, 0.0), |(sum, count), value| (sum + value * value, count + 1.0));
+    if count > 0.0 { sum / count } else { 0.0 }
+}

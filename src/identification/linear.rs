@@ -1,0 +1,423 @@
+//! The linear model of chosen states and inputs: which entries are known, which are derivatives to be found, what is measured.
+//!
+//! Consumes names of states, inputs and outputs and the trims of the runs; produces the structure that output error fits. With
+//! the trim's velocity u0 w0, airspeed V0, attitude theta0 phi0, incidence alpha0, and AXIS_x the derivatives, rows of A and B are
+//!     u' = X_x x + .. - w0 q - g cos(theta0) theta                                                     (1)
+//!     v' = Y_x x + .. + w0 p - u0 r + g cos(theta0) cos(phi0) phi                                      (2)
+//!     w' = Z_x x + .. + u0 q - g sin(theta0) cos(phi0) theta                                           (3)
+//!     beta' = Y_x x + .. + sin(alpha0) p - cos(alpha0) r + (g/V0) cos(theta0) cos(phi0) phi            (4)
+//!     alpha' = Z_x x + .. + q - (g/V0) sin(theta0) cos(phi0) theta                                     (5)
+//!     p' = L_x x + ..     q' = M_x x + ..     r' = N_x x + ..                                          (6)
+//!     phi' = p + tan(theta0) (sin(phi0) q + cos(phi0) r)     theta' = cos(phi0) q - sin(phi0) r        (7)
+//! over every state and input x but attitudes; a known entry whose variable is an input stands in B. (4) and (5) have force
+//! derivatives in 1/s (over mass and V0). Outputs, with the vane at x y z:
+//!     beta = v/V0 + (x r - z p)/V0     alpha = w/u0 + (y p - x q)/u0     tas = u cos(alpha0) + w sin(alpha0)     (8)
+//!     ay = Y_x x + .. + x_a r' - z_a p'     az = Z_x x + .. + y_a p' - x_a q'     ax = X_x x + .. + z_a q' - y_a r'    (9)
+//! and the states themselves. (9) leaves out products of rates.
+//! Source: the paper's (1) to (6) and (23), (24), linearised; R. V. Jategaonkar, Flight Vehicle System Identification, 2006, ch. 3.
+
+use super::columns::{ColumnError, Columns};
+use super::kinematics::{CHANNELS, beyond};
+use crate::flight::unit::STANDARD_GRAVITY as G0;
+use crate::regression::output_error::{Entry, Parameter, Record, Structure};
+
+/// Names of what can be a state, in the order in which they are shown.
+pub const STATES: [&str; 10] = ["u", "v", "w", "p", "q", "r", "phi", "theta", "alpha", "beta"];
+
+/// Part by which trims of runs that are flown as one may differ in airspeed.
+pub const SAME_SPEED: f64 = 0.1;
+
+/// What is to be identified.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Choice {
+    /// States by name.
+    pub states: Vec<String>,
+    /// Inputs by name: controls, or any measured channel.
+    pub inputs: Vec<String>,
+    /// Outputs by name: states' channels, `tas alpha beta`, `ax ay az`.
+    pub outputs: Vec<String>,
+}
+
+/// The trim that a model is about: means over the runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Datum {
+    /// V0, m/s.
+    pub airspeed: f64,
+    /// alpha0, theta0, phi0, rad.
+    pub alpha: f64,
+    /// See `alpha`.
+    pub theta: f64,
+    /// See `alpha`.
+    pub phi: f64,
+}
+
+/// A structure with the names of its parameters.
+#[derive(Clone, Debug)]
+pub struct Linear {
+    /// What was chosen.
+    pub choice: Choice,
+    /// The datum.
+    pub datum: Datum,
+    /// For output error.
+    pub structure: Structure,
+    /// Axis and variable of each parameter.
+    pub derivatives: Vec<(char, String)>,
+    /// States whose kinematics beyond the linear part are known, as further inputs behind those that were chosen.
+    pub beyond: Vec<String>,
+    /// What had to be left out or taken as something, in words.
+    pub notes: Vec<String>,
+}
+
+/// Why there is no structure.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NoModel {
+    /// A name that can be no state.
+    #[error("--states: `{0}` is no state; expected some of {states}", states = STATES.join(", "))]
+    State(String),
+    /// A name that can be no output of these states.
+    #[error("--outputs: `{name}` cannot be computed from the states; expected a state, or {expected}")]
+    Output {
+        /// The name.
+        name: String,
+        /// What could be.
+        expected: &'static str,
+    },
+    /// A name stands twice.
+    #[error("`{0}` stands twice among states and inputs")]
+    Twice(String),
+    /// Nothing to find.
+    #[error("expected at least one state and one input")]
+    Empty,
+    /// v beside beta, or w beside alpha.
+    #[error("`{0}` and `{1}` are the same state; expected one of them")]
+    Same(&'static str, &'static str),
+    /// Runs at different speeds.
+    #[error(
+        "`{first}` was flown at {first_speed:.1} m/s and `{other}` at {other_speed:.1} m/s: expected runs of one flight condition"
+    )]
+    Speeds {
+        /// A run.
+        first: String,
+        /// Its airspeed, m/s.
+        first_speed: f64,
+        /// Another.
+        other: String,
+        /// Its airspeed, m/s.
+        other_speed: f64,
+    },
+    /// A run lacks something.
+    #[error(transparent)]
+    Column(#[from] ColumnError),
+}
+
+/// The axis whose derivatives stand in a state's row; `None` for the attitudes.
+pub fn axis(state: &str) -> Option<char> {
+    match state {
+        "u" => Some('X'),
+        "v" | "beta" => Some('Y'),
+        "w" | "alpha" => Some('Z'),
+        "p" => Some('L'),
+        "q" => Some('M'),
+        "r" => Some('N'),
+        _ => None,
+    }
+}
+
+fn is_attitude(name: &str) -> bool {
+    matches!(name, "phi" | "theta" | "psi")
+}
+
+impl Datum {
+    /// Means over the runs of their trims; what a run did not record is taken as zero, and noted.
+    ///
+    /// # Errors
+    /// [`NoModel`] where runs differ in airspeed, or one that is needed was not recorded.
+    pub fn of(runs: &[Columns], needs_speed: bool, notes: &mut Vec<String>) -> Result<Self, NoModel> {
+        let mut sums = [0.0; 4];
+        let mut first: Option<(String, f64)> = None;
+        for run in runs {
+            for (name, sum) in ["tas", "alpha", "theta", "phi"].into_iter().zip(&mut sums) {
+                match run.trim(name) {
+                    Ok(value) => *sum += value / runs.len() as f64,
+                    Err(error) if name == "tas" && needs_speed => return Err(error.into()),
+                    Err(_) if name == "tas" => {}
+                    Err(_) => notes.push(format!("{}: `{name}` in trim is not known and taken as zero", run.run)),
+                }
+            }
+            if let Ok(speed) = run.trim("tas") {
+                match &first {
+                    None => first = Some((run.run.clone(), speed)),
+                    Some((name, known)) if (speed - known).abs() > SAME_SPEED * known.abs() => {
+                        return Err(NoModel::Speeds {
+                            first: name.clone(),
+                            first_speed: *known,
+                            other: run.run.clone(),
+                            other_speed: speed,
+                        });
+                    }
+                    Some(_) => {}
+                }
+            }
+        }
+        let [airspeed, alpha, theta, phi] = sums;
+        Ok(Datum { airspeed, alpha, theta, phi })
+    }
+
+    /// The known coefficient of a variable in a state's row, (1) to (7).
+    pub fn known(&self, state: &str, variable: &str) -> f64 {
+        let Datum { airspeed: v0, alpha, theta, phi } = *self;
+        let (u0, w0) = (v0 * libm::cos(alpha), v0 * libm::sin(alpha));
+        let (sin_theta, cos_theta) = libm::sincos(theta);
+        let (sin_phi, cos_phi) = libm::sincos(phi);
+        match (state, variable) {
+            ("u", "q") => -w0,
+            ("u", "theta") => -G0 * cos_theta,
+            ("v", "p") => w0,
+            ("v", "r") => -u0,
+            ("v", "phi") => G0 * cos_theta * cos_phi,
+            ("w", "q") => u0,
+            ("w", "theta") => -G0 * sin_theta * cos_phi,
+            ("beta", "p") => libm::sin(alpha),
+            ("beta", "r") => -libm::cos(alpha),
+            ("beta", "phi") => G0 / v0 * cos_theta * cos_phi,
+            ("alpha", "q") | ("phi", "p") => 1.0,
+            ("alpha", "theta") => -G0 / v0 * sin_theta * cos_phi,
+            ("phi", "q") => sin_theta / cos_theta * sin_phi,
+            ("phi", "r") => sin_theta / cos_theta * cos_phi,
+            ("theta", "q") => cos_phi,
+            ("theta", "r") => -sin_phi,
+            _ => 0.0,
+        }
+    }
+}
+
+impl Linear {
+    /// The structure of a choice over these runs; `only` keeps those derivatives alone (axis and variable), all without it.
+    ///
+    /// # Errors
+    /// [`NoModel`] with what is wrong in the choice or missing in a run.
+    pub fn new(choice: Choice, runs: &[Columns], only: Option<&[(char, String)]>) -> Result<Self, NoModel> {
+        check(&choice)?;
+        let mut notes = Vec::new();
+        let speedy = choice.states.iter().any(|state| matches!(state.as_str(), "u" | "v" | "w" | "alpha" | "beta"));
+        let datum = Datum::of(runs, speedy, &mut notes)?;
+        let variables: Vec<&String> = choice.states.iter().chain(&choice.inputs).collect();
+        let mut derivatives: Vec<(char, String)> = Vec::new();
+        // Rows over states and inputs together; derivatives only, then with what is known.
+        let mut found: Vec<Vec<Entry>> = Vec::new();
+        for state in &choice.states {
+            let row = variables.iter().map(|variable| {
+                let wanted = axis(state).filter(|_| !is_attitude(variable));
+                let wanted = wanted.map(|axis| (axis, (*variable).clone()));
+                let Some(term) = wanted.filter(|term| only.is_none_or(|only| only.contains(term))) else {
+                    return Entry::default();
+                };
+                derivatives.push(term);
+                Entry { fixed: 0.0, terms: vec![(derivatives.len() - 1, 1.0)] }
+            });
+            found.push(row.collect());
+        }
+        let rows: Vec<Vec<Entry>> = found
+            .iter()
+            .zip(&choice.states)
+            .map(|(row, state)| {
+                let with_known = row
+                    .iter()
+                    .zip(&variables)
+                    .map(|(entry, variable)| Entry { fixed: datum.known(state, variable), terms: entry.terms.clone() });
+                with_known.collect()
+            })
+            .collect();
+        let measured = Measured { choice: &choice, datum, variables: &variables, found: &found, rows: &rows, runs };
+        let outputs = choice.outputs.iter().map(|name| measured.row(name, &mut notes)).collect::<Result<Vec<_>, _>>()?;
+        let count = choice.states.len();
+        let split = |rows: &[Vec<Entry>]| -> (Vec<Vec<Entry>>, Vec<Vec<Entry>>) {
+            rows.iter().map(|row| (row.iter().take(count).cloned().collect(), row.iter().skip(count).cloned().collect())).unzip()
+        };
+        let ((a, mut b), (c, mut d)) = (split(&rows), split(&outputs));
+        let moving: Vec<String> =
+            choice.states.iter().filter(|state| !matches!(state.as_str(), "p" | "q" | "r")).cloned().collect();
+        let missing = CHANNELS.into_iter().find(|channel| !runs.iter().all(|run| run.has(channel)));
+        let beyond = if missing.is_none() { moving.clone() } else { Vec::new() };
+        if let Some(missing) = missing.filter(|_| !moving.is_empty()) {
+            notes.push(format!("kinematics to first order only: `{missing}` is not in every run"));
+        }
+        for (state, row) in choice.states.iter().zip(&mut b) {
+            row.extend(beyond.iter().map(|own| Entry::fixed(if own == state { 1.0 } else { 0.0 })));
+        }
+        d.iter_mut().for_each(|row| row.extend(beyond.iter().map(|_| Entry::default())));
+        let named = beyond.iter().map(|state| format!("kinematics of {state}"));
+        let structure = Structure {
+            states: choice.states.clone(),
+            inputs: choice.inputs.iter().cloned().chain(named).collect(),
+            outputs: choice.outputs.clone(),
+            a,
+            b,
+            c,
+            d,
+            state_bias: vec![true; count],
+            output_bias: choice.outputs.iter().map(|name| matches!(name.as_str(), "ax" | "ay" | "az")).collect(),
+            initial_state: vec![true; count],
+        };
+        notes.sort();
+        notes.dedup();
+        Ok(Linear { choice, datum, structure, derivatives, beyond, notes })
+    }
+
+    /// Parameters with these starting values, by place.
+    pub fn parameters(&self, starts: &[f64]) -> Vec<Parameter> {
+        let named = self.derivatives.iter().zip(starts);
+        named.map(|((axis, variable), &start)| Parameter { name: format!("{axis}_{variable}"), start, prior: None }).collect()
+    }
+
+    /// What output error is to reproduce of a run.
+    ///
+    /// # Errors
+    /// [`ColumnError`] where the run lacks a channel.
+    pub fn record(&self, run: &Columns) -> Result<Record, ColumnError> {
+        let chosen = self.choice.inputs.iter().map(|name| self.input(run, name));
+        let variables: Vec<&String> = self.choice.states.iter().chain(&self.choice.inputs).collect();
+        let known = self.beyond.iter().map(|state| beyond(run, &self.datum, state, &variables));
+        Ok(Record {
+            times_s: run.times_s.clone(),
+            inputs: chosen.chain(known).collect::<Result<_, _>>()?,
+            outputs: self.choice.outputs.iter().map(|name| run.deviations(name)).collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// An input over time; flow angles are brought from their vane to the centre of mass.
+    fn input(&self, run: &Columns, name: &str) -> Result<Vec<f64>, ColumnError> {
+        let mut values = run.lines(name)?;
+        let [x, y, z] = run.geometry.vane_position_m;
+        let arms: [(&str, f64); 2] = match name {
+            "beta" => [("r", x), ("p", -z)],
+            "alpha" => [("q", -x), ("p", y)],
+            _ => return Ok(values),
+        };
+        for (rate, arm) in arms.into_iter().filter(|(_, arm)| *arm != 0.0) {
+            let per_speed = arm / run.trim("tas")?;
+            values.iter_mut().zip(run.lines(rate)?).for_each(|(value, rate)| *value -= per_speed * rate);
+        }
+        Ok(values)
+    }
+}
+
+fn check(choice: &Choice) -> Result<(), NoModel> {
+    if choice.states.is_empty() || choice.inputs.is_empty() {
+        return Err(NoModel::Empty);
+    }
+    if let Some(name) = choice.states.iter().find(|name| !STATES.contains(&name.as_str())) {
+        return Err(NoModel::State(name.clone()));
+    }
+    let all: Vec<&String> = choice.states.iter().chain(&choice.inputs).collect();
+    for (place, name) in all.iter().enumerate() {
+        if all.iter().take(place).any(|other| other == name) {
+            return Err(NoModel::Twice((*name).clone()));
+        }
+    }
+    for (one, other) in [("v", "beta"), ("w", "alpha")] {
+        if [one, other].iter().all(|name| choice.states.iter().any(|state| state == name)) {
+            return Err(NoModel::Same(one, other));
+        }
+    }
+    Ok(())
+}
+
+/// What the outputs are computed from.
+struct Measured<'a> {
+    choice: &'a Choice,
+    datum: Datum,
+    variables: &'a [&'a String],
+    /// Derivatives alone, by row.
+    found: &'a [Vec<Entry>],
+    /// With what is known.
+    rows: &'a [Vec<Entry>],
+    runs: &'a [Columns],
+}
+
+impl Measured<'_> {
+    /// The row of an output, (8), (9).
+    fn row(&self, name: &str, notes: &mut Vec<String>) -> Result<Vec<Entry>, NoModel> {
+        let mut row = vec![Entry::default(); self.variables.len()];
+        let Datum { airspeed: v0, alpha, .. } = self.datum;
+        let (cos, sin) = (libm::cos(alpha), libm::sin(alpha));
+        let [x, y, z] = self.position(|run| run.geometry.vane_position_m, notes);
+        let state = |name: &str| self.choice.states.iter().position(|state| state == name);
+        let mut add = |variable: &str, factor: f64| match self.variables.iter().position(|known| *known == variable) {
+            Some(place) => row[place].fixed += factor,
+            None if factor != 0.0 => {
+                notes.push(format!("`{name}` is taken at the centre of mass: `{variable}` is neither state nor input"));
+            }
+            None => {}
+        };
+        match name {
+            "beta" if state("v").is_some() || state("beta").is_some() => {
+                add(if state("v").is_some() { "v" } else { "beta" }, if state("v").is_some() { 1.0 / v0 } else { 1.0 });
+                add("r", x / v0);
+                add("p", -z / v0);
+            }
+            "alpha" if state("w").is_some() || state("alpha").is_some() => {
+                add(if state("w").is_some() { "w" } else { "alpha" }, if state("w").is_some() { 1.0 / (v0 * cos) } else { 1.0 });
+                add("q", -x / (v0 * cos));
+                add("p", y / (v0 * cos));
+            }
+            "tas" if state("u").is_some() => {
+                add("u", cos);
+                if state("w").is_some() {
+                    add("w", sin);
+                }
+            }
+            "ax" | "ay" | "az" => return self.specific_force(name, notes),
+            "p" | "q" | "r" | "phi" | "theta" if state(name).is_some() => add(name, 1.0),
+            _ => {
+                let expected = "`beta` with v or beta, `alpha` with w or alpha, `tas` with u, `ax`, `ay`, `az` with u, v, w";
+                return Err(NoModel::Output { name: name.to_owned(), expected });
+            }
+        }
+        Ok(row)
+    }
+
+    /// (9).
+    fn specific_force(&self, name: &str, notes: &mut Vec<String>) -> Result<Vec<Entry>, NoModel> {
+        let state = |name: &str| self.choice.states.iter().position(|state| state == name);
+        let [x, y, z] = self.position(|run| run.geometry.accelerometer_position_m, notes);
+        let (own, scaled, arms) = match name {
+            "ax" => (state("u"), None, [("q", z), ("r", -y)]),
+            "ay" => (state("v"), state("beta"), [("r", x), ("p", -z)]),
+            _ => (state("w"), state("alpha"), [("p", y), ("q", -x)]),
+        };
+        let expected = "`ax` with u, `ay` with v or beta, `az` with w or alpha";
+        let Some(place) = own.or(scaled) else { return Err(NoModel::Output { name: name.to_owned(), expected }) };
+        let mut row = vec![Entry::default(); self.variables.len()];
+        let mut add = |from: &[Entry], factor: f64| {
+            for (entry, from) in row.iter_mut().zip(from) {
+                entry.fixed += factor * from.fixed;
+                entry.terms.extend(from.terms.iter().map(|(parameter, part)| (*parameter, part * factor)));
+            }
+        };
+        if let Some(own) = self.found.get(place) {
+            add(own, if own_is_velocity(self.choice, place) { 1.0 } else { self.datum.airspeed });
+        }
+        for (rate, arm) in arms.into_iter().filter(|(_, arm)| *arm != 0.0) {
+            match state(rate).and_then(|place| self.rows.get(place)) {
+                Some(turning) => add(turning, arm),
+                None => notes.push(format!("`{name}` is taken at the centre of mass: `{rate}` is no state")),
+            }
+        }
+        Ok(row)
+    }
+
+    /// A position that all runs have; the first's, noted, where they differ.
+    fn position(&self, of: impl Fn(&Columns) -> [f64; 3], notes: &mut Vec<String>) -> [f64; 3] {
+        let first = self.runs.first().map_or([0.0; 3], &of);
+        let same = |other: [f64; 3]| other.into_iter().zip(first).all(|(one, other)| one.to_bits() == other.to_bits());
+        if !self.runs.iter().all(|run| same(of(run))) {
+            notes.push("the runs' instruments stand at different places: the first run's are taken".to_owned());
+        }
+        first
+    }
+}
+
+fn own_is_velocity(choice: &Choice, place: usize) -> bool {
+    choice.states.get(place).is_some_and(|state| matches!(state.as_str(), "u" | "v" | "w"))
+}

@@ -1,0 +1,217 @@
+//! Modes of an identified model: roots of A, what they are called, and the standard errors that the derivatives bring into them.
+//!
+//! Consumes A with its parameters and their covariance; produces roots. With a root lambda of A, x its right and y its left
+//! eigenvector, d lambda = y' dA x/(y' x), and by the delta method
+//!     var(g) = grad g' Sigma grad g     omega = |lambda|     zeta = -Re(lambda)/omega                  (1)
+//! Names by what the states are: with p, r and sideslip the faster pair is the Dutch roll, the fastest real root the roll, the
+//! slowest the spiral; with q and incidence the faster pair is the short period, a slower one the phugoid. A model that takes
+//! sideslip or incidence as an input has roots that are no modes of the aircraft.
+//! Numerics: (1) with central differences of the roots over each parameter, a thousandth of its standard error wide, matched
+//! to the nearest root; first order, so fair while standard errors are small beside the roots' distances.
+
+use crate::regression::output_error::dense::Dense;
+use crate::regression::output_error::{Entry, Structure};
+use nalgebra::{Complex, DMatrix};
+
+/// Part of a standard error over which a difference is taken.
+const PART: f64 = 1e-3;
+
+/// A root with a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Root {
+    /// `dutch_roll`, `roll`, `spiral`, `short_period`, `phugoid`; `None` where it has no name.
+    pub name: Option<&'static str>,
+    /// Real part, 1/s.
+    pub real: f64,
+    /// Imaginary part, zero or more, rad/s.
+    pub imag: f64,
+    /// Standard errors of both.
+    pub std_real: f64,
+    /// See `std_real`.
+    pub std_imag: f64,
+    /// |lambda|, rad/s, and its standard error.
+    pub omega: f64,
+    /// See `omega`.
+    pub std_omega: f64,
+    /// Damping ratio, and its standard error.
+    pub zeta: f64,
+    /// See `zeta`.
+    pub std_zeta: f64,
+}
+
+/// Roots of the model, or in words why they are no modes of the aircraft.
+pub type Modes = Result<Vec<Root>, String>;
+
+/// A at these parameters.
+pub fn matrix(rows: &[Vec<Entry>], theta: &[f64]) -> DMatrix<f64> {
+    let n = rows.len();
+    DMatrix::from_fn(n, n, |i, j| rows.get(i).and_then(|row| row.get(j)).map_or(0.0, |entry| entry.value(theta)))
+}
+
+/// The modes, with the covariance of the parameters.
+pub fn modes(structure: &Structure, theta: &[f64], cov: &Dense) -> Modes {
+    if let Some(input) =
+        structure.inputs.iter().find(|name| matches!(name.as_str(), "beta" | "alpha" | "v" | "w" | "p" | "q" | "r"))
+    {
+        return Err(format!("`{input}` is an input here: what answers to it is no state, so the roots are no modes"));
+    }
+    let centre = upper(&matrix(&structure.a, theta))?;
+    let count = theta.len();
+    // d lambda over each parameter.
+    let mut slopes = vec![vec![Complex::new(0.0, 0.0); count]; centre.len()];
+    for place in 0..count {
+        let std = libm::sqrt(cov[(place, place)].max(0.0));
+        let step = PART * std;
+        if !(step > 0.0) {
+            continue;
+        }
+        let moved = |by: f64| {
+            let mut theta = theta.to_vec();
+            if let Some(value) = theta.get_mut(place) {
+                *value += by;
+            }
+            upper(&matrix(&structure.a, &theta))
+        };
+        let (ahead, behind) = (moved(step)?, moved(-step)?);
+        for (slopes, root) in slopes.iter_mut().zip(&centre) {
+            let near = |roots: &[Complex<f64>]| {
+                roots.iter().copied().min_by(|a, b| (a - root).norm_sqr().total_cmp(&(b - root).norm_sqr())).unwrap_or(*root)
+            };
+            if let Some(slope) = slopes.get_mut(place) {
+                *slope = (near(&ahead) - near(&behind)) / (2.0 * step);
+            }
+        }
+    }
+    let std = |gradient: &dyn Fn(Complex<f64>) -> f64, slopes: &[Complex<f64>]| {
+        let g: Vec<f64> = slopes.iter().map(|&slope| gradient(slope)).collect();
+        let mut var = 0.0;
+        for (i, gi) in g.iter().enumerate() {
+            for (j, gj) in g.iter().enumerate() {
+                var += gi * gj * cov[(i, j)];
+            }
+        }
+        libm::sqrt(var.max(0.0))
+    };
+    let mut roots: Vec<Root> = centre
+        .iter()
+        .zip(&slopes)
+        .map(|(root, slopes)| {
+            let omega = libm::hypot(root.re, root.im);
+            let zeta = if omega > 0.0 { -root.re / omega } else { 0.0 };
+            let d_omega = |slope: Complex<f64>| if omega > 0.0 { (root.re * slope.re + root.im * slope.im) / omega } else { 0.0 };
+            Root {
+                name: None,
+                real: root.re,
+                imag: root.im,
+                std_real: std(&|slope| slope.re, slopes),
+                std_imag: std(&|slope| slope.im, slopes),
+                omega,
+                std_omega: std(&d_omega, slopes),
+                zeta,
+                std_zeta: if omega > 0.0 { std(&|slope| -(slope.re + zeta * d_omega(slope)) / omega, slopes) } else { 0.0 },
+            }
+        })
+        .collect();
+    name(structure, &mut roots);
+    Ok(roots)
+}
+
+/// Roots with an imaginary part of zero or more, the fastest first.
+fn upper(a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, String> {
+    if a.iter().any(|entry| !entry.is_finite()) {
+        return Err("the matrix is not finite".to_owned());
+    }
+    let schur = nalgebra::Schur::try_new(a.clone(), f64::EPSILON, 10_000).ok_or("the roots were not found")?;
+    let mut roots: Vec<Complex<f64>> = schur.complex_eigenvalues().iter().copied().filter(|root| root.im >= 0.0).collect();
+    roots.sort_by(|one, other| other.norm_sqr().total_cmp(&one.norm_sqr()));
+    Ok(roots)
+}
+
+fn name(structure: &Structure, roots: &mut [Root]) {
+    let has = |names: &[&str]| structure.states.iter().any(|state| names.contains(&state.as_str()));
+    let lateral = has(&["p"]) && has(&["r"]) && has(&["v", "beta"]);
+    let longitudinal = has(&["q"]) && has(&["w", "alpha"]);
+    // Of a model with both, the pairs are not told apart here.
+    if lateral == longitudinal {
+        return;
+    }
+    let mut pairs = roots.iter_mut().filter(|root| root.imag > 0.0);
+    let names = if lateral { ["dutch_roll", "lateral_phugoid"] } else { ["short_period", "phugoid"] };
+    for name in names {
+        if let Some(pair) = pairs.next() {
+            pair.name = Some(name);
+        }
+    }
+    if lateral {
+        let mut real: Vec<&mut Root> = roots.iter_mut().filter(|root| root.imag <= 0.0).collect();
+        if let Some(slowest) = real.last_mut() {
+            slowest.name = Some("spiral");
+        }
+        if let Some(fastest) = real.first_mut() {
+            fastest.name = Some("roll");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn free(place: usize) -> Entry {
+        Entry { fixed: 0.0, terms: vec![(place, 1.0)] }
+    }
+
+    fn fixed(value: f64) -> Entry {
+        Entry { fixed: value, terms: Vec::new() }
+    }
+
+    #[test]
+    fn an_oscillators_roots_and_their_errors_are_those_computed_by_hand() {
+        // q' = -k alpha - c q, alpha' = q: omega^2 = k, 2 zeta omega = c.
+        let structure = Structure {
+            states: vec!["alpha".to_owned(), "q".to_owned()],
+            inputs: vec!["elevator".to_owned()],
+            outputs: Vec::new(),
+            a: vec![vec![fixed(0.0), fixed(1.0)], vec![free(0), free(1)]],
+            b: Vec::new(),
+            c: Vec::new(),
+            d: Vec::new(),
+            state_bias: Vec::new(),
+            output_bias: Vec::new(),
+            initial_state: Vec::new(),
+        };
+        let (k, c) = (4.0, 0.8);
+        let entries = [[0.04, 0.002], [0.002, 0.01]];
+        let cov = Dense::from_fn(2, 2, |i, j| entries[i][j]);
+        let found = modes(&structure, &[-k, -c], &cov).unwrap();
+        let [pair] = found.as_slice() else { panic!("{found:?}") };
+        assert_eq!(pair.name, Some("short_period"));
+        assert!((pair.omega - 2.0).abs() < 1e-12 && (pair.zeta - 0.2).abs() < 1e-12);
+        // d omega = -d theta0/(2 omega); zeta = -theta1/(2 omega).
+        assert!((pair.std_omega - 0.2 / 4.0).abs() < 1e-8, "{pair:?}");
+        let (g0, g1) = (c / (4.0 * k * 2.0), -1.0 / 4.0);
+        let by_hand = (g0 * g0 * 0.04 + 2.0 * g0 * g1 * 0.002 + g1 * g1 * 0.01f64).sqrt();
+        assert!((pair.std_zeta - by_hand).abs() < 1e-8, "{} {by_hand}", pair.std_zeta);
+    }
+
+    #[test]
+    fn a_model_fed_with_sideslip_has_no_modes() {
+        let mut structure = Structure {
+            states: vec!["p".to_owned()],
+            inputs: vec!["beta".to_owned()],
+            outputs: Vec::new(),
+            a: vec![vec![free(0)]],
+            b: Vec::new(),
+            c: Vec::new(),
+            d: Vec::new(),
+            state_bias: Vec::new(),
+            output_bias: Vec::new(),
+            initial_state: Vec::new(),
+        };
+        let cov = Dense::from_fn(1, 1, |_, _| 1e-4);
+        assert!(modes(&structure, &[-1.0], &cov).unwrap_err().contains("`beta` is an input"));
+        structure.inputs = vec!["aileron".to_owned()];
+        let roots = modes(&structure, &[-1.0], &cov).unwrap();
+        assert!(roots[0].name.is_none() && (roots[0].std_real - 0.01).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,36 @@
+//! Wrong calls and recordings: one line that says what was expected, exit status 2, nothing written.
+
+use crate::program::{RunFile, ended, folder, path, puma, sideslip};
+
+fn refused(args: &[&str], words: &[&str]) {
+    let (status, out, said) = ended(&sideslip(args));
+    assert!(status == 2 && out.is_empty() && said.trim_end().lines().count() == 1, "{args:?}: {status} {out} {said}");
+    for word in words {
+        assert!(said.contains(word), "{args:?}: `{word}` in {said}");
+    }
+}
+
+#[test]
+fn what_cannot_be_identified_is_refused_with_a_line() {
+    let (puma, folder) = (puma(), folder("identify-calls"));
+    let file = path(&puma);
+    refused(&["identify", file, "--states", "p,rr"], &["`rr` is no state"]);
+    refused(&["identify", file, "--states", "v,beta"], &["`v` and `beta` are the same"]);
+    refused(&["identify", file, "--states", "p,p"], &["twice"]);
+    refused(&["identify", file, "--states", "p,r", "--inputs", "rudder"], &["expected a column `rudder`"]);
+    refused(&["identify", file, "--states", "p", "--outputs", "az"], &["`az`"]);
+    refused(&["identify", file, "--holdout", file], &["--holdout"]);
+    refused(&["identify", file, "--trim-window", "nan"], &["--trim-window"]);
+    refused(&["identify", "no-such.csv"], &["no-such.csv"]);
+    let still = folder.join("still.csv");
+    let mut run = RunFile::read(&puma);
+    let place = run.place("pedal");
+    run.rows.iter_mut().for_each(|row| row[place] = "0.1".to_owned());
+    std::fs::write(&still, run.text()).unwrap();
+    refused(&["identify", path(&still), "--states", "p,r", "--inputs", "pedal"], &["pedal"]);
+    let short = folder.join("short.csv");
+    let mut run = RunFile::read(&puma);
+    run.rows.truncate(12);
+    std::fs::write(&short, run.text()).unwrap();
+    refused(&["identify", path(&short), "--states", "p,r", "--inputs", "pedal"], &["do not tell"]);
+}
