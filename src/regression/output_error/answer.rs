@@ -5,7 +5,7 @@
 
 use super::colour::Coloured;
 use super::dense::Dense;
-use super::fit::{Place, Problem};
+use super::fit::{Ended, Problem};
 use super::fitted::{Fitted, FittedRun, correlated, does_not_belong};
 use super::information::Linear;
 use super::own::{Own, inverse_or_names};
@@ -27,8 +27,9 @@ fn roots(cov: &Dense) -> Vec<f64> {
 }
 
 /// The answer at the end of the search.
-pub(crate) fn answer(problem: &mut Problem<'_>, place: Place, iterations: usize, converged: bool) -> Result<Fitted, Refused> {
-    let information = problem.information(&place);
+pub(crate) fn answer(problem: &mut Problem<'_>, ended: Ended) -> Result<Fitted, Refused> {
+    let Ended { place, information, iterations, converged } = ended;
+    problem.delay(&place);
     let layout = problem.prepared.layout.clone();
     let (p, own, columns) = (layout.parameters, layout.own(), layout.columns());
     let size = p + own * problem.runs.len();

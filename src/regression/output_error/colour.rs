@@ -25,7 +25,7 @@ pub const QUIET: usize = 5;
 /// Least power over the mean power.
 pub const LEAST_POWER: f64 = 1e-3;
 /// Part of a sensitivity's square that blocks have to keep.
-pub const KEPT: f64 = 0.99;
+pub const KEPT: f64 = 0.97;
 /// Least number of blocks.
 const BLOCKS: usize = 256;
 const LONGEST_BLOCK: usize = 16;
@@ -83,31 +83,57 @@ fn add_cross(a: &Complex, b: &Complex, out: &mut Complex) {
     }
 }
 
-/// Means of blocks.
-fn means(series: &[f64], block: usize) -> Vec<f64> {
-    series.chunks_exact(block).map(|part| part.iter().sum::<f64>() / block as f64).collect()
+/// Sensitivities R^-1 S in rows of outputs x columns, a row a block.
+struct Rows {
+    width: usize,
+    data: Vec<f64>,
 }
 
-/// The longest blocks that keep what the sensitivities are. `series` are by output and column.
-fn block_length(series: &[Vec<f64>], columns: usize, samples: usize, noise: &[f64]) -> usize {
-    let mut best = 1;
-    let energy = |column: usize, block: usize| -> f64 {
-        let of = |(o, variance): (usize, &f64)| {
-            let all = means(&series[o * columns + column], block);
-            variance * block as f64 * all.iter().map(|x| x * x).sum::<f64>()
-        };
-        noise.iter().enumerate().map(of).sum()
+impl Rows {
+    /// Means of neighbours; an odd last one is left out.
+    fn halved(&self) -> Rows {
+        let mut data = Vec::with_capacity(self.data.len() / 2 + self.width);
+        for two in self.data.chunks_exact(2 * self.width) {
+            let (one, other) = two.split_at(self.width);
+            data.extend(one.iter().zip(other).map(|(a, b)| 0.5 * (a + b)));
+        }
+        Rows { width: self.width, data }
+    }
+
+    /// Sum of squares by column of the row.
+    fn squares(&self) -> Vec<f64> {
+        let mut sums = vec![0.0; self.width];
+        for row in self.data.chunks_exact(self.width) {
+            for (sum, x) in sums.iter_mut().zip(row) {
+                *sum += x * x;
+            }
+        }
+        sums
+    }
+}
+
+/// The longest blocks that keep what the sensitivities are, each scaled to its whole square; and their length.
+fn blocked(rows: Rows, columns: usize, noise: &[f64]) -> (Rows, usize) {
+    let samples = rows.data.len() / rows.width.max(1);
+    let whole = rows.squares();
+    let energy = |squares: &[f64], column: usize| -> f64 {
+        noise.iter().enumerate().map(|(o, variance)| variance * squares[o * columns + column]).sum()
     };
-    let whole: Vec<f64> = (0..columns).map(|column| energy(column, 1)).collect();
-    let mut block = 2;
-    while block <= LONGEST_BLOCK && samples / block >= BLOCKS {
-        if (0..columns).any(|column| energy(column, block) < KEPT * whole[column]) {
+    let (mut best, mut block, mut kept) = (rows, 1, whole.clone());
+    while 2 * block <= LONGEST_BLOCK && samples / (2 * block) >= BLOCKS {
+        let tried = best.halved();
+        let squares: Vec<f64> = tried.squares().iter().map(|square| (2 * block) as f64 * square).collect();
+        if (0..columns).any(|column| energy(&squares, column) < KEPT * energy(&whole, column)) {
             break;
         }
-        best = block;
-        block *= 2;
+        (best, block, kept) = (tried, 2 * block, squares);
     }
-    best
+    let scale: Vec<f64> =
+        whole.iter().zip(&kept).map(|(whole, kept)| if *kept > 0.0 { libm::sqrt(whole / kept) } else { 1.0 }).collect();
+    for row in best.data.chunks_exact_mut(best.width) {
+        row.iter_mut().zip(&scale).for_each(|(x, scale)| *x *= scale);
+    }
+    (best, block)
 }
 
 impl Coloured {
@@ -115,16 +141,16 @@ impl Coloured {
     pub fn new(linear: &Linear<'_>, run: &Run, simulated: &Simulated, own: &Own, inverse_cov: &Dense, noise_cov: &Dense) -> Self {
         let layout = &linear.prepared.layout;
         let (outputs, columns) = (layout.outputs, layout.columns());
-        let series = weighed_sensitivities(linear, run, simulated, own, inverse_cov);
+        let rows = weighed_sensitivities(linear, run, simulated, own, inverse_cov);
         let whole = run.counts.iter().all(|&count| count == run.samples);
-        let block = if whole { block_length(&series, columns, run.samples, &noise_cov.diagonal()) } else { 1 };
+        let (rows, block) = if whole { blocked(rows, columns, &noise_cov.diagonal()) } else { (rows, 1) };
         let blocks = run.samples / block;
         let lags = (blocks / 4).max(1);
         let transform = Transform::at_least(blocks + lags + 1);
         let column = |o: usize| -> Vec<f64> {
             let values = simulated.residuals.iter().skip(o).step_by(outputs);
             let values: Vec<f64> = values.map(|v| if v.is_finite() { *v } else { 0.0 }).collect();
-            means(&values, block).iter().map(|mean| mean * block as f64).collect()
+            values.chunks_exact(block).map(|part| part.iter().sum()).collect()
         };
         let sampled = |o: usize| -> Vec<f64> {
             if whole {
@@ -152,17 +178,12 @@ impl Coloured {
         }
         let width = outputs * columns;
         let (mut re, mut im) = (vec![0.0; half * width], vec![0.0; half * width]);
-        let used: Vec<usize> = (0..width).filter(|&i| series[i].iter().any(|&x| x != 0.0)).collect();
-        let blocked = |i: usize| -> Vec<f64> {
-            let blocked = means(&series[i], block);
-            let squares = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
-            let kept = squares(&blocked) * block as f64;
-            let scale = if kept > 0.0 { libm::sqrt(squares(&series[i]) / kept) } else { 1.0 };
-            blocked.iter().map(|x| scale * x).collect()
-        };
+        let squares = rows.squares();
+        let used: Vec<usize> = (0..width).filter(|&i| squares[i] > 0.0).collect();
+        let column = |i: usize| -> Vec<f64> { rows.data.iter().skip(i).step_by(width).copied().collect() };
         for two in used.chunks(2) {
-            let second = two.get(1).map_or_else(Vec::new, |&i| blocked(i));
-            let (first, other) = transform.of_two(&blocked(two[0]), &second);
+            let second = two.get(1).map_or_else(Vec::new, |&i| column(i));
+            let (first, other) = transform.of_two(&column(two[0]), &second);
             for (place, spectrum) in two.iter().zip([first, other]) {
                 for f in 0..half {
                     re[f * width + place] = spectrum.re[f];
@@ -331,27 +352,27 @@ impl Coloured {
     }
 }
 
-/// R^-1 S by output and column, 0 where an output was not sampled.
-fn weighed_sensitivities(linear: &Linear<'_>, run: &Run, simulated: &Simulated, own: &Own, inverse_cov: &Dense) -> Vec<Vec<f64>> {
+/// R^-1 S in rows by sample, 0 where an output was not sampled.
+fn weighed_sensitivities(linear: &Linear<'_>, run: &Run, simulated: &Simulated, own: &Own, inverse_cov: &Dense) -> Rows {
     let layout = &linear.prepared.layout;
     let (outputs, stride, columns) = (layout.outputs, layout.stride(), layout.columns());
-    let mut series = vec![vec![0.0; run.samples]; outputs * columns];
+    let width = outputs * columns;
+    let mut data = vec![0.0; run.samples * width];
     linear.pass(run, simulated, own, |k, rows| {
+        let line = &mut data[k * width..(k + 1) * width];
         for (b, row) in rows.chunks_exact(stride).enumerate() {
             if !row[columns].is_finite() {
                 continue;
             }
-            for a in 0..outputs {
+            for (a, part) in line.chunks_exact_mut(columns).enumerate() {
                 let factor = inverse_cov[(a, b)];
                 if factor != 0.0 {
-                    for (column, &x) in row[..columns].iter().enumerate() {
-                        series[a * columns + column][k] += factor * x;
-                    }
+                    part.iter_mut().zip(row).for_each(|(sum, x)| *sum += factor * x);
                 }
             }
         }
     });
-    series
+    Rows { width, data }
 }
 
 #[cfg(test)]
