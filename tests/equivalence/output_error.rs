@@ -46,9 +46,9 @@ fn slow_residuals(unknowns: &[f64], records: &[Record]) -> Vec<(usize, f64)> {
     for (run, record) in records.iter().enumerate() {
         let outputs = slow_outputs(&unknowns[..6], &unknowns[6 + 4 * run..10 + 4 * run], record);
         for (k, y) in outputs.iter().enumerate() {
-            for o in 0..3 {
+            for (o, y) in y.iter().enumerate() {
                 if record.outputs[o][k].is_finite() {
-                    all.push((o, record.outputs[o][k] - y[o]));
+                    all.push((o, record.outputs[o][k] - y));
                 }
             }
         }
@@ -216,8 +216,8 @@ fn a_full_noise_covariance_is_found_and_a_run_left_out_is_followed() {
     let rho = r[(0, 1)] / (r[(0, 0)] * r[(1, 1)]).sqrt();
     assert!((rho - 0.9).abs() < 0.03, "{rho}");
     let diagonal = fit(&structure(), &parameters(0.2), &[], &records, &TIGHT).unwrap();
-    for j in 0..6 {
-        assert!((found.theta[j] - TRUTH[j]).abs() < 4.0 * found.std[j], "{j}: {} {}", found.theta[j], found.std[j]);
+    for (j, truth) in TRUTH.iter().enumerate() {
+        assert!((found.theta[j] - truth).abs() < 4.0 * found.std[j], "{j}: {} {}", found.theta[j], found.std[j]);
         // What w tells of the noise in q is not lost.
         assert!(found.std_cramer_rao[j] < 1.05 * diagonal.std_cramer_rao[j]);
     }

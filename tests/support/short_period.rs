@@ -29,7 +29,7 @@ pub(crate) fn structure() -> Structure {
 
 pub(crate) fn parameters(off: f64) -> Vec<Parameter> {
     let names = ["Z_w", "Z_elevator", "M_w", "M_q", "M_elevator", "az_w"];
-    let start = |j: usize| TRUTH[j] * (1.0 + off * if j % 2 == 0 { 1.0 } else { -1.0 });
+    let start = |j: usize| TRUTH[j] * (1.0 + off * if j.is_multiple_of(2) { 1.0 } else { -1.0 });
     names.iter().enumerate().map(|(j, name)| Parameter { name: (*name).to_owned(), start: start(j), prior: None }).collect()
 }
 

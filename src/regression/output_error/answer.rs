@@ -11,6 +11,9 @@ use super::information::Linear;
 use super::own::{Own, inverse_or_names};
 use super::refused::Refused;
 
+/// How often what the fit took from the residuals is given back; a second time changes errors by less than 1 %.
+const GIVEN_BACK: usize = 1;
+
 /// Adds a run's block (theta, own) where it belongs among all unknowns.
 fn add_block(all: &mut Dense, block: &Dense, parameters: usize, from: usize) {
     let place = |i: usize| if i < parameters { i } else { from + i - parameters };
@@ -65,12 +68,14 @@ pub(crate) fn answer(problem: &mut Problem<'_>, ended: Ended) -> Result<Fitted, 
         }
         cramer_rao.times(&w).times(&cramer_rao)
     };
-    let first = sandwich(&|_, one| one.gradient_cov());
-    let of_run = |run: usize| {
-        let at = |i: usize| if i < p { i } else { i + run * own };
-        Dense::from_fn(columns, columns, |i, j| first[(at(i), at(j))])
-    };
-    let whole = sandwich(&|run, one| one.again(&of_run(run)));
+    let mut whole = sandwich(&|_, one| one.gradient_cov());
+    for _ in 0..GIVEN_BACK {
+        let of_run = |run: usize| {
+            let at = |i: usize| if i < p { i } else { i + run * own };
+            Dense::from_fn(columns, columns, |i, j| whole[(at(i), at(j))])
+        };
+        whole = sandwich(&|run, one| one.again(&of_run(run)));
+    }
     let stds = roots(&whole);
     let (cov_cramer_rao, cov) = (cramer_rao.part(0..p, 0..p), whole.part(0..p, 0..p));
     let runs = problem.runs.iter().zip(&place.simulated).zip(&place.own).enumerate();
