@@ -287,6 +287,9 @@ fn hopeless_data_are_refused_with_their_values() {
     let mut blind = records.clone();
     blind.iter_mut().for_each(|record| record.outputs[1].fill(f64::NAN));
     assert_eq!(refused(&model, &unknown, &blind), Refused::NeverSampled { output: "q".into() });
+    let mut dead = records.clone();
+    dead.iter_mut().for_each(|record| record.outputs[2].fill(1.5));
+    assert_eq!(refused(&model, &unknown, &dead), Refused::StillOutput { output: "az".into(), value: 1.5 });
     let short = |record: &Record| {
         let cut = |series: &Vec<Vec<f64>>| series.iter().map(|one| one[..3].to_vec()).collect();
         Record { times_s: record.times_s[..3].to_vec(), inputs: cut(&record.inputs), outputs: cut(&record.outputs) }

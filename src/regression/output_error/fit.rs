@@ -162,6 +162,13 @@ impl<'a> Problem<'a> {
         if let Some(output) = counts.iter().zip(&structure.outputs).find(|(count, _)| **count < 0.5) {
             return Err(Refused::NeverSampled { output: output.1.clone() });
         }
+        for (place, name) in structure.outputs.iter().enumerate() {
+            let mut values = records.iter().filter_map(|record| record.outputs.get(place)).flatten().filter(|z| z.is_finite());
+            let first = values.next().copied().unwrap_or(f64::NAN);
+            if values.clone().count() > 0 && values.all(|z| z.total_cmp(&first).is_eq()) {
+                return Err(Refused::StillOutput { output: name.clone(), value: first });
+            }
+        }
         let values = counts.iter().sum::<f64>() as usize;
         let priors = parameters.iter().filter(|parameter| parameter.prior.is_some()).count();
         let unknowns = parameters.len() + records.len() * layout.own();
