@@ -11,6 +11,8 @@
 mod manoeuvre;
 #[path = "../support/puma.rs"]
 mod puma;
+#[path = "../support/short_period.rs"]
+mod short_period;
 #[path = "../support/uniform.rs"]
 mod uniform;
 
@@ -18,4 +20,5 @@ mod biases;
 mod filter;
 mod gusts;
 mod instruments;
+mod output_error;
 mod smoother;

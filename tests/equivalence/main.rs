@@ -20,6 +20,8 @@ mod manoeuvre;
 mod program;
 #[path = "../support/puma.rs"]
 mod puma;
+#[path = "../support/short_period.rs"]
+mod short_period;
 #[path = "../support/uniform.rs"]
 mod uniform;
 
@@ -27,6 +29,7 @@ mod allocation;
 mod determinism;
 mod error_autocovariance;
 mod firmware;
+mod output_error;
 mod recursive_batch;
 mod replay;
 mod sequential_joint;

@@ -8,6 +8,7 @@
 )]
 
 mod attas;
+mod attas_output_error;
 mod level1_puma;
 mod puma_matrices;
 

@@ -5,11 +5,14 @@
 //! with A the transform of R^-1 S over one run and P that of the residuals' covariance R_vv(l), all outputs with all others,
 //! under a window that is 1 up to half of its width and falls to 0 from there. The width is that of what the residuals show:
 //! twice the lag after which [`QUIET`] correlations in a row stay below 2 sqrt(log10 N/N), at most a quarter of the run.
-//! White residuals give W = M but for chance.
+//! The fit took from the residuals what looks like S: with Sigma known, S Sigma S' is given back to their covariances and
+//! (1) done again (`again`). White residuals give W = M but for chance.
 //! Source of (1): E. A. Morelli and V. Klein, J. Guidance 20(1), 1997; of the window: D. N. Politis, J. Nonparametric
 //! Statistics 15(4-5), 2003.
-//! Numerics: F is longer than run and window together, so that nothing comes round. The window can make a power negative where
-//! there is next to none: it is held above [`LEAST_POWER`] of its mean, and a cross power below the two powers' product.
+//! Numerics: sensitivities are slow beside the samples. Blocks of B samples are taken together (sums of v, means of R^-1 S), B the
+//! most that keeps [`KEPT`] of every sensitivity's square, and each is scaled to its whole square. F is longer than run and window
+//! together, so that nothing comes round. The window can make a power negative where there is next to none: it is held above
+//! [`LEAST_POWER`] of its mean, and a cross power below the two powers' product.
 
 use super::dense::Dense;
 use super::information::Linear;
@@ -21,25 +24,11 @@ use super::spectrum::{Complex, Transform};
 pub const QUIET: usize = 5;
 /// Least power over the mean power.
 pub const LEAST_POWER: f64 = 1e-3;
-
-/// Covariances of two residuals at lags 0, 1, ... (first at k + l, second at k), by pairs that were sampled.
-fn covariances(transform: &Transform, sums: (&Complex, &Complex), counts: &[f64], lags: usize) -> (Vec<f64>, Vec<f64>) {
-    let (a, b) = sums;
-    let mut product = Complex::zeros(a.re.len());
-    for f in 0..a.re.len() {
-        product.re[f] = a.re[f] * b.re[f] + a.im[f] * b.im[f];
-        product.im[f] = a.im[f] * b.re[f] - a.re[f] * b.im[f];
-    }
-    let series = transform.back(&product);
-    let length = transform.length();
-    let at = |place: usize| {
-        let pairs = counts.get(place).copied().unwrap_or(0.0);
-        if pairs > 0.5 { series.get(place).copied().unwrap_or(0.0) / pairs } else { 0.0 }
-    };
-    let ahead = (0..=lags).map(at).collect();
-    let behind = (0..=lags).map(|lag| at((length - lag) % length)).collect();
-    (ahead, behind)
-}
+/// Part of a sensitivity's square that blocks have to keep.
+pub const KEPT: f64 = 0.97;
+/// Least number of blocks.
+const BLOCKS: usize = 256;
+const LONGEST_BLOCK: usize = 16;
 
 /// Width of the window for covariances at lags 0, 1, ...; `counts` are the pairs at each.
 pub fn width(covariances: &[f64], counts: &[f64]) -> usize {
@@ -69,86 +58,241 @@ fn window(lag: usize, width: usize) -> f64 {
     (2.0 * (1.0 - part)).clamp(0.0, 1.0)
 }
 
-/// Powers of residuals, by pair of outputs a <= b, at frequencies 0 to F/2.
-struct Powers {
+/// One run's spectra, from which (1) follows for any covariance of the estimates.
+pub struct Coloured {
     outputs: usize,
-    pairs: Vec<Complex>,
+    columns: usize,
+    transform: Transform,
+    lags: usize,
+    /// Cross spectra of the residuals as they are, by pair a <= b.
+    residuals: Vec<Complex>,
+    /// How many products each lag of a pair has, by pair.
+    counts: Vec<Vec<f64>>,
+    /// A: real and imaginary parts by frequency, output, column.
+    re: Vec<f64>,
+    im: Vec<f64>,
+    /// R in units of a block, which turns A into the transform of S.
+    noise_cov: Dense,
 }
 
-impl Powers {
-    fn at(&self, a: usize, b: usize, f: usize) -> (f64, f64) {
-        let (low, high, sign) = if a <= b { (a, b, 1.0) } else { (b, a, -1.0) };
-        let place = low * self.outputs - low * (low + 1) / 2 + high;
-        (self.pairs[place].re[f], sign * self.pairs[place].im[f])
+/// `a conj(b)` added to `out` under a weight.
+fn add_cross(a: &Complex, b: &Complex, out: &mut Complex) {
+    for f in 0..out.re.len() {
+        out.re[f] += a.re[f] * b.re[f] + a.im[f] * b.im[f];
+        out.im[f] += a.im[f] * b.re[f] - a.re[f] * b.im[f];
+    }
+}
+
+/// Sensitivities R^-1 S in rows of outputs x columns, a row a block.
+struct Rows {
+    width: usize,
+    data: Vec<f64>,
+}
+
+impl Rows {
+    /// Means of neighbours; an odd last one is left out.
+    fn halved(&self) -> Rows {
+        let mut data = Vec::with_capacity(self.data.len() / 2 + self.width);
+        for two in self.data.chunks_exact(2 * self.width) {
+            let (one, other) = two.split_at(self.width);
+            data.extend(one.iter().zip(other).map(|(a, b)| 0.5 * (a + b)));
+        }
+        Rows { width: self.width, data }
     }
 
-    fn of(run: &Run, residuals: &[f64], outputs: usize, transform: &Transform, lags: usize, scale: f64) -> Self {
+    /// Sum of squares by column of the row.
+    fn squares(&self) -> Vec<f64> {
+        let mut sums = vec![0.0; self.width];
+        for row in self.data.chunks_exact(self.width) {
+            for (sum, x) in sums.iter_mut().zip(row) {
+                *sum += x * x;
+            }
+        }
+        sums
+    }
+}
+
+/// The longest blocks that keep what the sensitivities are, each scaled to its whole square; and their length.
+fn blocked(rows: Rows, columns: usize, noise: &[f64]) -> (Rows, usize) {
+    let samples = rows.data.len() / rows.width.max(1);
+    let whole = rows.squares();
+    let energy = |squares: &[f64], column: usize| -> f64 {
+        noise.iter().enumerate().map(|(o, variance)| variance * squares[o * columns + column]).sum()
+    };
+    let (mut best, mut block, mut kept) = (rows, 1, whole.clone());
+    while 2 * block <= LONGEST_BLOCK && samples / (2 * block) >= BLOCKS {
+        let tried = best.halved();
+        let squares: Vec<f64> = tried.squares().iter().map(|square| (2 * block) as f64 * square).collect();
+        if (0..columns).any(|column| energy(&squares, column) < KEPT * energy(&whole, column)) {
+            break;
+        }
+        (best, block, kept) = (tried, 2 * block, squares);
+    }
+    let scale: Vec<f64> =
+        whole.iter().zip(&kept).map(|(whole, kept)| if *kept > 0.0 { libm::sqrt(whole / kept) } else { 1.0 }).collect();
+    for row in best.data.chunks_exact_mut(best.width) {
+        row.iter_mut().zip(&scale).for_each(|(x, scale)| *x *= scale);
+    }
+    (best, block)
+}
+
+impl Coloured {
+    /// Of a run at the end of the search. `inverse_cov` is R^-1, `noise_cov` R.
+    pub fn new(linear: &Linear<'_>, run: &Run, simulated: &Simulated, own: &Own, inverse_cov: &Dense, noise_cov: &Dense) -> Self {
+        let layout = &linear.prepared.layout;
+        let (outputs, columns) = (layout.outputs, layout.columns());
+        let rows = weighed_sensitivities(linear, run, simulated, own, inverse_cov);
+        let whole = run.counts.iter().all(|&count| count == run.samples);
+        let (rows, block) = if whole { blocked(rows, columns, &noise_cov.diagonal()) } else { (rows, 1) };
+        let blocks = run.samples / block;
+        let lags = (blocks / 4).max(1);
+        let transform = Transform::at_least(blocks + lags + 1);
         let column = |o: usize| -> Vec<f64> {
-            let values = residuals.iter().skip(o).step_by(outputs);
-            values.map(|v| if v.is_finite() { *v } else { 0.0 }).collect()
+            let values = simulated.residuals.iter().skip(o).step_by(outputs);
+            let values: Vec<f64> = values.map(|v| if v.is_finite() { *v } else { 0.0 }).collect();
+            values.chunks_exact(block).map(|part| part.iter().sum()).collect()
         };
         let sampled = |o: usize| -> Vec<f64> {
-            residuals.iter().skip(o).step_by(outputs).map(|v| f64::from(u8::from(v.is_finite()))).collect()
+            if whole {
+                return Vec::new();
+            }
+            simulated.residuals.iter().skip(o).step_by(outputs).map(|v| f64::from(u8::from(v.is_finite()))).collect()
         };
         let spectra: Vec<(Complex, Complex)> = (0..outputs).map(|o| transform.of_two(&column(o), &sampled(o))).collect();
-        let whole = run.counts.iter().all(|&count| count == run.samples);
-        let pairs_of = |a: usize, b: usize| -> Vec<f64> {
-            let length = transform.length();
-            if whole {
-                let apart = |place: usize| place.min(length - place);
-                return (0..length).map(|place| run.samples.saturating_sub(apart(place)) as f64).collect();
-            }
-            let mut product = Complex::zeros(length / 2 + 1);
-            for f in 0..product.re.len() {
-                let (x, y) = (&spectra[a].1, &spectra[b].1);
-                product.re[f] = x.re[f] * y.re[f] + x.im[f] * y.im[f];
-                product.im[f] = x.im[f] * y.re[f] - x.re[f] * y.im[f];
-            }
-            transform.back(&product)
-        };
-        let mut widths = vec![0; outputs];
-        let mut known: Vec<Vec<(Vec<f64>, Vec<f64>)>> = vec![Vec::new(); outputs];
+        let (mut residuals, mut counts) = (Vec::new(), Vec::new());
+        let length = transform.length();
+        let half = length / 2 + 1;
         for a in 0..outputs {
             for b in a..outputs {
-                let counts = pairs_of(a, b);
-                let both = covariances(transform, (&spectra[a].0, &spectra[b].0), &counts, lags);
-                if a == b {
-                    widths[a] = width(&both.0, &counts);
-                }
-                known[a].push(both);
+                let mut cross = Complex::zeros(half);
+                add_cross(&spectra[a].0, &spectra[b].0, &mut cross);
+                residuals.push(cross);
+                counts.push(if whole {
+                    (0..length).map(|place| blocks.saturating_sub(place.min(length - place)) as f64).collect()
+                } else {
+                    let mut pairs = Complex::zeros(half);
+                    add_cross(&spectra[a].1, &spectra[b].1, &mut pairs);
+                    transform.back(&pairs)
+                });
             }
         }
-        let mut pairs = Vec::new();
-        for a in 0..outputs {
-            for b in a..outputs {
-                let (ahead, behind) = &known[a][b - a];
-                let wide = widths[a].max(widths[b]);
-                let mut series = Complex::zeros(transform.length());
-                for lag in 0..=wide.min(lags) {
-                    let weight = scale * window(lag, wide);
-                    series.re[lag] = weight * ahead[lag];
-                    if lag > 0 {
-                        series.re[transform.length() - lag] = weight * behind[lag];
+        let width = outputs * columns;
+        let (mut re, mut im) = (vec![0.0; half * width], vec![0.0; half * width]);
+        let squares = rows.squares();
+        let used: Vec<usize> = (0..width).filter(|&i| squares[i] > 0.0).collect();
+        let column = |i: usize| -> Vec<f64> { rows.data.iter().skip(i).step_by(width).copied().collect() };
+        for two in used.chunks(2) {
+            let second = two.get(1).map_or_else(Vec::new, |&i| column(i));
+            let (first, other) = transform.of_two(&column(two[0]), &second);
+            for (place, spectrum) in two.iter().zip([first, other]) {
+                for f in 0..half {
+                    re[f * width + place] = spectrum.re[f];
+                    im[f * width + place] = spectrum.im[f];
+                }
+            }
+        }
+        let noise_cov = Dense::from_fn(outputs, outputs, |a, b| block as f64 * noise_cov[(a, b)]);
+        Coloured { outputs, columns, transform, lags, residuals, counts, re, im, noise_cov }
+    }
+
+    fn pair(&self, a: usize, b: usize) -> usize {
+        a * self.outputs - a * (a + 1) / 2 + b
+    }
+
+    /// W from the residuals as they are.
+    pub fn gradient_cov(&self) -> Dense {
+        self.weighed(&self.powers(&self.residuals))
+    }
+
+    /// W with what the fit took from the residuals given back: `cov` is Sigma of theta and the run's own.
+    pub fn again(&self, cov: &Dense) -> Dense {
+        let mut sums = self.residuals.clone();
+        let (outputs, columns) = (self.outputs, self.columns);
+        let width = outputs * columns;
+        // Sigma = B B' column by column, of what is positive in it.
+        let (values, vectors) = cov.symmetric_eigen();
+        let root = Dense::from_fn(columns, columns, |i, j| vectors[(i, j)] * libm::sqrt(values[j].max(0.0)));
+        let half = self.transform.length() / 2 + 1;
+        let (mut re, mut im) = (vec![0.0; width], vec![0.0; width]);
+        for f in 0..half {
+            let from = f * width;
+            re.fill(0.0);
+            im.fill(0.0);
+            for a in 0..outputs {
+                for b in 0..outputs {
+                    let factor = self.noise_cov[(a, b)];
+                    if factor == 0.0 {
+                        continue;
+                    }
+                    for i in 0..columns {
+                        let (x, y) = (factor * self.re[from + b * columns + i], factor * self.im[from + b * columns + i]);
+                        if x == 0.0 && y == 0.0 {
+                            continue;
+                        }
+                        let (re, im) = (&mut re[a * columns..][..columns], &mut im[a * columns..][..columns]);
+                        for ((re, im), r) in re.iter_mut().zip(im).zip(root.row(i)) {
+                            *re += x * r;
+                            *im += y * r;
+                        }
                     }
                 }
-                transform.forward(&mut series);
-                series.re.truncate(transform.length() / 2 + 1);
-                series.im.truncate(transform.length() / 2 + 1);
-                pairs.push(series);
+            }
+            for a in 0..outputs {
+                for b in a..outputs {
+                    let pair = self.pair(a, b);
+                    for i in 0..columns {
+                        let (x, y) = (re[a * columns + i], im[a * columns + i]);
+                        let (u, v) = (re[b * columns + i], im[b * columns + i]);
+                        sums[pair].re[f] += x * u + y * v;
+                        sums[pair].im[f] += y * u - x * v;
+                    }
+                }
             }
         }
-        let mut powers = Powers { outputs, pairs };
-        powers.hold_positive();
+        self.weighed(&self.powers(&sums))
+    }
+
+    /// P by pair, from cross spectra.
+    fn powers(&self, sums: &[Complex]) -> Vec<Complex> {
+        let (length, lags, outputs) = (self.transform.length(), self.lags, self.outputs);
+        let mut known = Vec::new();
+        for (sums, counts) in sums.iter().zip(&self.counts) {
+            let series = self.transform.back(sums);
+            let at = |place: usize| if counts[place] > 0.5 { series[place] / counts[place] } else { 0.0 };
+            let ahead: Vec<f64> = (0..=lags).map(at).collect();
+            let behind: Vec<f64> = (0..=lags).map(|lag| at((length - lag) % length)).collect();
+            known.push((ahead, behind));
+        }
+        let own = |a: usize| (&known[self.pair(a, a)].0, &self.counts[self.pair(a, a)]);
+        let widths: Vec<usize> = (0..outputs).map(|a| width(own(a).0, own(a).1)).collect();
+        let mut powers = Vec::new();
+        for a in 0..outputs {
+            for b in a..outputs {
+                let (ahead, behind) = &known[self.pair(a, b)];
+                let wide = widths[a].max(widths[b]);
+                let mut series = Complex::zeros(length);
+                for lag in 0..=wide.min(lags) {
+                    series.re[lag] = window(lag, wide) * ahead[lag];
+                    if lag > 0 {
+                        series.re[length - lag] = window(lag, wide) * behind[lag];
+                    }
+                }
+                self.transform.forward(&mut series);
+                series.re.truncate(length / 2 + 1);
+                series.im.truncate(length / 2 + 1);
+                powers.push(series);
+            }
+        }
+        self.hold_positive(&mut powers);
         powers
     }
 
     /// Powers above their least, cross powers below the powers' product.
-    fn hold_positive(&mut self) {
-        let place = |a: usize, b: usize, outputs: usize| a * outputs - a * (a + 1) / 2 + b;
-        let count = self.pairs.first().map_or(0, |pair| pair.re.len());
+    fn hold_positive(&self, powers: &mut [Complex]) {
+        let count = self.transform.length() / 2 + 1;
         for a in 0..self.outputs {
-            let own = &mut self.pairs[place(a, a, self.outputs)];
-            let mean = own.re.iter().sum::<f64>() / count.max(1) as f64;
+            let own = &mut powers[self.pair(a, a)];
+            let mean = own.re.iter().sum::<f64>() / count as f64;
             for (re, im) in own.re.iter_mut().zip(&mut own.im) {
                 *re = re.max(LEAST_POWER * mean);
                 *im = 0.0;
@@ -157,8 +301,8 @@ impl Powers {
         for a in 0..self.outputs {
             for b in a + 1..self.outputs {
                 for f in 0..count {
-                    let most = self.at(a, a, f).0 * self.at(b, b, f).0;
-                    let pair = &mut self.pairs[place(a, b, self.outputs)];
+                    let most = powers[self.pair(a, a)].re[f] * powers[self.pair(b, b)].re[f];
+                    let pair = &mut powers[self.pair(a, b)];
                     let squared = pair.re[f] * pair.re[f] + pair.im[f] * pair.im[f];
                     if squared > most {
                         let scale = libm::sqrt(most / squared);
@@ -169,75 +313,66 @@ impl Powers {
             }
         }
     }
-}
 
-/// W of one run, (1), over theta and the run's own. `inverse_cov` is R^-1; `scale` makes good what the fit took from the residuals.
-pub fn gradient_cov(linear: &Linear<'_>, run: &Run, simulated: &Simulated, own: &Own, inverse_cov: &Dense, scale: f64) -> Dense {
-    let layout = &linear.prepared.layout;
-    let (outputs, stride, columns) = (layout.outputs, layout.stride(), layout.columns());
-    let lags = (run.samples / 4).max(1);
-    let transform = Transform::at_least(run.samples + lags + 1);
-    let powers = Powers::of(run, &simulated.residuals, outputs, &transform, lags, scale);
-    // R^-1 S, by output and column.
-    let mut series = vec![vec![0.0; run.samples]; outputs * columns];
-    linear.pass(run, simulated, own, |k, rows| {
-        for (b, row) in rows.chunks_exact(stride).enumerate() {
-            if !row[columns].is_finite() {
-                continue;
-            }
+    /// (1) by frequency.
+    fn weighed(&self, powers: &[Complex]) -> Dense {
+        let (outputs, columns) = (self.outputs, self.columns);
+        let (length, width) = (self.transform.length(), outputs * columns);
+        let half = length / 2 + 1;
+        let mut sums = vec![0.0; columns * columns];
+        let (mut turned_re, mut turned_im) = (vec![0.0; columns], vec![0.0; columns]);
+        for f in 0..half {
+            let weight = if f == 0 || f + 1 == half { 1.0 } else { 2.0 } / length as f64;
+            let (re, im) = (&self.re[f * width..(f + 1) * width], &self.im[f * width..(f + 1) * width]);
             for a in 0..outputs {
-                let factor = inverse_cov[(a, b)];
-                if factor != 0.0 {
-                    for (column, &x) in row[..columns].iter().enumerate() {
-                        series[a * columns + column][k] += factor * x;
+                turned_re.fill(0.0);
+                turned_im.fill(0.0);
+                for b in 0..outputs {
+                    let (power, sign) = if a <= b { (&powers[self.pair(a, b)], 1.0) } else { (&powers[self.pair(b, a)], -1.0) };
+                    let (p, q) = (weight * power.re[f], sign * weight * power.im[f]);
+                    let (re, im) = (&re[b * columns..][..columns], &im[b * columns..][..columns]);
+                    for (((u, v), x), y) in turned_re.iter_mut().zip(&mut turned_im).zip(re).zip(im) {
+                        *u += p * x - q * y;
+                        *v += p * y + q * x;
+                    }
+                }
+                for i in 0..columns {
+                    let (x, y) = (re[a * columns + i], im[a * columns + i]);
+                    if x == 0.0 && y == 0.0 {
+                        continue;
+                    }
+                    let line = &mut sums[i * columns..(i + 1) * columns];
+                    for ((sum, u), v) in line.iter_mut().zip(&turned_re).zip(&turned_im) {
+                        *sum += x * u + y * v;
                     }
                 }
             }
         }
-    });
-    let half = transform.length() / 2 + 1;
+        Dense::from_fn(columns, columns, |i, j| 0.5 * (sums[i * columns + j] + sums[j * columns + i]))
+    }
+}
+
+/// R^-1 S in rows by sample, 0 where an output was not sampled.
+fn weighed_sensitivities(linear: &Linear<'_>, run: &Run, simulated: &Simulated, own: &Own, inverse_cov: &Dense) -> Rows {
+    let layout = &linear.prepared.layout;
+    let (outputs, stride, columns) = (layout.outputs, layout.stride(), layout.columns());
     let width = outputs * columns;
-    let mut re = vec![0.0; half * width];
-    let mut im = vec![0.0; half * width];
-    let empty = Vec::new();
-    let used: Vec<usize> = (0..width).filter(|&i| series[i].iter().any(|&x| x != 0.0)).collect();
-    for two in used.chunks(2) {
-        let second = two.get(1).map_or(&empty, |&i| &series[i]);
-        let (first, other) = transform.of_two(&series[two[0]], second);
-        for (place, spectrum) in two.iter().zip([first, other]) {
-            for f in 0..half {
-                re[f * width + place] = spectrum.re[f];
-                im[f * width + place] = spectrum.im[f];
+    let mut data = vec![0.0; run.samples * width];
+    linear.pass(run, simulated, own, |k, rows| {
+        let line = &mut data[k * width..(k + 1) * width];
+        for (b, row) in rows.chunks_exact(stride).enumerate() {
+            if !row[columns].is_finite() {
+                continue;
             }
-        }
-    }
-    let mut sums = vec![0.0; columns * columns];
-    let (mut turned_re, mut turned_im) = (vec![0.0; columns], vec![0.0; columns]);
-    for f in 0..half {
-        let weight = if f == 0 || f + 1 == half { 1.0 } else { 2.0 } / transform.length() as f64;
-        let (re, im) = (&re[f * width..(f + 1) * width], &im[f * width..(f + 1) * width]);
-        for a in 0..outputs {
-            turned_re.fill(0.0);
-            turned_im.fill(0.0);
-            for b in 0..outputs {
-                let (p, q) = powers.at(a, b, f);
-                let (p, q) = (weight * p, weight * q);
-                for j in 0..columns {
-                    let (x, y) = (re[b * columns + j], im[b * columns + j]);
-                    turned_re[j] += p * x - q * y;
-                    turned_im[j] += p * y + q * x;
-                }
-            }
-            for i in 0..columns {
-                let (x, y) = (re[a * columns + i], im[a * columns + i]);
-                let line = &mut sums[i * columns..(i + 1) * columns];
-                for ((sum, u), v) in line.iter_mut().zip(&turned_re).zip(&turned_im) {
-                    *sum += x * u + y * v;
+            for (a, part) in line.chunks_exact_mut(columns).enumerate() {
+                let factor = inverse_cov[(a, b)];
+                if factor != 0.0 {
+                    part.iter_mut().zip(row).for_each(|(sum, x)| *sum += factor * x);
                 }
             }
         }
-    }
-    Dense::from_fn(columns, columns, |i, j| 0.5 * (sums[i * columns + j] + sums[j * columns + i]))
+    });
+    Rows { width, data }
 }
 
 #[cfg(test)]

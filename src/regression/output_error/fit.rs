@@ -6,7 +6,8 @@
 //!     [ M_tt M_tr ; M_rt M_rr ] [dtheta ; dr] = [g_t ; g_r],     M = S'R^-1 S, g = S'R^-1 v            (3)
 //! Each run's own unknowns r are eliminated first (Schur complement), so that many runs cost no more than their samples. A step
 //! that does not lower (1), or whose outputs run away, is halved, then damped (Levenberg and Marquardt, on the diagonal).
-//! The search ends where a whole step is shorter than `tolerance` standard errors (sqrt(g'dtheta)).
+//! The search begins on thinned records (`thinned`) and ends on all samples, where a whole step would be
+//! shorter than `tolerance` standard errors (sqrt(g'dtheta)).
 //! Source: R. E. Maine and K. W. Iliff, NASA RP-1168, 1986; R. V. Jategaonkar, Flight Vehicle System Identification, 2nd ed., ch. 4.
 //! Numerics: R is held above [`LEAST_NOISE`] of each output's own spread, so that data without noise have an answer.
 
@@ -18,14 +19,21 @@ use super::model::{Delay, Parameter, Record, Structure};
 use super::own::{Own, inverse_or_names};
 use super::refused::Refused;
 use super::simulated::{Run, Simulated, simulate};
+use super::thinned::thinned;
 
 /// Least standard deviation of the noise, over the spread of an output.
 pub const LEAST_NOISE: f64 = 1e-9;
 const HALVINGS: usize = 3;
-const DAMPING_FIRST: f64 = 1e-3;
+/// Damping to begin with, and the least after a step that did not lower the cost.
+const DAMPING_FIRST: f64 = 1e-6;
+const DAMPING_RAISED: f64 = 1e-3;
 const DAMPING_MOST: f64 = 1e8;
 /// Delays that are tried before the search, s: 0 to 200 ms.
 const DELAYS_S: [f64; 11] = [0.0, 0.02, 0.04, 0.06, 0.08, 0.1, 0.12, 0.14, 0.16, 0.18, 0.2];
+/// What the cost can tell, over itself.
+const COST_TOLD: f64 = 1e-11;
+/// Length of the last step on thinned records, standard errors there.
+const THINNED_TOLERANCE: f64 = 0.03;
 /// Steps at each of them.
 const DELAY_STEPS: usize = 3;
 
@@ -44,7 +52,7 @@ pub enum Noise {
 pub struct Settings {
     /// Most steps.
     pub iterations: usize,
-    /// Length of the last step, standard errors.
+    /// Length that ends the search: of the step that is not taken any more, standard errors.
     pub tolerance: f64,
     /// Covariance of the noise.
     pub noise: Noise,
@@ -97,13 +105,33 @@ pub fn fit(
     let mut problem = Problem::new(structure, parameters, delays, records, settings.noise)?;
     let layout = problem.prepared.layout.clone();
     let theta: Vec<f64> = parameters.iter().map(|parameter| parameter.start).collect();
-    let own = vec![Own::zero(&layout); records.len()];
-    let mut place = problem.at(theta, own)?;
-    if settings.delay_grid && !delays.is_empty() {
-        place = problem.try_delays(place, settings)?;
+    let mut place = problem.at(theta, vec![Own::zero(&layout); records.len()])?;
+    let asked = settings.delay_grid && !delays.is_empty();
+    let shorter = thinned(records);
+    let led = shorter.as_ref().and_then(|shorter| {
+        let mut problem = Problem::new(structure, parameters, delays, shorter, settings.noise).ok()?;
+        let mut begin = problem.at(place.theta.clone(), place.own.clone()).ok()?;
+        if asked {
+            begin = problem.try_delays(begin).ok()?;
+        }
+        problem.search(begin, settings.iterations, THINNED_TOLERANCE, &[]).ok()
+    });
+    match led.map(|led| problem.at(led.place.theta, led.place.own)) {
+        Some(Ok(better)) if better.cost < place.cost => place = better,
+        _ if asked => place = problem.try_delays(place)?,
+        _ => {}
     }
-    let (place, iterations, converged) = problem.search(place, settings.iterations, settings.tolerance, &[])?;
-    super::answer::answer(&mut problem, place, iterations, converged)
+    let ended = problem.search(place, settings.iterations, settings.tolerance, &[])?;
+    super::answer::answer(&mut problem, ended)
+}
+
+/// Where a search ended.
+pub(crate) struct Ended {
+    pub(crate) place: Place,
+    /// Of every run there.
+    pub(crate) information: Vec<Dense>,
+    pub(crate) iterations: usize,
+    pub(crate) converged: bool,
 }
 
 impl<'a> Problem<'a> {
@@ -133,6 +161,13 @@ impl<'a> Problem<'a> {
             (0..layout.outputs).map(|o| runs.iter().filter_map(|run| run.counts.get(o)).sum::<usize>() as f64).collect();
         if let Some(output) = counts.iter().zip(&structure.outputs).find(|(count, _)| **count < 0.5) {
             return Err(Refused::NeverSampled { output: output.1.clone() });
+        }
+        for (place, name) in structure.outputs.iter().enumerate() {
+            let mut values = records.iter().filter_map(|record| record.outputs.get(place)).flatten().filter(|z| z.is_finite());
+            let first = values.next().copied().unwrap_or(f64::NAN);
+            if values.clone().count() > 0 && values.all(|z| z.total_cmp(&first).is_eq()) {
+                return Err(Refused::StillOutput { output: name.clone(), value: first });
+            }
         }
         let values = counts.iter().sum::<f64>() as usize;
         let priors = parameters.iter().filter(|parameter| parameter.prior.is_some()).count();
@@ -228,6 +263,13 @@ impl<'a> Problem<'a> {
         Ok((cov, Whitening::Full(inverse), cost))
     }
 
+    /// Puts the delays of a place into the runs.
+    pub(crate) fn delay(&mut self, place: &Place) {
+        for run in &mut self.runs {
+            run.delay(&self.prepared.layout, &place.theta);
+        }
+    }
+
     /// Information of every run at a place: theta, own, residual.
     pub(crate) fn information(&mut self, place: &Place) -> Vec<Dense> {
         let mut all = Vec::with_capacity(self.runs.len());
@@ -241,51 +283,57 @@ impl<'a> Problem<'a> {
         all
     }
 
-    /// Goes down from a place. Parameters `held` stay. Gives where it ends, the steps, and whether the last was short enough.
-    fn search(&mut self, from: Place, most: usize, tolerance: f64, held: &[usize]) -> Result<(Place, usize, bool), Refused> {
+    /// Goes down from a place. Parameters `held` stay.
+    fn search(&mut self, from: Place, most: usize, tolerance: f64, held: &[usize]) -> Result<Ended, Refused> {
         let mut place = from;
         let mut damping = DAMPING_FIRST;
-        for iteration in 0..most {
+        let mut length_before = f64::INFINITY;
+        let mut iterations = 0;
+        loop {
             let information = self.information(&place);
             let reduced = self.reduced(&place, &information, held)?;
-            loop {
+            let next = loop {
                 let Some((step, own_steps, length)) = reduced.step(damping) else {
                     if damping > DAMPING_MOST {
                         return Err(self.blind(&reduced));
                     }
-                    damping = (10.0 * damping).max(DAMPING_FIRST);
+                    damping = (10.0 * damping).max(DAMPING_RAISED);
                     continue;
                 };
-                if let Some(next) = self.lower(&place, &step, &own_steps) {
-                    place = next;
-                    damping *= 0.1;
-                    if length < tolerance {
-                        return Ok((place, iteration + 1, true));
-                    }
-                    break;
+                // Below this the cost cannot tell a better place from a worse one: steps are taken while they still shrink.
+                let told = 0.5 * length * length > COST_TOLD * place.cost.abs().max(1.0);
+                let converged = length < tolerance || (!told && length > 0.9 * length_before);
+                if converged || iterations == most || damping > DAMPING_MOST {
+                    return Ok(Ended { place, information, iterations, converged });
                 }
-                // A step that is too short to lower anything in working precision is the end, too.
-                if length < tolerance {
-                    return Ok((place, iteration, true));
+                length_before = length;
+                let lower = if told { self.lower(&place, &step, &own_steps) } else { self.moved(&place, &step, &own_steps, 1.0) };
+                if let Some(next) = lower {
+                    break next;
                 }
-                if damping > DAMPING_MOST {
-                    return Ok((place, iteration, false));
-                }
-                damping = (10.0 * damping).max(DAMPING_FIRST);
-            }
+                damping = (10.0 * damping).max(DAMPING_RAISED);
+                length_before = f64::INFINITY;
+            };
+            place = next;
+            damping *= 0.1;
+            iterations += 1;
         }
-        Ok((place, most, false))
+    }
+
+    /// The model after a part of a step.
+    fn moved(&mut self, place: &Place, step: &[f64], own_steps: &[Vec<f64>], part: f64) -> Option<Place> {
+        let theta: Vec<f64> = place.theta.iter().zip(step).map(|(theta, step)| theta + part * step).collect();
+        let scaled = |steps: &Vec<f64>| -> Vec<f64> { steps.iter().map(|step| part * step).collect() };
+        let layout = &self.prepared.layout;
+        let own = place.own.iter().zip(own_steps).map(|(own, steps)| own.moved(layout, &scaled(steps))).collect();
+        self.at(theta, own).ok()
     }
 
     /// The first of the step and its halves that lowers the cost.
     fn lower(&mut self, place: &Place, step: &[f64], own_steps: &[Vec<f64>]) -> Option<Place> {
-        let layout = self.prepared.layout.clone();
         let mut part = 1.0;
         for _ in 0..=HALVINGS {
-            let theta: Vec<f64> = place.theta.iter().zip(step).map(|(theta, step)| theta + part * step).collect();
-            let scaled = |steps: &Vec<f64>| -> Vec<f64> { steps.iter().map(|step| part * step).collect() };
-            let own = place.own.iter().zip(own_steps).map(|(own, steps)| own.moved(&layout, &scaled(steps))).collect();
-            if let Ok(next) = self.at(theta, own)
+            if let Some(next) = self.moved(place, step, own_steps, part)
                 && next.cost < place.cost
             {
                 return Some(next);
@@ -346,7 +394,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Each delay in turn at the best of the grid, the other parameters going a few steps with it.
-    fn try_delays(&mut self, from: Place, settings: &Settings) -> Result<Place, Refused> {
+    fn try_delays(&mut self, from: Place) -> Result<Place, Refused> {
         let layout: Layout = self.prepared.layout.clone();
         let mut held: Vec<usize> = layout.delays.iter().map(|delay| delay.parameter).collect();
         held.sort_unstable();
@@ -358,7 +406,7 @@ impl<'a> Problem<'a> {
                 let mut theta = best.theta.clone();
                 theta[parameter] = delay_s;
                 let Ok(tried) = self.at(theta, best.own.clone()) else { continue };
-                let (tried, _, _) = self.search(tried, DELAY_STEPS, settings.tolerance, &held)?;
+                let tried = self.search(tried, DELAY_STEPS, THINNED_TOLERANCE, &held)?.place;
                 if found.as_ref().is_none_or(|found| tried.cost < found.cost) {
                     found = Some(tried);
                 }

@@ -55,9 +55,9 @@ pub struct Fitted {
     pub noise_cov: Dense,
     /// Negative logarithm of the likelihood but for a constant, with the priors.
     pub cost: f64,
-    /// Steps that were taken.
+    /// Steps that were taken on all samples.
     pub iterations: usize,
-    /// Whether the last step was below the tolerance.
+    /// Whether the next step would be below the tolerance.
     pub converged: bool,
     /// 1/sqrt(M_jj).
     pub insensitivity: Vec<f64>,

@@ -82,19 +82,19 @@ impl Linear<'_> {
         self.pass(run, simulated, own, |_, rows| {
             whitening.append(rows, stride, columns, &mut gathered);
             if gathered.len() >= ROWS * stride {
-                add_squares(&gathered, stride, &mut sums);
+                add_squares(&gathered, stride, columns + 1, &mut sums);
                 gathered.clear();
             }
         });
-        add_squares(&gathered, stride, &mut sums);
+        add_squares(&gathered, stride, columns + 1, &mut sums);
         Dense::from_fn(columns + 1, columns + 1, |i, j| sums[i.min(j) * stride + i.max(j)])
     }
 }
 
 /// Adds rows' products, upper triangle by tiles.
-fn add_squares(rows: &[f64], stride: usize, sums: &mut [f64]) {
-    for top in (0..stride).step_by(TILE) {
-        for left in (top..stride).step_by(TILE) {
+fn add_squares(rows: &[f64], stride: usize, columns: usize, sums: &mut [f64]) {
+    for top in (0..columns).step_by(TILE) {
+        for left in (top..columns).step_by(TILE) {
             let mut tile = [[0.0; TILE]; TILE];
             for row in rows.chunks_exact(stride) {
                 let (Some(a), Some(b)) = (row[top..].first_chunk::<TILE>(), row[left..].first_chunk::<TILE>()) else { continue };

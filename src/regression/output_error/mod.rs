@@ -20,6 +20,7 @@ pub mod own;
 pub mod refused;
 pub mod simulated;
 pub mod spectrum;
+pub mod thinned;
 
 pub use fit::{Noise, Settings, fit};
 pub use fitted::{Fitted, FittedRun};

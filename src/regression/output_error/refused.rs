@@ -62,6 +62,13 @@ pub enum Refused {
         /// Its name.
         output: String,
     },
+    /// An output that stands still in every run: an instrument that is dead, whose noise nothing tells.
+    StillOutput {
+        /// Its name.
+        output: String,
+        /// Where it stands.
+        value: f64,
+    },
     /// A full noise covariance needs all outputs at the same instants.
     NotSampledTogether {
         /// Run, from 0.
@@ -76,7 +83,7 @@ pub enum Refused {
         /// Run, from 0.
         run: usize,
     },
-    /// The data do not tell these apart.
+    /// The data do not tell these, or not one from the other, at the values that the search has reached.
     Singular {
         /// Names that take part in the direction that nothing tells.
         names: Vec<String>,
@@ -103,6 +110,7 @@ impl fmt::Display for Refused {
                 write!(f, "input {input} stands at {value} in every run, so nothing tells {}", parameters.join(", "))
             }
             Refused::NeverSampled { output } => write!(f, "output {output} is sampled in no run"),
+            Refused::StillOutput { output, value } => write!(f, "output {output} stands at {value} in every run"),
             Refused::NotSampledTogether { run, sample } => {
                 let (run, sample) = (run + 1, sample + 1);
                 write!(f, "run {run}, sample {sample}: a full noise covariance needs all outputs at the same instants")
@@ -112,7 +120,8 @@ impl fmt::Display for Refused {
                 write!(f, "run {}: the outputs of the starting values run out of the range of numbers", run + 1)
             }
             Refused::Singular { names, smallest } => {
-                write!(f, "the runs do not tell {} apart (smallest eigenvalue {smallest:.1e})", names.join(", "))
+                let names = names.join(", ");
+                write!(f, "the runs do not tell {names} where the search stands (smallest eigenvalue {smallest:.1e})")
             }
         }
     }

@@ -4,11 +4,11 @@
     python3 tests/bench/output_error/compare.py [--rounds 3]
 
 17 derivatives, 30 s at 100 Hz, 4 states, 2 inputs, 5 outputs. The numpy side (installed by pip into target/numpy) is written
-as one would who wants it fast: the model and its 17 disturbed copies are stepped together as one batch, exact discretisation for
-inputs that are straight between samples, forward differences, R re-estimated between steps, the same end of the search (a step
-below a thousandth of a standard error). Ours does more in its time: the errors corrected for colour, and all that it says of a
-run. One thread each, in turn, by processor time. Says SKIPPED and ends with 0 where pip cannot bring numpy; ends with 1 where the
-target is missed or the answers differ.
+twice: its 17 disturbed copies stepped one after the other, as most write it, and all together as one batch, as one would who
+wants it fast. Both have exact discretisation for inputs that are straight between samples, forward differences, R re-estimated
+between steps, and the same end of the search (a step below a thousandth of a standard error). Ours does more in its time: the
+errors corrected for colour, and all that it says of a run. One thread each, in turn, by processor time. Says SKIPPED and ends
+with 0 where pip cannot bring numpy; ends with 1 where the target is missed to either or the answers differ.
 """
 
 import argparse
@@ -82,8 +82,8 @@ def simulate(np, theta, u, h):
     return states @ c.transpose(0, 2, 1) + u @ d.transpose(0, 2, 1)
 
 
-def gauss_newton(np, start, u, z, h):
-    """Estimates, Cramer-Rao standard errors, cost, steps."""
+def gauss_newton(np, start, u, z, h, together=True):
+    """Estimates, Cramer-Rao standard errors, cost, steps; the disturbed copies stepped together or one after the other."""
     theta, samples = start.copy(), len(z)
     cost_of = lambda r: 0.5 * samples * (np.log(r).sum() + len(r))
     y = simulate(np, theta[None], u, h)[0]
@@ -91,7 +91,8 @@ def gauss_newton(np, start, u, z, h):
     cost, iterations = cost_of(r), 0
     while iterations < 60:
         step = 1e-6 * np.maximum(np.abs(theta), 1e-3)
-        copies = simulate(np, np.vstack([theta, theta + np.diag(step)]), u, h)
+        wanted = np.vstack([theta, theta + np.diag(step)])
+        copies = simulate(np, wanted, u, h) if together else np.vstack([simulate(np, one[None], u, h) for one in wanted])
         v = (z - copies[0]) / np.sqrt(r)
         s = ((copies[1:] - copies[0]) / step[:, None, None] / np.sqrt(r)).reshape(len(theta), -1)
         m, g = s @ s.T, s @ v.reshape(-1)
@@ -136,20 +137,24 @@ def main():
     print(f"numpy {np.__version__}: {iterations} steps, cost {cost:.4f}; ours: {said['iterations']:.0f} steps, cost {said['cost']:.4f}")
     print(f"estimates apart by {apart:.1e} standard errors, Cramer-Rao errors by {wide:.1e} of themselves")
     same = apart < 1e-2 and wide < 1e-2 and abs(cost - said["cost"]) < 1e-3
-    print("round   numpy ms   ours ms   ratio")
-    ratios = []
+    print("round   numpy one by one ms   numpy together ms   ours ms   ratio to one by one   ratio to together")
+    ratios = {True: [], False: []}
     for count in range(rounds):
-        times = []
-        for _ in range(3):
-            begin = time.process_time()
-            gauss_newton(np, start, u, z, h)
-            times.append(1e3 * (time.process_time() - begin))
+        theirs = {}
+        for together in ratios:
+            times = []
+            for _ in range(3):
+                begin = time.process_time()
+                gauss_newton(np, start, u, z, h, together)
+                times.append(1e3 * (time.process_time() - begin))
+            theirs[together] = statistics.median(times)
         took = ours()["milliseconds_per_fit"]
-        ratios.append(took / statistics.median(times))
-        print(f"{count + 1:5}   {statistics.median(times):8.1f}   {took:7.2f}   {ratios[-1]:.4f}")
-    ratio = statistics.median(ratios)
-    print(f"median ratio {ratio:.4f} (target {TARGET_RATIO} or less)")
-    return 0 if ratio <= TARGET_RATIO and same else 1
+        for together, times in theirs.items():
+            ratios[together].append(took / times)
+        print(f"{count + 1:5}   {theirs[False]:19.1f}   {theirs[True]:17.1f}   {took:7.2f}   {ratios[False][-1]:19.4f}   {ratios[True][-1]:17.4f}")
+    alone, batch = statistics.median(ratios[False]), statistics.median(ratios[True])
+    print(f"median ratio {alone:.4f} to copies one by one, {batch:.4f} to copies together (target {TARGET_RATIO} or less to either)")
+    return 0 if max(alone, batch) <= TARGET_RATIO and same else 1
 
 
 if __name__ == "__main__":

@@ -45,12 +45,7 @@ pub(crate) fn structure() -> Structure {
             vec![free(9), free(10), free(11), fixed(0.0)],
             vec![fixed(0.0), fixed(1.0), fixed(0.0), fixed(0.0)],
         ],
-        b: vec![
-            vec![fixed(0.0), free(3)],
-            vec![free(7), free(8)],
-            vec![free(12), free(13)],
-            vec![fixed(0.0), fixed(0.0)],
-        ],
+        b: vec![vec![fixed(0.0), free(3)], vec![free(7), free(8)], vec![free(12), free(13)], vec![fixed(0.0), fixed(0.0)]],
         c: vec![unit(0), unit(1), unit(2), unit(3), vec![free(14), free(15), fixed(0.0), fixed(0.0)]],
         d: [vec![vec![fixed(0.0), fixed(0.0)]; 4], vec![vec![fixed(0.0), free(16)]]].concat(),
         state_bias: vec![false; 4],
