@@ -8,7 +8,7 @@ mod regressors;
 
 use super::aid::{self, inertial};
 use super::centre::{lagged, state_record};
-use super::config::{Config, ConfigError, RegressionStates};
+use super::config::{Config, ConfigError};
 use super::consistency::Consistency;
 use super::delay_line::DelayLine;
 use super::ekf::{Ekf, Follow};
@@ -25,6 +25,7 @@ use super::record::{
     AIDS, Aid, EstimationEvent, Innovation, Instrumentation, LaggedRecord, NoiseRecord, SmoothedRecord, StateRecord, StateSet,
     TrimRecord,
 };
+use super::state_variable::StateVariable;
 use super::trim::TrimWindow;
 use super::vibration::LineNotch;
 use crate::flight::channel::{CHANNELS, Channel};
@@ -38,8 +39,12 @@ use heapless::Vec;
 /// their rates by kinematics.
 const SIGNALS: usize = 19;
 const CONTROL_SIGNALS: usize = 11;
+/// The regression's signals end here.
 const VANE_SIGNALS: usize = 15;
 const KINEMATIC_SIGNALS: usize = 17;
+
+/// rad/s of 1 Hz.
+const TURN: f64 = 2.0 * core::f64::consts::PI;
 
 /// Instants of the regression grid that one sample can complete; slower samples than so many instants are too slow for
 /// derivatives.
@@ -114,6 +119,9 @@ pub struct Estimator {
     delay: DelayLine<SIGNALS>,
     next_grid: u64,
     grid_origin_s: Option<f64>,
+    filtered: StateVariable<VANE_SIGNALS>,
+    /// The next instant to ask it for.
+    filtered_next_s: Option<f64>,
     trim: TrimWindow,
     consistency: [Consistency; 2],
     disagreement_said: [bool; 2],
@@ -150,6 +158,8 @@ impl Estimator {
             delay: DelayLine::new(config.lag_s, config.hold_s),
             next_grid: 0,
             grid_origin_s: None,
+            filtered: StateVariable::new(TURN * config.cutoff_hz, config.hold_s),
+            filtered_next_s: None,
             trim: TrimWindow::new(config.trim_window_s),
             consistency: [Consistency::NEW; 2],
             disagreement_said: [false; 2],
@@ -239,6 +249,8 @@ impl Estimator {
         self.waiting_since_s = None;
         self.latest.clear();
         self.delay.clear();
+        self.filtered.clear();
+        self.filtered_next_s = None;
         self.health = [AidHealth::NEW; AIDS];
     }
 
@@ -367,10 +379,8 @@ impl Estimator {
         }
         self.delay(sample, &state);
         if tick {
-            match self.config.regression_states {
-                RegressionStates::Smoothed => self.come_of_age(),
-                RegressionStates::Filtered => self.as_filtered(&state),
-            }
+            self.come_of_age();
+            self.as_filtered();
         }
         if !self.missing_said && time_s - self.started_s > MISSING_AFTER_S {
             self.missing_said = true;

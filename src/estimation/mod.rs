@@ -27,5 +27,6 @@ pub mod noise;
 pub mod noise_bank;
 pub mod process;
 pub mod record;
+pub mod state_variable;
 pub mod trim;
 pub mod vibration;

@@ -156,11 +156,11 @@ impl StateSet {
     }
 }
 
-/// Smoothed signals at one instant of the regression grid: every entry has been through the same zero-phase kernel,
-/// so a linear relation between them is the one between the signals themselves.
+/// Signals at one instant of the regression grid: every entry has been through the same zero-phase kernel, or through the same
+/// causal filter, so a linear relation between them is the one between the signals themselves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmoothedRecord {
-    /// Time that the signals belong to (the centre of the kernel), s.
+    /// Time that the signals belong to (the centre of the kernel; the filter's delay ago), s.
     pub time_s: f64,
     /// Interval of the instants, s: the grid's, or a multiple where the gyros come more slowly than that.
     pub interval_s: f64,

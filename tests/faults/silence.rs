@@ -30,58 +30,71 @@ const LATERAL: [(&str, f64); 8] = [
     ("N_pedal", -9.9086),
 ];
 
+/// What the regression can run on.
+const STATES: [&str; 2] = ["smoothed", "filtered"];
+
 /// The bundled recording with a channel left out from one row to another.
-fn silent(name: &str, channels: &[&str], rows: std::ops::Range<usize>) -> (i32, Value, String) {
+fn silent(states: &str, name: &str, channels: &[&str], rows: std::ops::Range<usize>) -> (i32, Value, String) {
     let mut run = RunFile::read(&puma());
     for channel in channels {
         let place = run.place(channel);
         run.rows[rows.clone()].iter_mut().for_each(|row| row[place].clear());
     }
-    let file = folder(&format!("silent-{name}")).join("run.csv");
+    let file = folder(&format!("silent-{name}-{states}")).join("run.csv");
     run.write(&file);
-    replayed(&file, &[])
+    replayed(&file, &["--states", states])
 }
 
 #[test]
 fn a_control_that_falls_silent_is_not_taken_for_still() {
-    // A second in the middle of the pedal's 3211.
-    let (status, run, said) = silent("pedal", &["pedal"], 150..200);
-    assert_eq!(status, 0, "{said}");
-    assert!(warns(&run, &["pedal was silent"]), "{}", run["warnings"]);
-    true_within(&run, 4.0, &LATERAL);
+    for states in STATES {
+        // A second in the middle of the pedal's 3211.
+        let (status, run, said) = silent(states, "pedal", &["pedal"], 150..200);
+        assert_eq!(status, 0, "{said}");
+        assert!(warns(&run, &["pedal was silent"]), "{}", run["warnings"]);
+        true_within(&run, 4.0, &LATERAL);
+    }
 }
 
 #[test]
 fn an_accelerometer_that_falls_silent_is_not_taken_for_zero() {
-    let (status, run, said) = silent("ay", &["ay"], 150..200);
-    assert_eq!(status, 0, "{said}");
-    assert!(warns(&run, &["ay was silent"]), "{}", run["warnings"]);
-    true_within(&run, 4.0, &[("Y_v", -0.16077), ("Y_p", -0.67396), ("Y_pedal", 4.9951)]);
+    for states in STATES {
+        let (status, run, said) = silent(states, "ay", &["ay"], 150..200);
+        assert_eq!(status, 0, "{said}");
+        assert!(warns(&run, &["ay was silent"]), "{}", run["warnings"]);
+        true_within(&run, 4.0, &[("Y_v", -0.16077), ("Y_p", -0.67396), ("Y_pedal", 4.9951)]);
+    }
 }
 
 #[test]
 fn a_control_without_a_trim_is_left_out_and_said() {
-    let (_, run, said) = silent("no-trim", &["lat_cyclic"], 0..500);
-    assert!(warns(&run, &["lat_cyclic was not sampled in the trim window"]), "{said} {}", run["warnings"]);
-    let terms = run["equations"]["L"]["terms"].as_array().unwrap();
-    assert!(terms.iter().all(|term| term["name"] != "L_lat_cyclic"), "no number from a perturbation about nothing");
+    for states in STATES {
+        let (_, run, said) = silent(states, "no-trim", &["lat_cyclic"], 0..500);
+        assert!(warns(&run, &["lat_cyclic was not sampled in the trim window"]), "{said} {}", run["warnings"]);
+        let terms = run["equations"]["L"]["terms"].as_array().unwrap();
+        assert!(terms.iter().all(|term| term["name"] != "L_lat_cyclic"), "no number from a perturbation about nothing");
+    }
 }
 
 #[test]
 fn an_accelerometer_without_a_trim_gives_no_force_derivatives() {
-    let (_, run, _) = silent("no-force", &["ay"], 0..500);
-    let reason = run["equations"]["Y"]["reason"].as_str().unwrap();
-    assert!(reason.contains("ay was not sampled in the trim window"), "{reason}");
-    assert!(run["equations"]["Y"]["terms"].as_array().is_none_or(Vec::is_empty));
-    true_within(&run, 4.0, &LATERAL);
+    for states in STATES {
+        let (_, run, _) = silent(states, "no-force", &["ay"], 0..500);
+        let reason = run["equations"]["Y"]["reason"].as_str().unwrap();
+        assert!(reason.contains("ay was not sampled in the trim window"), "{reason}");
+        assert!(run["equations"]["Y"]["terms"].as_array().is_none_or(Vec::is_empty));
+        true_within(&run, 4.0, &LATERAL);
+    }
 }
 
 #[test]
 fn gyros_that_fall_silent_start_the_filter_again() {
-    let (status, run, said) = silent("gyros", &["p"], 150..300);
-    assert_eq!(status, 0, "{said}");
-    assert!(warns(&run, &["p, q and r were silent for 0.5"]), "{}", run["warnings"]);
-    true_within(&run, 4.0, &LATERAL);
+    for states in STATES {
+        let (status, run, said) = silent(states, "gyros", &["p"], 150..300);
+        assert_eq!(status, 0, "{said}");
+        assert!(warns(&run, &["p, q and r were silent for 0.5"]), "{}", run["warnings"]);
+        true_within(&run, 4.0, &LATERAL);
+    }
 }
 
 #[test]

@@ -1,6 +1,7 @@
-//! Derivatives from smoothed states, half a second late, beside those from filtered ones: what the lag buys.
+//! Derivatives from smoothed states beside those from filtered ones, through the causal filter: what the lag buys.
 //!
-//! The linear model of the Level-1 Puma at 100 kn, flight-test quality, as in `honesty`; both ways see the same samples.
+//! The linear model of the Level-1 Puma at 100 kn, as in `honesty`: instruments of flight-test quality, others four times as
+//! noisy, and such as come at rates of their own. All ways see the same samples.
 
 use crate::flown::{fly, puma};
 use crate::honesty::inputs;
@@ -8,6 +9,7 @@ use crate::manoeuvre::{DURATION_S, LEAD_S, over_seeds, seeds};
 use crate::score::{Estimate, Score};
 use crate::sheet::Sheet;
 use sideslip::estimation::config::RegressionStates;
+use sideslip::flight::channel::Channel;
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::run::RunGeometry;
 use sideslip::pipeline::{Config, Pipeline};
@@ -26,7 +28,37 @@ const DERIVATIVES: [(&str, Axis, Variable); 6] = [
 ];
 const AXES: [(&str, Axis); 2] = [("N", Axis::N), ("L", Axis::L)];
 
-const WAYS: [(&str, RegressionStates); 2] = [("smoothed", RegressionStates::Smoothed), ("filtered", RegressionStates::Filtered)];
+/// Which way, and the corner of the causal filter, Hz; the second has the default.
+const WAYS: [(&str, RegressionStates, f64); 4] = [
+    ("smoothed", RegressionStates::Smoothed, 2.0),
+    ("filtered", RegressionStates::Filtered, 2.0),
+    ("filtered, 1 Hz", RegressionStates::Filtered, 1.0),
+    ("filtered, 4 Hz", RegressionStates::Filtered, 4.0),
+];
+
+/// Instruments, and how many of the ways: all corners for the first.
+fn cases() -> [(&'static str, Instruments, usize); 4] {
+    let at_rates = |rate_hz: fn(Channel) -> Option<f64>| {
+        let mut instruments = Instruments::flight_quality(1.0);
+        for instrument in &mut instruments.channels {
+            instrument.rate_hz = rate_hz(instrument.channel);
+        }
+        instruments
+    };
+    let own_rates = at_rates(|channel| match channel {
+        Channel::P | Channel::Q | Channel::R => Some(64.0),
+        Channel::Ax | Channel::Ay | Channel::Az => Some(50.0),
+        channel if Channel::CONTROLS.contains(&channel) => None,
+        _ => Some(32.0),
+    });
+    let slow_controls = at_rates(|channel| Channel::CONTROLS.contains(&channel).then_some(20.0));
+    [
+        ("flight-test", Instruments::flight_quality(1.0), 4),
+        ("noise x 4", Instruments::flight_quality(4.0), 2),
+        ("own rates", own_rates, 2),
+        ("controls at 20 Hz", slow_controls, 2),
+    ]
+}
 
 /// One flight: the last estimates, and when each axis was first called converged, s after the first input.
 struct Run {
@@ -34,9 +66,10 @@ struct Run {
     converged_s: [Option<f64>; AXES.len()],
 }
 
-fn run(samples: &[Sample], states: RegressionStates) -> Run {
+fn run(samples: &[Sample], states: RegressionStates, cutoff_hz: f64) -> Run {
     let mut config = Config::default();
     config.estimation.regression_states = states;
+    config.estimation.cutoff_hz = cutoff_hz;
     let mut pipeline = Box::new(Pipeline::new(&config, RunGeometry::default()).unwrap());
     let mut run = Run { last: [None; DERIVATIVES.len()], converged_s: [None; AXES.len()] };
     for sample in samples {
@@ -67,12 +100,8 @@ fn filtered_states_beside_smoothed_ones() {
     let model = puma(100.0).linear().clone();
     let seeds_run = seeds(8);
     let aircraft = Flight::of(model.clone());
-    let instruments = Instruments::flight_quality(1.0);
-    let all: Vec<[Run; 2]> = over_seeds(seeds_run, |seed| {
-        let samples = fly(&aircraft, &inputs(), &instruments, DURATION_S, seed);
-        WAYS.map(|(_, states)| run(&samples, states))
-    });
     let columns = [
+        "instruments",
         "states",
         "derivative",
         "estimates",
@@ -87,34 +116,41 @@ fn filtered_states_beside_smoothed_ones() {
         "axis_first_converged_median_s",
     ];
     let mut sheet = Sheet::new("lag", &columns);
-    let mut scores = [[None; DERIVATIVES.len()]; 2];
-    for (way, (name, _)) in WAYS.iter().enumerate() {
-        for (place, (derivative, axis, variable)) in DERIVATIVES.iter().enumerate() {
-            let truth = model.derivative(*axis, *variable);
-            let score = Score::of(all.iter().map(|runs| runs[way].last[place]), truth);
-            let place_of_axis = AXES.iter().position(|(_, other)| other == axis).unwrap();
-            let times_s: Vec<_> = all.iter().map(|runs| runs[way].converged_s[place_of_axis]).collect();
-            let share = times_s.iter().flatten().count() as f64 / seeds_run as f64;
-            let first_s = median(times_s);
-            let Score { count, bias, scatter, reported, z_mean, z_spread, within_three, .. } = score;
-            let numbers = [count as f64, truth, bias, scatter, reported, z_mean, z_spread, within_three, share, first_s];
-            sheet.row(&[name, derivative], &numbers);
-            eprintln!(
-                "{name} {derivative:7} {truth:9.5}: bias {bias:+.5}, scatter {scatter:.5}, reported {reported:.5}; z {z_mean:+.2} +- {z_spread:.2}, within 3: {within_three:.2}; axis converged in {share:.2} of the runs, first after {first_s:.2} s"
-            );
-            scores[way][place] = Some((score, share, first_s));
+    let mut scores = Vec::new();
+    for (case, instruments, ways) in cases() {
+        let all: Vec<Vec<Run>> = over_seeds(seeds_run, |seed| {
+            let samples = fly(&aircraft, &inputs(), &instruments, DURATION_S, seed);
+            WAYS[..ways].iter().map(|&(_, states, cutoff_hz)| run(&samples, states, cutoff_hz)).collect()
+        });
+        for (way, (name, ..)) in WAYS[..ways].iter().enumerate() {
+            for (place, (derivative, axis, variable)) in DERIVATIVES.iter().enumerate() {
+                let truth = model.derivative(*axis, *variable);
+                let score = Score::of(all.iter().map(|runs| runs[way].last[place]), truth);
+                let place_of_axis = AXES.iter().position(|(_, other)| other == axis).unwrap();
+                let times_s: Vec<_> = all.iter().map(|runs| runs[way].converged_s[place_of_axis]).collect();
+                let share = times_s.iter().flatten().count() as f64 / seeds_run as f64;
+                let first_s = median(times_s);
+                let Score { count, bias, scatter, reported, z_mean, z_spread, within_three, .. } = score;
+                let numbers = [count as f64, truth, bias, scatter, reported, z_mean, z_spread, within_three, share, first_s];
+                sheet.row(&[case, name, derivative], &numbers);
+                eprintln!(
+                    "{case}, {name} {derivative:7} {truth:9.5}: bias {bias:+.5}, scatter {scatter:.5}, reported {reported:.5}; z {z_mean:+.2} +- {z_spread:.2}, within 3: {within_three:.2}; axis converged in {share:.2} of the runs, first after {first_s:.2} s"
+                );
+                scores.push((case, *name, *derivative, truth, score));
+            }
         }
     }
     sheet.write();
-    let [smoothed, filtered] = scores;
-    for (place, (name, ..)) in DERIVATIVES.iter().enumerate() {
-        let ((smoothed, ..), (filtered, ..)) = (smoothed[place].unwrap(), filtered[place].unwrap());
-        assert_eq!((smoothed.count as u64, filtered.count as u64), (seeds_run, seeds_run), "{name}");
-        // What the lag buys: filtered accelerations come late behind the controls, and no standard error knows that.
-        assert!(smoothed.bias.abs() < 0.3 * filtered.bias.abs(), "{name}: {smoothed:?} {filtered:?}");
-        assert!(smoothed.scatter < filtered.scatter, "{name}: {smoothed:?} {filtered:?}");
-        if seeds_run >= 50 {
-            assert!(smoothed.z_mean.abs() < 0.75 && smoothed.z_spread < 1.5, "{name}: {smoothed:?}");
+    for (case, name, derivative, truth, score) in scores {
+        let what = format!("{case}, {name}, {derivative}: {score:?}");
+        assert_eq!(score.count as u64, seeds_run, "{what}");
+        if case == "flight-test" {
+            // Nothing in either way is late behind anything else: the mean of z is chance, 1/sqrt(seeds), and z is of something.
+            assert!(score.z_mean.abs() < 4.0 / (seeds_run as f64).sqrt(), "{what}");
+            assert!(score.scatter < 0.1 * truth.abs(), "{what}");
+            if seeds_run >= 50 {
+                assert!(score.z_spread < 1.5, "{what}");
+            }
         }
     }
 }

@@ -1,10 +1,11 @@
-//! What the regression gets: every signal through one kernel at the instants of its grid, or the filter's states of now.
+//! What the regression gets: every signal through one kernel, or through one causal filter, at the instants of its grid.
 //!
 //! Consumes samples with their filtered states; produces [`SmoothedRecord`]s, the run's trim, and the comparison of the vanes
 //! with the kinematics. Velocity and attitude are the filter's through the kernel, and what the fixed-lag smoother has changed in
-//! them since, which is slow.
+//! them since, which is slow; through the state-variable filter they are the filter's alone.
 
 use super::super::centre::centre_force;
+use super::super::config::RegressionStates;
 use super::super::consistency::flow_angle_rates;
 use super::super::delay_line::Smoothed;
 use super::super::process::{ATTITUDE, VELOCITY};
@@ -39,6 +40,7 @@ impl Estimator {
         row[VANE_SIGNALS..KINEMATIC_SIGNALS].copy_from_slice(&[alpha, beta]);
         row[KINEMATIC_SIGNALS..].copy_from_slice(&kinematic);
         self.delay.push(self.time_s, &row);
+        self.through_filter(&row);
 
         let (velocity, velocity_std) = (state.velocity, state.velocity_std);
         let tick = TrimRecord { velocity, velocity_std, rates, attitude, specific_force: force, controls };
@@ -76,56 +78,71 @@ impl Estimator {
             self.next_grid = self.next_grid.saturating_add(stride as u64);
             if let Some(smoothed) = self.delay.at(centre_s) {
                 self.compare_vanes(&smoothed);
-                let mut record = self.smoothed_record(centre_s, stride * grid_s, &smoothed);
-                if let Some(correction) = self.fixed_lag.correction(centre_s, self.config.hold_s) {
-                    for i in 0..3 {
-                        record.velocity[i] += correction[VELOCITY + i];
-                    }
-                    for i in 0..2 {
-                        record.attitude[i] += correction[ATTITUDE + i];
-                    }
+                if self.config.regression_states == RegressionStates::Smoothed {
+                    self.as_smoothed(centre_s, stride * grid_s, &smoothed);
                 }
-                let _ = self.output.smoothed.push(record);
             }
             centre_s = origin_s + self.next_grid as f64 * grid_s;
         }
     }
 
-    /// The filter's states of now at the instants of the regression grid, with the biases that the trim holds too.
-    pub(super) fn as_filtered(&mut self, state: &StateRecord) {
-        let origin_s = *self.grid_origin_s.get_or_insert(self.time_s);
-        let gone = (self.time_s - origin_s) / self.config.grid_s;
-        if !(gone >= 0.0) {
-            // A clock that was set back: the grid starts again.
-            self.grid_origin_s = Some(self.time_s);
-            self.next_grid = 0;
-            return;
+    /// One instant through the kernel, with what the fixed-lag smoother has changed since.
+    fn as_smoothed(&mut self, centre_s: f64, interval_s: f64, smoothed: &Smoothed<SIGNALS>) {
+        let slopes = [smoothed.slope[3], smoothed.slope[4], smoothed.slope[5]];
+        let mut record = self.regressors(centre_s, interval_s, &smoothed.value, slopes);
+        if let Some(correction) = self.fixed_lag.correction(centre_s, self.config.hold_s) {
+            for i in 0..3 {
+                record.velocity[i] += correction[VELOCITY + i];
+            }
+            for i in 0..2 {
+                record.attitude[i] += correction[ATTITUDE + i];
+            }
         }
-        if gone < self.next_grid as f64 {
-            return;
-        }
-        let interval_s = self.latest.interval_s().max(self.config.grid_s);
-        self.next_grid = libm::floor(gone) as u64 + 1;
-        let controls = Channel::CONTROLS.map(|control| self.latest.get(control, self.time_s));
-        let plus = |a: [f64; 3], b: [f64; 3]| core::array::from_fn(|i| a[i] + b[i]);
-        let record = SmoothedRecord {
-            time_s: self.time_s,
-            interval_s,
-            velocity: state.velocity,
-            rates: plus(state.rates, state.gyro_bias),
-            attitude: [state.attitude[0], state.attitude[1]],
-            specific_force: plus(state.specific_force, state.accelerometer_bias),
-            angular_acceleration: state.angular_acceleration,
-            controls: controls.map(|control| control.unwrap_or(0.0)),
-            controls_present: controls.map(|control| control.is_some()),
-        };
         let _ = self.output.smoothed.push(record);
     }
 
-    fn smoothed_record(&self, time_s: f64, interval_s: f64, smoothed: &Smoothed<SIGNALS>) -> SmoothedRecord {
-        let value = &smoothed.value;
-        let [u, v, w, p, q, r, phi, theta, ax, ay, az, ..] = *value;
-        let [dp, dq, dr] = [smoothed.slope[3], smoothed.slope[4], smoothed.slope[5]];
+    /// Asks the state-variable filter for the instants up to the sample, and gives it the signals of the regression.
+    fn through_filter(&mut self, row: &[f64; SIGNALS]) {
+        if self.config.regression_states != RegressionStates::Filtered {
+            return;
+        }
+        // Instants closer than the samples would count the same information twice.
+        let stride = libm::ceil(self.latest.interval_s() / self.config.grid_s - 0.01).clamp(1.0, INSTANTS as f64);
+        let interval_s = stride * self.config.grid_s;
+        let mut next_s = self.filtered_next_s.unwrap_or(self.time_s);
+        if self.time_s - next_s > INSTANTS as f64 * interval_s {
+            // Silence: the instants go on from here.
+            next_s = self.time_s;
+        }
+        while next_s <= self.time_s {
+            self.filtered.ask(next_s, interval_s);
+            next_s += interval_s;
+        }
+        self.filtered_next_s = Some(next_s);
+        let mut signals = [f64::NAN; VANE_SIGNALS];
+        signals.copy_from_slice(&row[..VANE_SIGNALS]);
+        self.filtered.push(self.time_s, &signals);
+    }
+
+    /// Takes the instants that every signal has come to through the state-variable filter.
+    pub(super) fn as_filtered(&mut self) {
+        while !self.output.smoothed.is_full() {
+            let Some(filtered) = self.filtered.take() else { return };
+            let (value, slope) = (&filtered.value, &filtered.slope);
+            // Not settled since the start or a hole: what every equation needs is not there.
+            if value[..8].iter().all(|signal| signal.is_finite()) {
+                let time_s = filtered.time_s - self.filtered.delay_s();
+                let record = self.regressors(time_s, filtered.interval_s, value, [slope[3], slope[4], slope[5]]);
+                let _ = self.output.smoothed.push(record);
+            }
+        }
+    }
+
+    /// What the regression gets of signals in the order of `SIGNALS`, the forces brought to the centre of mass.
+    fn regressors<const S: usize>(&self, time_s: f64, interval_s: f64, value: &[f64; S], slopes: [f64; 3]) -> SmoothedRecord {
+        const { assert!(S >= VANE_SIGNALS, "every signal of the regression") };
+        let [u, v, w, p, q, r, phi, theta, ax, ay, az] = core::array::from_fn(|i| value[i]);
+        let [dp, dq, dr] = slopes;
         let force = centre_force([ax, ay, az], [p, q, r], [dp, dq, dr], &self.geometry);
         let mut controls = [0.0; 4];
         let mut controls_present = [false; 4];
