@@ -5,10 +5,11 @@
 
 use super::colour::Coloured;
 use super::dense::Dense;
-use super::fit::{Ended, Problem};
+use super::fit::Ended;
 use super::fitted::{Fitted, FittedRun, correlated, does_not_belong};
 use super::information::Linear;
 use super::own::{Own, inverse_or_names};
+use super::problem::Problem;
 use super::refused::Refused;
 
 /// How often what the fit took from the residuals is given back; a second time changes errors by less than 1 %.

@@ -9,10 +9,10 @@
 //! (1) done again (`again`). White residuals give W = M but for chance.
 //! Source of (1): E. A. Morelli and V. Klein, J. Guidance 20(1), 1997; of the window: D. N. Politis, J. Nonparametric
 //! Statistics 15(4-5), 2003.
-//! Numerics: sensitivities are slow beside the samples. Blocks of B samples are taken together (sums of v, means of R^-1 S), B the
-//! most that keeps [`KEPT`] of every sensitivity's square, and each is scaled to its whole square. F is longer than run and window
-//! together, so that nothing comes round. The window can make a power negative where there is next to none: it is held above
-//! [`LEAST_POWER`] of its mean, and a cross power below the two powers' product.
+//! Numerics: sensitivities are slow beside the samples. Blocks of B samples are taken together (sums of v, means of R^-1 S), B
+//! the most that keeps [`KEPT`] of every sensitivity's square, and each is scaled to its whole square. F is longer than run and
+//! window together, so that nothing comes round. The window can make a power negative where there is next to none: it is held
+//! above [`LEAST_POWER`] of its mean, and a cross power below the two powers' product.
 
 use super::dense::Dense;
 use super::information::Linear;

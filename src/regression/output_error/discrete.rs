@@ -138,7 +138,7 @@ impl Lines {
         lines
     }
 
-    /// `out = matrix S + lines z` for one row; `s` is [states][stride].
+    /// `out = matrix S + lines z` for one row; `s` is states x stride.
     #[inline]
     pub fn row(&self, row: usize, matrix_row: &[f64], s: &[f64], z: &[f64], out: &mut [f64]) {
         let stride = self.blocks * BLOCK;

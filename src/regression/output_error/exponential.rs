@@ -5,7 +5,7 @@
 //! With Z = A h/2^k small, phi2 by its series, phi1 = 1 + Z phi2, phi0 = 1 + Z phi1, then k doublings
 //!     phi2 <- (phi0 phi2 + phi1 + phi2)/4,  phi1 <- (phi0 + 1) phi1/2,  phi0 <- phi0 phi0           (2)
 //! and Phi = phi0, Psi1 = h phi1, Psi2 = h^2 phi2. Derivatives for A in a direction dA: the product rule on every line.
-//! Numerics: |Z| <= 1/2 and [`TERMS`] terms leave less than 1e-17. A matrix that is not finite gives NaN.
+//! Numerics: |Z| <= 1/2 and fourteen terms leave less than 1e-17. A matrix that is not finite gives NaN.
 
 /// Terms of the series.
 const TERMS: usize = 14;

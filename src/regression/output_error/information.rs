@@ -3,7 +3,7 @@
 //! Consumes a run as simulated and W with W'W = R^-1; produces, with T = W [dy | v] stacked over the samples,
 //!     T'T = [ S'R^-1 S   S'R^-1 v ; .   v'R^-1 v ]                                                  (1)
 //! in columns theta, x0, b, c, residual. A sample that an output misses leaves no row (`W` is then diagonal).
-//! Numerics: rows are gathered [`ROWS`] at a time, so that their products stay in the fastest memory.
+//! Numerics: rows are gathered some forty at a time, so that their products stay in the fastest memory.
 
 use super::dense::Dense;
 use super::discrete::{BLOCK, Lines, Point, Prepared, Step};

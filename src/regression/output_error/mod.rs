@@ -17,6 +17,7 @@ pub mod fitted;
 pub mod information;
 pub mod model;
 pub mod own;
+mod problem;
 pub mod refused;
 pub mod simulated;
 pub mod spectrum;

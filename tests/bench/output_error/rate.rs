@@ -5,6 +5,7 @@
 
 #![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark stops where its data are wrong, and prints")]
 
+#[path = "problem.rs"]
 mod problem;
 
 use sideslip::regression::output_error::{Settings, fit};
