@@ -8,7 +8,9 @@
 //!     |f - 1| m > LEAK M,  |tau| omega m > LEAK M                                                     (2)
 
 use super::fit::{Run, place_of};
-use super::parameter::{ACCELEROMETER_PLACE, ALPHA_PLACE, INPUT_CHANNELS, Kind, OUTPUT_CHANNELS, PARAMETERS, Parameter};
+use super::parameter::{
+    ACCELEROMETER_PLACE, ALPHA_PLACE, INPUT_CHANNELS, Kind, OUTPUT_CHANNELS, PARAMETERS, Parameter, STANDING,
+};
 use super::record::Record;
 use super::select::{ENTER, Found, is_gusty};
 use super::series::Series;
@@ -95,7 +97,7 @@ pub fn drowned(found: &Found, number: usize) -> Vec<String> {
     for index in 0..PARAMETERS {
         let parameter = Parameter::at(index);
         let place = place_of(number, index);
-        if !parameter.can_be_fault() || !run.active.contains(&index) {
+        if !parameter.can_be_fault() || !run.active.contains(&index) || index >= STANDING {
             continue;
         }
         let what = words(parameter);
@@ -103,7 +105,8 @@ pub fn drowned(found: &Found, number: usize) -> Vec<String> {
             rough = true;
             continue;
         }
-        if found.point.free.contains(&place) {
+        let standing = parameter.kind == Kind::Bias && found.point.free.contains(&place_of(number, STANDING + index));
+        if found.point.free.contains(&place) || standing {
             continue;
         }
         // Of a sensor that is known to stand elsewhere nothing is missing.
@@ -117,7 +120,7 @@ pub fn drowned(found: &Found, number: usize) -> Vec<String> {
             said.push(format!("{what}: this motion shows nothing of it"));
             continue;
         };
-        let variance = found.local.colour(&found.runs, place) * one.std * one.std;
+        let variance = found.local.colour(&found.runs, &[place]) * one.std * one.std;
         let least = libm::sqrt(ENTER * (variance + normal * normal)) + 2.0 * libm::sqrt(variance);
         let least = least_of_motion(&found.runs, parameter).map_or(least, |(leaked, _)| least.max(leaked));
         if least.is_infinite() {
