@@ -26,8 +26,6 @@ const COLOUR_S: f64 = 1.0;
 /// Part of a sample by which healthy channels are apart.
 const TIMING_SAMPLES: f64 = 0.1;
 const STEPS_MAX: usize = 8;
-/// By which normal priors are widened to see what they do.
-const WIDER: f64 = 2.0;
 /// Precision that holds what cannot be told apart at zero.
 const HELD: f64 = 1e18;
 
@@ -109,8 +107,6 @@ pub struct Local {
     pub cost: f64,
     /// Inverse of the information, C.
     pub dispersion: DMatrix<f64>,
-    /// Its inverse.
-    pub information: DMatrix<f64>,
     /// What the data say more: gradient of (1), halved and with its sign changed.
     pub pull: Vec<f64>,
     /// Each run through the filter there.
@@ -191,8 +187,8 @@ pub fn linearise(runs: &[Run], point: &Point) -> Option<Local> {
             None => information[(place, place)] += HELD,
         }
     }
-    let dispersion = information.clone().cholesky()?.inverse();
-    Some(Local { cost, dispersion, information, pull, runs: passes })
+    let dispersion = information.cholesky()?.inverse();
+    Some(Local { cost, dispersion, pull, runs: passes })
 }
 
 fn times(matrix: &DMatrix<f64>, column: &[f64]) -> Vec<f64> {
@@ -284,21 +280,6 @@ impl Local {
     /// Variance of a sum of parameters for white residuals.
     pub fn variance_of(&self, places: &[usize]) -> f64 {
         places.iter().flat_map(|&i| places.iter().map(move |&j| self.dispersion[(i, j)])).sum()
-    }
-
-    /// By how much each parameter would move if errors of healthy instruments were usually [`WIDER`] times as large.
-    pub fn shifts_by_priors(&self, point: &Point) -> Option<Vec<f64>> {
-        let mut information = self.information.clone();
-        let mut pull = self.pull.clone();
-        for (place, (pull, value)) in pull.iter_mut().zip(&point.values).enumerate() {
-            if let Some(std) = point.prior_std(place).filter(|_| !point.free.contains(&place)) {
-                let less = (1.0 - 1.0 / (WIDER * WIDER)) / (std * std);
-                information[(place, place)] -= less;
-                *pull += less * value;
-            }
-        }
-        let moved = times(&information.cholesky()?.inverse(), &pull);
-        Some(moved.into_iter().zip(times(&self.dispersion, &self.pull)).map(|(moved, step)| moved - step).collect())
     }
 
     /// (3): how much larger the variance of a sum of parameters is for the residuals being coloured; at least one.

@@ -49,7 +49,7 @@ pub struct Fault {
     pub name: Name,
     /// Its value, SI; a factor less one.
     pub value: f64,
-    /// Standard error, coloured residuals allowed for and how far the priors of all else move it.
+    /// Standard error, coloured residuals allowed for.
     pub std: f64,
     /// F of (1).
     pub significance: f64,
@@ -268,7 +268,6 @@ fn fault(runs: &[Run], point: &Point, local: &Local, place: usize) -> Option<Fau
     let (f, std) = significance(runs, point, local, &one);
     let is_lag = place.checked_sub(TIMING - OWN).and_then(|m| point.lag.get(m)).copied().unwrap_or(false) && place < SHARED;
     let name = Name { place, lag: is_timing(place) && is_lag };
-    let by_priors = local.shifts_by_priors(point).and_then(|shifts| shifts.get(place).copied()).unwrap_or(0.0);
     let own = evidence(point, local);
     // From where it is put back to normal, as from far away.
     let (back, back_local) = minimise(runs, &without(point, place))?;
@@ -290,7 +289,7 @@ fn fault(runs: &[Run], point: &Point, local: &Local, place: usize) -> Option<Fau
         }
     }
     rivals.sort_by(|a, b| a.3.total_cmp(&b.3));
-    Some(Fault { name, value: one.value, std: libm::hypot(std, by_priors), significance: f, rivals })
+    Some(Fault { name, value: one.value, std, significance: f, rivals })
 }
 
 /// A run before its noise is known.
