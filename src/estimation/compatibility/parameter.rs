@@ -135,9 +135,9 @@ impl Parameter {
             // One percent of an accelerometer's reading of gravity would be a large bias.
             (Kind::Scale, Some(Ax | Ay | Az)) => (0.004, 0.3),
             (Kind::Scale, _) => (0.008, 0.3),
-            // Attitude comes late out of a platform, airspeed through tubes: what takes longer than this is worth telling.
+            // Attitude comes late out of a platform, airspeed through tubes.
             (Kind::Timing, Some(Phi | Theta | Psi)) => (0.01, 0.3),
-            (Kind::Timing, Some(Tas)) => (0.01, 0.5),
+            (Kind::Timing, Some(Tas)) => (0.06, 0.5),
             (Kind::Timing, _) => (0.004, 0.3),
             (Kind::VanePlace(0) | Kind::BetaPlace(0), _) => (0.1, 8.0),
             (Kind::AccelerometerPlace(_), _) => (0.1, 1.5),
