@@ -26,6 +26,10 @@ const COLOUR_S: f64 = 1.0;
 /// Part of a sample by which healthy channels are apart.
 const TIMING_SAMPLES: f64 = 0.1;
 const STEPS_MAX: usize = 8;
+/// What a fit may leave of (1).
+const CLOSE: f64 = 0.05;
+/// What one that is only compared with others may leave.
+pub const ROUGH: f64 = 0.5;
 /// Precision that holds what cannot be told apart at zero.
 const HELD: f64 = 1e18;
 
@@ -197,12 +201,17 @@ fn times(matrix: &DMatrix<f64>, column: &[f64]) -> Vec<f64> {
 
 /// Goes to the minimum of (1) from a point; returns it with its neighbourhood.
 pub fn minimise(runs: &[Run], start: &Point) -> Option<(Point, Local)> {
+    minimise_to(runs, start, CLOSE)
+}
+
+/// The same until no more than `tolerance` is left to gain.
+pub fn minimise_to(runs: &[Run], start: &Point, tolerance: f64) -> Option<(Point, Local)> {
     let mut point = start.clone();
     let mut local = linearise(runs, &point)?;
     for _ in 0..STEPS_MAX {
         let step = times(&local.dispersion, &local.pull);
         let promised: f64 = step.iter().zip(&local.pull).map(|(a, b)| a * b).sum();
-        if promised < 0.05 {
+        if promised < tolerance {
             break;
         }
         let mut length = 1.0;
@@ -220,7 +229,7 @@ pub fn minimise(runs: &[Run], start: &Point) -> Option<(Point, Local)> {
         let Some((next_point, next)) = better else { break };
         let gained = local.cost - next.cost;
         (point, local) = (next_point, next);
-        if gained < 0.05 {
+        if gained < tolerance {
             break;
         }
     }

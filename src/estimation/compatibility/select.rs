@@ -11,7 +11,7 @@
 //! place whose E is no more than [`RIVAL`] above cannot be told from it.
 
 use super::filter::Noise;
-use super::fit::{LetGo, Local, Point, Run, SHARED, minimise, parameter_at};
+use super::fit::{LetGo, Local, Point, ROUGH, Run, SHARED, minimise, minimise_to, parameter_at};
 use super::noise::{first_guess, improve};
 use super::parameter::{Kind, OWN, STANDING, TIMING};
 use super::side_by_side::side_by_side;
@@ -156,7 +156,7 @@ fn try_name(runs: &[Run], point: &Point, name: Name, value: f64) -> Option<(f64,
     let start = with(point, name, value.clamp(-1.0, 1.5));
     let start =
         if is_timing(name.place) || parameter_at(name.place).0.kind == Kind::Scale { start } else { with(point, name, 0.0) };
-    let (point, local) = minimise(runs, &start)?;
+    let (point, local) = minimise_to(runs, &start, ROUGH)?;
     Some((evidence(&point, &local), point, local))
 }
 
@@ -270,19 +270,21 @@ fn fault(runs: &[Run], point: &Point, local: &Local, place: usize) -> Option<Fau
     let name = Name { place, lag: is_timing(place) && is_lag };
     let own = evidence(point, local);
     // From where it is put back to normal, as from far away.
-    let (back, back_local) = minimise(runs, &without(point, place))?;
+    let (back, back_local) = minimise_to(runs, &without(point, place), ROUGH)?;
     let mut rivals: Vec<(Name, f64, f64, f64)> = Vec::new();
     let ranked = ranked(runs, &back, &back_local);
     let lost = back_local.cost - local.cost;
-    let worth = ranked.iter().filter(|(_, other)| other.fall > 0.5 * lost - RIVAL && other.fall > 4.0).take(SHORTLIST);
-    for (_, other) in worth {
+    let worth = |other: &LetGo| other.place != place && other.fall > 0.5 * lost - RIVAL && other.fall > 4.0;
+    let others = ranked.iter().map(|(_, other)| *other).filter(worth).take(SHORTLIST);
+    // Timing is always put beside its own other form.
+    for other in std::iter::once(one).chain(others) {
         for other_name in names(other.place, other.value) {
             if other_name == name || same_bias(place, other.place) {
                 continue;
             }
             let Some((evidence, there, there_local)) = try_name(runs, &back, other_name, other.value) else { continue };
             if evidence - own < RIVAL {
-                let value = there.values.get(other.place).copied().unwrap_or(0.0);
+                let value = there_local.minimum(&there).get(other.place).copied().unwrap_or(0.0);
                 let std = libm::sqrt(there_local.dispersion[(other.place, other.place)]);
                 rivals.push((other_name, value, std, evidence - own));
             }
