@@ -5,7 +5,7 @@
 use super::agreement::agreement;
 use super::alone::Alone;
 use super::fit::{Run, parameter_at, place_of};
-use super::observable::{absent, doubted, drowned, idle, motion};
+use super::observable::{absent, doubted, drowned, idle, idled, motion, turned};
 use super::parameter::{BIAS, Kind, STANDING, channel_at};
 use super::record::Record;
 use super::select::{Fault, Found, Name, run_of, select};
@@ -13,6 +13,7 @@ use crate::flight::channel::{Channel, ControlNames};
 use crate::flight::effect::{Effect, PositionedSensor};
 use crate::flight::effect_file::DeclaredEffect;
 use crate::flight::run::RunGeometry;
+use crate::flight::unit::STANDARD_GRAVITY;
 use crate::telemetry::record::Sample;
 
 const LENGTH_MIN_S: f64 = 5.0;
@@ -68,6 +69,8 @@ pub struct Correction {
     pub alternatives: Vec<DeclaredEffect>,
     /// What would tell these apart; empty where there is one explanation.
     pub split_by: Vec<&'static str>,
+    /// Of the bias of ax or ay: the angle, rad, by which accelerometers that are turned would read so much of gravity.
+    pub turned: Option<f64>,
     /// What each run of several says alone: run, value, standard error.
     pub by_run: Vec<(String, f64, f64)>,
 }
@@ -173,7 +176,12 @@ fn judged(name: &str, found: &Found, number: usize, names: &[String], alone: &[O
         if let Some(part) = idle(&found.runs, parameter, fault.value)
             && fault.rivals.iter().all(|rival| idle(&found.runs, parameter_at(rival.0.place).0, rival.1).is_some())
         {
-            doubts.push(doubted(parameter, part, fault.value, fault.std));
+            doubts.push(doubted(parameter, &idled(part), fault.value, fault.std));
+            continue;
+        }
+        let others = found.faults.iter().map(|other| parameter_at(other.name.place).0);
+        if let Some(reason) = turned(parameter, others) {
+            doubts.push(doubted(parameter, &reason, fault.value, fault.std));
             continue;
         }
         let Some((value, std)) = in_run(found, number, fault) else { continue };
@@ -194,7 +202,19 @@ fn judged(name: &str, found: &Found, number: usize, names: &[String], alone: &[O
         };
         let split_by = splits(fault.name, fault.rivals.iter().map(|rival| rival.0));
         let effect = DeclaredEffect { effect, std: Some(std) };
-        corrections.push(Correction { effect, vane, significance: fault.significance, alternatives, split_by, by_run });
+        let as_turned = match effect.effect {
+            Effect::SensorBias { channel: Channel::Ax | Channel::Ay, value } => Some(value / STANDARD_GRAVITY),
+            _ => None,
+        };
+        corrections.push(Correction {
+            turned: as_turned,
+            effect,
+            vane,
+            significance: fault.significance,
+            alternatives,
+            split_by,
+            by_run,
+        });
     }
     corrections.sort_by(|a, b| b.significance.total_cmp(&a.significance));
     let corrections = merged(corrections);
