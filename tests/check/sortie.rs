@@ -1,22 +1,21 @@
 //! Errors put into the instruments of a whole sortie, four runs checked together: which are found, sized, or named wrongly.
 //!
-//! One command for all of them, so many sorties an error, and as many times 500 healthy ones:
+//! One command for all of them, so many sorties an error, and as many times 100 healthy ones:
 //! `SIDESLIP_SEEDS=1 cargo nextest run --release --test check --no-capture -E 'test(sortie)'`
 //!
-//! Measured with every error in one sortie (a bias in each of its four runs), seeds 80000 onwards, nothing named wrongly, but
-//! with ENTER and LEAVE of `select` at 12 and 9; at 16 and 12, as they are, only the subset below was measured (11 of 12 found
-//! and sized, one missed and said so; nothing named in 20 healthy sorties, 500 not measured):
+//! Measured with every error in one sortie (a bias in each of its four runs), seeds 80000 onwards, nothing named wrongly:
 //!
-//! | kind  | judged | named | among rivals | sized within 3 s.e. | doubt | missed, and said so |
-//! |-------|--------|-------|--------------|---------------------|-------|---------------------|
-//! | bias  |     44 |    44 |            0 |                  44 |     0 |                   0 |
-//! | scale |     48 |    41 |            0 |                  41 |     1 |                   6 |
-//! | lag   |     24 |    17 |            3 |                  20 |     0 |                   4 |
-//! | skew  |     24 |    10 |           10 |                  20 |     0 |                   4 |
-//! | place |      6 |     4 |            2 |                   6 |     0 |                   0 |
+//! | kind  | judged | named | among rivals | sized within 3 s.e. | missed, and said so | missed |
+//! |-------|--------|-------|--------------|---------------------|---------------------|--------|
+//! | bias  |     44 |    44 |            0 |                  44 |                   0 |      0 |
+//! | scale |     48 |    41 |            0 |                  41 |                   6 |      1 |
+//! | lag   |     24 |    17 |            3 |                  20 |                   4 |      0 |
+//! | skew  |     24 |    10 |            9 |                  19 |                   5 |      0 |
+//! | place |      6 |     4 |            1 |                   5 |                   1 |      0 |
 //!
-//! Falls short: ax hardly moves (0.1 m/s^2 rms), so none of its factors, lags and skews is found, nor 5 % of ay, its lag of
-//! 0.1 s and skew of 0.05 s, nor those of airspeed. The errors are 0.7 of their standard errors rms, which are thus too large.
+//! The errors are 0.77 of their standard errors rms. Falls short: ax hardly moves (0.1 m/s^2 rms), so none of its factors, lags
+//! and skews is found, nor 5 % of ay, its lag of 0.1 s and skew of 0.05 s, nor airspeed's lag of 0.1 s and skews, nor
+//! accelerometers 1 m ahead, each said; alpha's factor of 1.05 is missed without a word.
 
 use crate::errors::{every_error, with_own};
 use crate::flown::{SORTIE, candidate, own_biases, sortie};
@@ -129,11 +128,11 @@ fn turned_axes_are_not_called_something_else() {
     assert!(said.iter().all(|wrong| *wrong == 0));
 }
 
-/// Twenty sorties (500 times SIDESLIP_SEEDS) with healthy instruments.
+/// Twenty sorties (100 times SIDESLIP_SEEDS) with healthy instruments.
 #[test]
 fn healthy_instruments_of_a_sortie_are_left_alone() {
     let runs = sortie();
-    let count = if std::env::var_os("SIDESLIP_SEEDS").is_some() { 500 * seeds(1) } else { 20 };
+    let count = if std::env::var_os("SIDESLIP_SEEDS").is_some() { 100 * seeds(1) } else { 20 };
     let found = over_seeds(count, |number| {
         let verdicts = checked(&runs, &[], 100_000 + number);
         verdicts.into_iter().flat_map(|(verdict, _)| verdict.corrections).map(|one| format!("{:?}", one.effect)).collect()
