@@ -16,6 +16,9 @@
 //! The errors are 0.77 of their standard errors rms. Falls short: ax hardly moves (0.1 m/s^2 rms), so none of its factors, lags
 //! and skews is found, nor 5 % of ay, its lag of 0.1 s and skew of 0.05 s, nor airspeed's lag of 0.1 s and skews, nor
 //! accelerometers 1 m ahead, each said; alpha's factor of 1.05 is missed without a word.
+//!
+//! In 100 healthy sorties (seeds 100000 onwards) nothing is named; 500 were not measured. Of 12 sorties with gyros or
+//! accelerometers turned by 1 or -2 deg none is given a wrong name (one each).
 
 use crate::errors::{every_error, with_own};
 use crate::flown::{SORTIE, candidate, own_biases, sortie};
