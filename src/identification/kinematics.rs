@@ -1,7 +1,7 @@
-//! What the kinematics do beyond their linear part, from what was measured: known accelerations that a linear model is flown with.
+//! What the kinematics do beyond their linear part, from what was measured: known inputs of a linear model.
 //!
-//! Consumes a run with airspeed, flow angles, rates and attitude; produces, for u v w phi theta (and v/V0, w/V0), the rate of change
-//! by the full kinematics less its value in trim and less the linear part that the model has itself,
+//! Consumes a run with airspeed, flow angles, rates and attitude; produces, for u v w phi theta (and v/V0, w/V0), the rate of
+//! change by the full kinematics less its value in trim and less the linear part that the model has itself,
 //!     f(x) - f(x0) - sum_j df/dx_j (x_j - x0_j)                                                        (1)
 //!     f_u = v r - w q - g sin(theta)     f_v = w p - u r + g cos(theta) sin(phi)
 //!     f_w = u q - v p + g cos(theta) cos(phi)

@@ -1,7 +1,7 @@
 //! The linear model of chosen states and inputs: which entries are known, which are derivatives to be found, what is measured.
 //!
-//! Consumes names of states, inputs and outputs and the trims of the runs; produces the structure that output error fits. With
-//! the trim's velocity u0 w0, airspeed V0, attitude theta0 phi0, incidence alpha0, and AXIS_x the derivatives, rows of A and B are
+//! Consumes names of states, inputs and outputs and the trims of the runs; produces the structure that output error fits.
+//! With the trim's velocity u0 w0, airspeed V0, attitude theta0 phi0, incidence alpha0, and AXIS_x the derivatives, A and B are
 //!     u' = X_x x + .. - w0 q - g cos(theta0) theta                                                     (1)
 //!     v' = Y_x x + .. + w0 p - u0 r + g cos(theta0) cos(phi0) phi                                      (2)
 //!     w' = Z_x x + .. + u0 q - g sin(theta0) cos(phi0) theta                                           (3)
@@ -14,7 +14,7 @@
 //!     beta = v/V0 + (x r - z p)/V0     alpha = w/u0 + (y p - x q)/u0     tas = u cos(alpha0) + w sin(alpha0)     (8)
 //!     ay = Y_x x + .. + x_a r' - z_a p'     az = Z_x x + .. + y_a p' - x_a q'     ax = X_x x + .. + z_a q' - y_a r'    (9)
 //! and the states themselves. (9) leaves out products of rates.
-//! Source: the paper's (1) to (6) and (23), (24), linearised; R. V. Jategaonkar, Flight Vehicle System Identification, 2006, ch. 3.
+//! Source: the paper's (1) to (6) and (23), (24), linearised; R. V. Jategaonkar, Flight Vehicle System Identification, 2006.
 
 use super::columns::{ColumnError, Columns};
 use super::kinematics::{CHANNELS, beyond};

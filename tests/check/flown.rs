@@ -1,4 +1,4 @@
-//! The flight that is checked: the built-in Puma at 100 kn, pedal, lateral and longitudinal cyclic one after the other.
+//! What is checked: the built-in Puma at 100 kn, in one flight with several inputs, and in a sortie of one input a run.
 
 use crate::uniform::Uniform;
 use sideslip::estimation::compatibility::verdict::{Candidate, Verdict, check};
@@ -24,11 +24,24 @@ pub(crate) fn flight() -> Flight {
 
 /// The same with that much longitudinal cyclic, rad.
 pub(crate) fn flight_with(pitch_input: f64) -> Flight {
+    let pitch = format!("lon_cyclic:3211:{pitch_input}:0.7:14");
+    flown_with(&["pedal:3211:0.02:0.7", "lat_cyclic:3211:0.008:0.5:7", &pitch])
+}
+
+/// The inputs of a sortie, one a run.
+pub(crate) const SORTIE: [&str; 4] =
+    ["pedal:3211:0.02:0.7", "lat_cyclic:3211:0.008:0.5", "lon_cyclic:3211:0.03:0.7", "collective:doublet:0.02:1.0"];
+
+/// The runs of a sortie, as it is flown for identification: each 30 s at 50 Hz, one input.
+pub(crate) fn sortie() -> Vec<Flight> {
+    SORTIE.iter().map(|input| flown_with(&[input])).collect()
+}
+
+fn flown_with(inputs: &[&str]) -> Flight {
     let asked = Asked { speed: Some(100.0 * KNOT), set: vec!["perturbation=small".to_owned()], ..Asked::default() };
     let mut flight = FlightModel::puma(&asked).unwrap().flight();
     flight.times_s = uniform_times(0.0, 30.0, 50.0).unwrap();
-    let pitch = format!("lon_cyclic:3211:{pitch_input}:0.7:14");
-    for input in ["pedal:3211:0.02:0.7", "lat_cyclic:3211:0.008:0.5:7", &pitch] {
+    for input in inputs {
         let spec = InputSpec::parse(input).unwrap();
         for control in Control::ALL.into_iter().filter(|control| control.channel() == spec.channel) {
             let history = &mut flight.inputs.controls[control.index()];
@@ -59,11 +72,16 @@ pub(crate) fn own_biases(flight: &mut Flight, seed: u64) -> Vec<(Channel, f64)> 
 
 /// What is said of one flight with these effects.
 pub(crate) fn checked(flight: &Flight, effects: &[Effect], seed: u64) -> Verdict {
+    check(&[candidate("flight", flight, effects, seed)]).remove(0)
+}
+
+/// A flight with these effects, as it is handed to the check.
+pub(crate) fn candidate(name: &str, flight: &Flight, effects: &[Effect], seed: u64) -> Candidate {
     let flown = Flight { effects: effects.to_vec(), seed, ..flight.clone() }.fly().unwrap();
     let geometry = RunGeometry {
         accelerometer_position_m: flight.instruments.accelerometer_position_m,
         vane_position_m: flight.instruments.vane_position_m,
         ..RunGeometry::default()
     };
-    check(&[Candidate { name: "flight".to_owned(), samples: flown.samples, geometry }]).remove(0)
+    Candidate { name: name.to_owned(), samples: flown.samples, geometry }
 }

@@ -15,8 +15,10 @@ mod program;
 #[path = "../support/uniform.rs"]
 mod uniform;
 
+mod errors;
 mod flown;
 mod injected;
 mod recordings;
 mod score;
 mod simulated;
+mod sortie;

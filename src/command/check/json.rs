@@ -38,6 +38,9 @@ fn correction(correction: &Correction, controls: ControlNames) -> Value {
         document.insert("alternatives".to_owned(), Value::Array(alternatives));
         document.insert("split_by".to_owned(), json!(correction.split_by));
     }
+    if let Some(angle) = correction.turned {
+        document.insert("or_turned_rad".to_owned(), json!(angle));
+    }
     if !correction.by_run.is_empty() {
         let by_run = correction.by_run.iter().map(|(run, value, std)| json!({ "run": run, "value": value, "std": std }));
         document.insert("by_run".to_owned(), Value::Array(by_run.collect()));

@@ -74,12 +74,17 @@ fn correction(text: &mut String, one: &Correction, info: &RunInfo, controls: Con
     for other in &one.alternatives {
         let _ = writeln!(text, "      or {}", sentence(other, None, controls));
     }
+    if let Some(angle) = one.turned {
+        let _ = writeln!(text, "      or the accelerometers are turned by {:.1} deg", (angle / DEGREE).abs());
+        let _ =
+            writeln!(text, "      told apart by: steep turns and pull-ups, where what is turned reads more of the greater load");
+    }
     for split in &one.split_by {
         let _ = writeln!(text, "      told apart by: {split}");
     }
     for (run, value, std) in &one.by_run {
         let (shown, error) = measured(*value, *std);
-        let _ = writeln!(text, "      {run} alone: {shown} +- {error}");
+        let _ = writeln!(text, "      {run} alone, corrected alike: {shown} +- {error}");
     }
     if let Effect::SensorPosition { sensor, offset_m } = one.effect.effect {
         let (key, stands) = match sensor {

@@ -33,8 +33,8 @@ taken from the measurements. Standard errors are corrected for the colour of the
 found in the derivatives of what is: of a helicopter, take all eight states, or the others as inputs. Without --states it takes
 the lateral motion, or the longitudinal one where that was excited. Runs of --holdout are predicted, not fitted.
 
-Exit status: 0 done; 1 failed while running; 2 the call or a recording is wrong; 3 done, with rows skipped. With --json - the table
-goes to standard error.";
+Exit status: 0 done; 1 failed while running; 2 the call or a recording is wrong; 3 done, with rows skipped. With --json - the
+table goes to standard error.";
 
 /// Identify a linear model from runs: derivatives with standard errors, modes, prediction of runs kept back
 #[derive(clap::Args)]

@@ -2,7 +2,6 @@
 
 use super::filter::{Noise, Prepared, pass};
 use super::fit::active;
-use super::matrix::Square;
 use super::motion::{STATES, rate, seen};
 use super::noise::first_guess;
 use super::parameter::{INPUTS, OUTPUT_CHANNELS, OUTPUTS, TIMING, Theta};
@@ -10,6 +9,7 @@ use super::record::Record;
 use crate::flight::channel::Channel;
 use crate::flight::run::RunGeometry;
 use crate::telemetry::record::Sample;
+use nalgebra::{DMatrix, DVector};
 
 /// A motion that obeys the kinematics, integrated in steps of 1 ms from smooth inputs, read without error at 50 Hz.
 fn flown() -> Record {
@@ -108,25 +108,25 @@ fn the_cost_is_that_of_the_joint_density() {
         mean[node] = mean[node - 1] + record.step_s * series.mean(record.time_s(node - 1), record.time_s(node));
     }
     let n = phi.len();
-    let mut covariance = Square::zeros(n);
+    let mut covariance = DMatrix::zeros(n, n);
     for (i, (a, _)) in phi.iter().enumerate() {
         for (j, (b, _)) in phi.iter().enumerate() {
             let walked = 1e-3 * record.step_s * (*a.min(b)) as f64;
-            *covariance.at_mut(i, j) = 0.25 + walked + if i == j { 1e-4 } else { 0.0 };
+            covariance[(i, j)] = 0.25 + walked + if i == j { 1e-4 } else { 0.0 };
         }
     }
     let residual: Vec<f64> = phi.iter().map(|(node, value)| value - mean[*node]).collect();
-    let weighted = covariance.inverse().unwrap().times(&residual);
+    let weighted = covariance.clone().cholesky().unwrap().inverse() * DVector::from_vec(residual.clone());
     let squares: f64 = weighted.iter().zip(&residual).map(|(a, b)| a * b).sum();
     // The determinant by plain elimination.
     let mut log_determinant = 0.0;
     let mut rest = covariance.clone();
     for k in 0..n {
-        log_determinant += rest.at(k, k).ln();
+        log_determinant += f64::ln(rest[(k, k)]);
         for i in k + 1..n {
-            let ratio = rest.at(i, k) / rest.at(k, k);
+            let ratio = rest[(i, k)] / rest[(k, k)];
             for j in k..n {
-                *rest.at_mut(i, j) -= ratio * rest.at(k, j);
+                rest[(i, j)] -= ratio * rest[(k, j)];
             }
         }
     }

@@ -16,12 +16,14 @@
 
 use super::motion::{STATES, Seen, jacobians, rate, seen};
 use super::parameter::{
-    ACCELEROMETER_PLACE, ALPHA_PLACE, BETA_PLACE, BIAS, FLOW, INPUTS, OUTPUTS, SCALE, TIMING, TURNED, Theta, VANE_PLACE,
+    ACCELEROMETER_PLACE, ALPHA_PLACE, BETA_PLACE, BIAS, FLOW, INPUTS, OUTPUTS, SCALE, STANDING, TIMING, TURNED, Theta, VANE_PLACE,
 };
 use super::record::{Readings, Record};
 
 /// States with a lag of every output.
 const AUGMENTED: usize = STATES + OUTPUTS;
+/// Half width of the mean at either end of a step of which a lag is undone, in steps.
+const END_PART: f64 = 0.5;
 /// Standard deviations before the first reading: velocities, attitude, altitude, wind; lags.
 const START_STD: [f64; AUGMENTED] = [30.0, 30.0, 30.0, 0.5, 0.5, 1.0, 300.0, 0.5, 30.0, 1.0, 1.0, 1.0, 1.0, 1.0, 300.0];
 
@@ -76,7 +78,10 @@ impl Driven {
                 continue;
             };
             let skew = theta.skew_s(i);
-            let slope = (series.at(to_s + skew) - series.at(from_s + skew)) / (to_s - from_s);
+            // A lag is undone by the slope, in which the samples' noise would pass for motion: the ends are means then.
+            let half = if theta.lag[i] { END_PART * (to_s - from_s) } else { 0.0 };
+            let end = |time_s: f64| series.mean(time_s + skew - half, time_s + skew + half);
+            let slope = (end(to_s) - end(from_s)) / (to_s - from_s);
             let read = series.mean(from_s + skew, to_s + skew) + theta.lag_s(i) * slope;
             driven.value[i] = (read - theta.bias(i)) / theta.factor(i);
             driven.slope[i] = slope / theta.factor(i);
@@ -97,7 +102,7 @@ impl Driven {
 
     /// Derivative of input i by the parameter at that place, where it is one of input i.
     fn by(&self, theta: &Theta, index: usize) -> Option<(usize, f64)> {
-        for (from, kind) in [(BIAS, 0), (SCALE, 1), (TIMING, 2)] {
+        for (from, kind) in [(BIAS, 0), (STANDING, 0), (SCALE, 1), (TIMING, 2)] {
             if (from..from + INPUTS).contains(&index) {
                 let i = index - from;
                 return Some((
@@ -368,7 +373,7 @@ pub fn pass(prepared: &Prepared<'_>, noise: &Noise, active: &[usize], light: boo
                 if !lagged[c] {
                     by += factor * prepared.direct(&both, c, &here, index);
                 }
-                if index == BIAS + measured {
+                if index == BIAS + measured || index == STANDING + measured {
                     by += 1.0;
                 } else if index == SCALE + measured {
                     by += value - about;

@@ -12,12 +12,12 @@
 //! Source of (3): E. A. Morelli and V. Klein, J. Aircraft 34(2), 1997.
 
 use super::filter::{Noise, Passed, Prepared, pass};
-use super::matrix::Square;
 use super::parameter::{
     ACCELEROMETER_PLACE, ALPHA_PLACE, BETA_PLACE, Kind, MEASURED, OUTPUTS, OWN, PARAMETERS, Parameter, SCALE, TIMING, TURNED,
     Theta, VANE_PLACE,
 };
 use super::record::Record;
+use nalgebra::DMatrix;
 
 /// Parameters that hold over all runs.
 pub const SHARED: usize = PARAMETERS - OWN;
@@ -26,6 +26,10 @@ const COLOUR_S: f64 = 1.0;
 /// Part of a sample by which healthy channels are apart.
 const TIMING_SAMPLES: f64 = 0.1;
 const STEPS_MAX: usize = 8;
+/// What a fit may leave of (1).
+const CLOSE: f64 = 0.05;
+/// What one that is only compared with others may leave.
+pub const ROUGH: f64 = 0.5;
 /// Precision that holds what cannot be told apart at zero.
 const HELD: f64 = 1e18;
 
@@ -106,11 +110,11 @@ pub struct Local {
     /// (1).
     pub cost: f64,
     /// Inverse of the information, C.
-    pub dispersion: Square,
+    pub dispersion: DMatrix<f64>,
     /// What the data say more: gradient of (1), halved and with its sign changed.
     pub pull: Vec<f64>,
-    /// Information of each run's data alone, by its active parameters.
-    pub runs: Vec<(Passed, Square)>,
+    /// Each run through the filter there.
+    pub runs: Vec<Passed>,
 }
 
 /// Which parameters act on a record.
@@ -151,7 +155,7 @@ pub fn cost(runs: &[Run], point: &Point) -> Option<f64> {
 /// Linearises (1) about a point.
 pub fn linearise(runs: &[Run], point: &Point) -> Option<Local> {
     let order = point.values.len();
-    let mut information = Square::zeros(order);
+    let mut information = DMatrix::<f64>::zeros(order, order);
     let mut pull = vec![0.0; order];
     let mut cost = point.prior_cost();
     let mut passes = Vec::with_capacity(runs.len());
@@ -159,49 +163,55 @@ pub fn linearise(runs: &[Run], point: &Point) -> Option<Local> {
         let passed = pass(&Prepared::of(&run.record, &point.theta(number)), &run.noise, &run.active, false)?;
         cost += passed.cost;
         let width = run.active.len();
-        let mut own = Square::zeros(width);
+        let mut own = DMatrix::<f64>::zeros(width, width);
         let mut side = vec![0.0; width];
         for (row, innovation) in passed.rows.chunks(width.max(1)).zip(&passed.innovations) {
             for (i, a) in row.iter().enumerate() {
                 side[i] += a * innovation.whitened;
-                for (entry, b) in own.entries[i * width + i..(i + 1) * width].iter_mut().zip(&row[i..]) {
+                for (entry, b) in own.as_mut_slice()[i * width + i..(i + 1) * width].iter_mut().zip(&row[i..]) {
                     *entry += a * b;
                 }
             }
         }
         for (i, side) in side.into_iter().enumerate() {
-            for j in 0..i {
-                *own.at_mut(i, j) = own.at(j, i);
-            }
             let global = place_of(number, run.active[i]);
             pull[global] += side;
             for j in 0..width {
-                *information.at_mut(global, place_of(number, run.active[j])) += own.at(i, j);
+                information[(global, place_of(number, run.active[j]))] += own[(i.max(j), i.min(j))];
             }
         }
-        passes.push((passed, own));
+        passes.push(passed);
     }
     for (place, (pull, value)) in pull.iter_mut().zip(&point.values).enumerate() {
         match point.prior_std(place) {
             Some(std) => {
-                *information.at_mut(place, place) += 1.0 / (std * std);
+                information[(place, place)] += 1.0 / (std * std);
                 *pull -= value / (std * std);
             }
-            None => *information.at_mut(place, place) += HELD,
+            None => information[(place, place)] += HELD,
         }
     }
-    let dispersion = information.inverse()?;
+    let dispersion = information.cholesky()?.inverse();
     Some(Local { cost, dispersion, pull, runs: passes })
+}
+
+fn times(matrix: &DMatrix<f64>, column: &[f64]) -> Vec<f64> {
+    matrix.row_iter().map(|row| row.iter().zip(column).map(|(a, b)| a * b).sum()).collect()
 }
 
 /// Goes to the minimum of (1) from a point; returns it with its neighbourhood.
 pub fn minimise(runs: &[Run], start: &Point) -> Option<(Point, Local)> {
+    minimise_to(runs, start, CLOSE)
+}
+
+/// The same until no more than `tolerance` is left to gain.
+pub fn minimise_to(runs: &[Run], start: &Point, tolerance: f64) -> Option<(Point, Local)> {
     let mut point = start.clone();
     let mut local = linearise(runs, &point)?;
     for _ in 0..STEPS_MAX {
-        let step = local.dispersion.times(&local.pull);
+        let step = times(&local.dispersion, &local.pull);
         let promised: f64 = step.iter().zip(&local.pull).map(|(a, b)| a * b).sum();
-        if promised < 0.05 {
+        if promised < tolerance {
             break;
         }
         let mut length = 1.0;
@@ -219,7 +229,7 @@ pub fn minimise(runs: &[Run], start: &Point) -> Option<(Point, Local)> {
         let Some((next_point, next)) = better else { break };
         let gained = local.cost - next.cost;
         (point, local) = (next_point, next);
-        if gained < 0.05 {
+        if gained < tolerance {
             break;
         }
     }
@@ -256,14 +266,14 @@ pub struct LetGo {
 impl Local {
     /// The minimum of the linearised (1).
     pub fn minimum(&self, point: &Point) -> Vec<f64> {
-        let step = self.dispersion.times(&self.pull);
+        let step = times(&self.dispersion, &self.pull);
         point.values.iter().zip(step).map(|(value, step)| value + step).collect()
     }
 
     /// (2) of one parameter.
     pub fn let_go(&self, point: &Point, minimum: &[f64], place: usize) -> Option<LetGo> {
         let (normal, free) = point.priors(place)?;
-        let variance = self.dispersion.at(place, place);
+        let variance = self.dispersion[(place, place)];
         let value = *minimum.get(place)?;
         if point.free.contains(&place) {
             return Some(LetGo { place, value, std: libm::sqrt(variance), fall: 0.0 });
@@ -276,11 +286,17 @@ impl Local {
         Some(LetGo { place, value: value / rest, std: libm::sqrt(variance / rest), fall: value * value * drop / rest })
     }
 
-    /// (3): how much larger the variance of a parameter is for the residuals being coloured; at least one.
-    pub fn colour(&self, runs: &[Run], place: usize) -> f64 {
+    /// Variance of a sum of parameters for white residuals.
+    pub fn variance_of(&self, places: &[usize]) -> f64 {
+        places.iter().flat_map(|&i| places.iter().map(move |&j| self.dispersion[(i, j)])).sum()
+    }
+
+    /// (3): how much larger the variance of a sum of parameters is for the residuals being coloured; at least one.
+    pub fn colour(&self, runs: &[Run], places: &[usize]) -> f64 {
         let (mut with, mut without) = (0.0, 0.0);
-        for (number, (run, (passed, _))) in runs.iter().zip(&self.runs).enumerate() {
-            let weights: Vec<f64> = run.active.iter().map(|&index| self.dispersion.at(place_of(number, index), place)).collect();
+        for (number, (run, passed)) in runs.iter().zip(&self.runs).enumerate() {
+            let weight = |&index: &usize| places.iter().map(|&place| self.dispersion[(place_of(number, index), place)]).sum();
+            let weights: Vec<f64> = run.active.iter().map(weight).collect();
             let width = run.active.len().max(1);
             let mut by_output: [Vec<(f64, f64)>; OUTPUTS] = Default::default();
             for (row, innovation) in passed.rows.chunks(width).zip(&passed.innovations) {

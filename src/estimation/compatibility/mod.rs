@@ -6,11 +6,11 @@
 //! Assumed: a rigid body in air that moves steadily; gusts widen the errors. Refused: to name one cause where two fit alike.
 
 pub mod agreement;
+pub mod alone;
 #[cfg(test)]
 mod checks;
 pub mod filter;
 pub mod fit;
-pub mod matrix;
 pub mod motion;
 pub mod noise;
 pub mod observable;

@@ -8,7 +8,9 @@
 //!     |f - 1| m > LEAK M,  |tau| omega m > LEAK M                                                     (2)
 
 use super::fit::{Run, place_of};
-use super::parameter::{ACCELEROMETER_PLACE, ALPHA_PLACE, INPUT_CHANNELS, Kind, OUTPUT_CHANNELS, PARAMETERS, Parameter};
+use super::parameter::{
+    ACCELEROMETER_PLACE, ALPHA_PLACE, INPUT_CHANNELS, Kind, OUTPUT_CHANNELS, PARAMETERS, Parameter, STANDING,
+};
 use super::record::Record;
 use super::select::{ENTER, Found, is_gusty};
 use super::series::Series;
@@ -78,12 +80,25 @@ pub fn idle(runs: &[Run], parameter: Parameter, value: f64) -> Option<f64> {
     least_of_motion(runs, parameter).filter(|(least, _)| value.abs() < *least).map(|(_, part)| part)
 }
 
-/// What is said of a parameter that these runs would have different, but whose axis hardly moves.
-pub fn doubted(parameter: Parameter, part: f64, value: f64, std: f64) -> String {
+/// Why a parameter is not named whose axis hardly moves.
+pub fn idled(part: f64) -> String {
+    format!("its axis moves too little beside the others ({:.0} % of the busiest)", 100.0 * part)
+}
+
+/// Why a factor or lateness of an accelerometer across gravity is not named beside a bias of it: accelerometers that are turned
+/// read a part of gravity as a bias and the same part of the load's changes, which go with its own reading.
+pub fn turned(parameter: Parameter, mut faults: impl Iterator<Item = Parameter>) -> Option<String> {
+    let across = matches!(parameter.channel(), Some(Channel::Ax | Channel::Ay));
+    let asked = across && matches!(parameter.kind, Kind::Scale | Kind::Timing);
+    let beside = |one: Parameter| one.kind == Kind::Bias && one.channel() == parameter.channel();
+    (asked && faults.any(beside)).then(|| "beside its bias it may be accelerometers that are turned".to_owned())
+}
+
+/// What is said of a parameter that these runs would have different, but for a reason is not named.
+pub fn doubted(parameter: Parameter, reason: &str, value: f64, std: f64) -> String {
     let shown = if parameter.kind == Kind::Scale { 1.0 + value } else { value };
     let unit = unit(parameter);
-    let moves = format!("its axis moves too little beside the others ({:.0} % of the busiest)", 100.0 * part);
-    format!("{}: {shown:.3} +- {std:.3}{unit} would fit, but {moves}", words(parameter))
+    format!("{}: {shown:.3} +- {std:.3}{unit} would fit, but {reason}", words(parameter))
 }
 
 /// Parameters whose error would drown.
@@ -95,7 +110,7 @@ pub fn drowned(found: &Found, number: usize) -> Vec<String> {
     for index in 0..PARAMETERS {
         let parameter = Parameter::at(index);
         let place = place_of(number, index);
-        if !parameter.can_be_fault() || !run.active.contains(&index) {
+        if !parameter.can_be_fault() || !run.active.contains(&index) || index >= STANDING {
             continue;
         }
         let what = words(parameter);
@@ -103,7 +118,8 @@ pub fn drowned(found: &Found, number: usize) -> Vec<String> {
             rough = true;
             continue;
         }
-        if found.point.free.contains(&place) {
+        let standing = parameter.kind == Kind::Bias && found.point.free.contains(&place_of(number, STANDING + index));
+        if found.point.free.contains(&place) || standing {
             continue;
         }
         // Of a sensor that is known to stand elsewhere nothing is missing.
@@ -117,7 +133,7 @@ pub fn drowned(found: &Found, number: usize) -> Vec<String> {
             said.push(format!("{what}: this motion shows nothing of it"));
             continue;
         };
-        let variance = found.local.colour(&found.runs, place) * one.std * one.std;
+        let variance = found.local.colour(&found.runs, &[place]) * one.std * one.std;
         let least = libm::sqrt(ENTER * (variance + normal * normal)) + 2.0 * libm::sqrt(variance);
         let least = least_of_motion(&found.runs, parameter).map_or(least, |(leaked, _)| least.max(leaked));
         if least.is_infinite() {

@@ -19,7 +19,7 @@ pub const OUTPUTS: usize = OUTPUT_CHANNELS.len();
 /// Inputs and outputs.
 pub const MEASURED: usize = INPUTS + OUTPUTS;
 /// Number of parameters of one run.
-pub const PARAMETERS: usize = 3 * MEASURED + 21;
+pub const PARAMETERS: usize = 4 * MEASURED + 21;
 
 /// Where the parameters of each kind begin.
 pub const BIAS: usize = 0;
@@ -42,6 +42,8 @@ pub const FLOW: usize = ACCELEROMETER_PLACE + 3;
 
 /// How the gyros are turned against each other: p by q and r, q by p and r, r by p and q, rad.
 pub const TURNED: usize = FLOW + 3;
+/// Biases that stand over all runs, beside each run's own; of one run alone there are none.
+pub const STANDING: usize = TURNED + 6;
 
 /// Which sort of error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,7 +94,8 @@ impl Parameter {
             ALPHA_PLACE..BETA_PLACE => (Kind::AlphaPlace(index - ALPHA_PLACE), None),
             BETA_PLACE..VANE_PLACE => (Kind::BetaPlace(index - BETA_PLACE), None),
             VANE_PLACE..ACCELEROMETER_PLACE => (Kind::VanePlace(index - VANE_PLACE), None),
-            TURNED.. => (Kind::Turned(index - TURNED), None),
+            STANDING.. => (Kind::Bias, Some(index - STANDING)),
+            TURNED..STANDING => (Kind::Turned(index - TURNED), None),
             FLOW..TURNED => (Kind::Flow(index - FLOW), None),
             _ => (Kind::AccelerometerPlace(index - ACCELEROMETER_PLACE), None),
         };
@@ -196,7 +199,7 @@ impl Theta {
 
     /// Bias of a channel.
     pub fn bias(&self, measured: usize) -> f64 {
-        self.values[BIAS + measured]
+        self.values[BIAS + measured] + self.values[STANDING + measured]
     }
 
     /// Factor of a channel.

@@ -5,7 +5,7 @@
 //! [`GAP_S`] parts the run: nothing is carried over it.
 
 use super::motion::STATES;
-use super::parameter::{BIAS, INPUT_CHANNELS, INPUTS, OUTPUT_CHANNELS, OUTPUTS, SCALE, Theta};
+use super::parameter::{INPUT_CHANNELS, INPUTS, OUTPUT_CHANNELS, OUTPUTS, SCALE, Theta};
 use super::series::Series;
 use crate::flight::channel::Channel;
 use crate::flight::run::RunGeometry;
@@ -179,7 +179,7 @@ impl Record {
             let measured = INPUTS + output;
             let about = self.about[output];
             let mean = series.mean(time_s, time_s + 0.2);
-            Some((mean - theta.values[BIAS + measured] - about) / (1.0 + theta.values[SCALE + measured]) + about)
+            Some((mean - theta.bias(measured) - about) / (1.0 + theta.values[SCALE + measured]) + about)
         };
         let speed = read(0).unwrap_or(50.0).max(3.0);
         let [alpha, beta, phi, theta, psi] = [1, 2, 3, 4, 5].map(|output| read(output).unwrap_or(0.0));

@@ -11,9 +11,9 @@
 //! place whose E is no more than [`RIVAL`] above cannot be told from it.
 
 use super::filter::Noise;
-use super::fit::{LetGo, Local, Point, Run, SHARED, minimise, parameter_at};
+use super::fit::{LetGo, Local, Point, ROUGH, Run, SHARED, minimise, minimise_to, parameter_at};
 use super::noise::{first_guess, improve};
-use super::parameter::{Kind, OWN, TIMING};
+use super::parameter::{Kind, OWN, STANDING, TIMING};
 use super::side_by_side::side_by_side;
 
 /// Entered above this F: 0.02 % of healthy parameters by chance.
@@ -76,7 +76,7 @@ fn evidence(point: &Point, local: &Local) -> f64 {
     for &place in &point.free {
         let (parameter, _) = parameter_at(place);
         let free = parameter.priors().map_or(1.0, |(_, free)| free);
-        sum += libm::log(free * free / local.dispersion.at(place, place).max(1e-300));
+        sum += libm::log(free * free / local.dispersion[(place, place)].max(1e-300));
         let value = point.values[place];
         let alone = matches!(parameter.kind, Kind::AlphaPlace(_) | Kind::BetaPlace(_));
         sum += if alone { 0.5 * UNUSUAL } else { 0.0 };
@@ -91,7 +91,7 @@ fn evidence(point: &Point, local: &Local) -> f64 {
 
 /// F of (1).
 fn significance(runs: &[Run], point: &Point, local: &Local, let_go: &LetGo) -> (f64, f64) {
-    let colour = local.colour(runs, let_go.place);
+    let colour = local.colour(runs, &[let_go.place]);
     let normal = point.priors(let_go.place).map_or(f64::INFINITY, |(normal, _)| normal);
     let variance = colour * let_go.std * let_go.std;
     (let_go.value * let_go.value / (variance + normal * normal), libm::sqrt(variance))
@@ -123,6 +123,12 @@ fn lag_flag(point: &mut Point, place: usize) -> Option<&mut bool> {
     point.lag.get_mut((place + OWN).checked_sub(TIMING)?)
 }
 
+/// Whether both are the bias of one channel, standing or a run's own.
+fn same_bias(a: usize, b: usize) -> bool {
+    let of = |place: usize| Some(parameter_at(place).0).filter(|one| one.kind == Kind::Bias).and_then(|one| one.measured);
+    of(a).is_some() && of(a) == of(b)
+}
+
 /// Whether that place is one of timing.
 fn is_timing(place: usize) -> bool {
     parameter_at(place).0.kind == Kind::Timing
@@ -150,7 +156,7 @@ fn try_name(runs: &[Run], point: &Point, name: Name, value: f64) -> Option<(f64,
     let start = with(point, name, value.clamp(-1.0, 1.5));
     let start =
         if is_timing(name.place) || parameter_at(name.place).0.kind == Kind::Scale { start } else { with(point, name, 0.0) };
-    let (point, local) = minimise(runs, &start)?;
+    let (point, local) = minimise_to(runs, &start, ROUGH)?;
     Some((evidence(&point, &local), point, local))
 }
 
@@ -184,8 +190,11 @@ fn ranked(runs: &[Run], point: &Point, local: &Local) -> Vec<(f64, LetGo)> {
 
 /// Finds what is at fault. `None` where the motion of a run cannot be followed at all.
 pub fn select(mut runs: Vec<Run>) -> Option<Found> {
+    let one = runs.len() == 1;
     for run in &mut runs {
         run.noise = first_guess(&run.record);
+        // Of one run alone what stands is the run's own.
+        run.active.retain(|&index| !(one && index >= STANDING));
     }
     // The noise of what is left when everything may be at fault: no fault is taken for noise.
     let mut everything = Point::zero(&runs);
@@ -261,20 +270,22 @@ fn fault(runs: &[Run], point: &Point, local: &Local, place: usize) -> Option<Fau
     let name = Name { place, lag: is_timing(place) && is_lag };
     let own = evidence(point, local);
     // From where it is put back to normal, as from far away.
-    let (back, back_local) = minimise(runs, &without(point, place))?;
+    let (back, back_local) = minimise_to(runs, &without(point, place), ROUGH)?;
     let mut rivals: Vec<(Name, f64, f64, f64)> = Vec::new();
     let ranked = ranked(runs, &back, &back_local);
     let lost = back_local.cost - local.cost;
-    let worth = ranked.iter().filter(|(_, other)| other.fall > 0.5 * lost - RIVAL && other.fall > 4.0).take(SHORTLIST);
-    for (_, other) in worth {
+    let worth = |other: &LetGo| other.place != place && other.fall > 0.5 * lost - RIVAL && other.fall > 4.0;
+    let others = ranked.iter().map(|(_, other)| *other).filter(worth).take(SHORTLIST);
+    // Timing is always put beside its own other form.
+    for other in std::iter::once(one).chain(others) {
         for other_name in names(other.place, other.value) {
-            if other_name == name {
+            if other_name == name || same_bias(place, other.place) {
                 continue;
             }
             let Some((evidence, there, there_local)) = try_name(runs, &back, other_name, other.value) else { continue };
             if evidence - own < RIVAL {
-                let value = there.values.get(other.place).copied().unwrap_or(0.0);
-                let std = libm::sqrt(there_local.dispersion.at(other.place, other.place));
+                let value = there_local.minimum(&there).get(other.place).copied().unwrap_or(0.0);
+                let std = libm::sqrt(there_local.dispersion[(other.place, other.place)]);
                 rivals.push((other_name, value, std, evidence - own));
             }
         }

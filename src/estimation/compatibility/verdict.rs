@@ -3,16 +3,17 @@
 //! Consumes runs by name; produces [`Verdict`]s. A run that no fit can use is refused before, and the others go on without it.
 
 use super::agreement::agreement;
-use super::fit::{Local, Point, Run, parameter_at, place_of};
-use super::matrix::Square;
-use super::observable::{absent, doubted, drowned, idle, motion};
-use super::parameter::{Kind, channel_at};
+use super::alone::Alone;
+use super::fit::{Run, parameter_at, place_of};
+use super::observable::{absent, doubted, drowned, idle, idled, motion, turned};
+use super::parameter::{BIAS, Kind, STANDING, channel_at};
 use super::record::Record;
-use super::select::{Found, Name, run_of, select};
+use super::select::{Fault, Found, Name, run_of, select};
 use crate::flight::channel::{Channel, ControlNames};
 use crate::flight::effect::{Effect, PositionedSensor};
 use crate::flight::effect_file::DeclaredEffect;
 use crate::flight::run::RunGeometry;
+use crate::flight::unit::STANDARD_GRAVITY;
 use crate::telemetry::record::Sample;
 
 const LENGTH_MIN_S: f64 = 5.0;
@@ -68,6 +69,8 @@ pub struct Correction {
     pub alternatives: Vec<DeclaredEffect>,
     /// What would tell these apart; empty where there is one explanation.
     pub split_by: Vec<&'static str>,
+    /// Of the bias of ax or ay: the angle, rad, by which accelerometers that are turned would read so much of gravity.
+    pub turned: Option<f64>,
     /// What each run of several says alone: run, value, standard error.
     pub by_run: Vec<(String, f64, f64)>,
 }
@@ -97,12 +100,13 @@ pub fn check(candidates: &[Candidate]) -> Vec<Verdict> {
     let usable: Vec<usize> = (0..records.len()).filter(|&place| refusals.get(place).is_some_and(Option::is_none)).collect();
     let runs: Vec<Run> = usable.iter().filter_map(|&place| records.get(place).cloned()).map(run_of).collect();
     let found = if runs.is_empty() { None } else { select(runs) };
+    let alone = found.as_ref().map_or(Vec::new(), |found| Alone::each(&found.runs, &found.point));
     let names: Vec<String> = usable.iter().filter_map(|&place| Some(candidates.get(place)?.name.clone())).collect();
     let rows = candidates.iter().zip(&records).zip(refusals).enumerate();
     rows.map(|(place, ((candidate, record), refusal))| {
         let number = usable.iter().position(|&used| used == place);
         match (number, &found) {
-            (Some(number), Some(found)) => judged(&candidate.name, found, number, &names),
+            (Some(number), Some(found)) => judged(&candidate.name, found, number, &names, &alone),
             _ => Verdict {
                 run: candidate.name.clone(),
                 fitness: Fitness::NotFit,
@@ -150,7 +154,7 @@ fn refusal(record: &Record, samples: &[Sample]) -> Option<String> {
 }
 
 /// One run's verdict out of all runs' fit.
-fn judged(name: &str, found: &Found, number: usize, names: &[String]) -> Verdict {
+fn judged(name: &str, found: &Found, number: usize, names: &[String], alone: &[Option<Alone>]) -> Verdict {
     let Some(run) = found.runs.get(number) else {
         return Verdict {
             run: name.to_owned(),
@@ -172,30 +176,45 @@ fn judged(name: &str, found: &Found, number: usize, names: &[String]) -> Verdict
         if let Some(part) = idle(&found.runs, parameter, fault.value)
             && fault.rivals.iter().all(|rival| idle(&found.runs, parameter_at(rival.0.place).0, rival.1).is_some())
         {
-            doubts.push(doubted(parameter, part, fault.value, fault.std));
+            doubts.push(doubted(parameter, &idled(part), fault.value, fault.std));
             continue;
         }
-        let Some((effect, vane)) = effect_of(fault.name, fault.value) else { continue };
+        let others = found.faults.iter().map(|other| parameter_at(other.name.place).0);
+        if let Some(reason) = turned(parameter, others) {
+            doubts.push(doubted(parameter, &reason, fault.value, fault.std));
+            continue;
+        }
+        let Some((value, std)) = in_run(found, number, fault) else { continue };
+        let Some((effect, vane)) = effect_of(fault.name, value) else { continue };
         let alternatives: Vec<DeclaredEffect> = fault
             .rivals
             .iter()
             .filter_map(|&(name, value, std, _)| Some(DeclaredEffect { effect: effect_of(name, value)?.0, std: Some(std) }))
             .collect();
-        let by_run = if names.len() > 1 && own.is_none() {
-            (0..found.runs.len())
-                .filter(|&other| found.runs.get(other).is_some_and(|run| run.active.contains(&parameter.index)))
-                .filter_map(|other| {
-                    let (value, std) = alone(&found.runs, &found.point, &found.local, other, parameter.index)?;
-                    let shown = if parameter.kind == Kind::Scale { 1.0 + value } else { value };
-                    Some((names.get(other)?.clone(), shown, std))
-                })
+        let by_run = if own.is_none() && parameter.kind != Kind::Bias {
+            alone
+                .iter()
+                .zip(names)
+                .filter_map(|(one, name)| one.as_ref()?.says(parameter).map(|(x, std)| (name.clone(), x, std)))
                 .collect()
         } else {
             Vec::new()
         };
         let split_by = splits(fault.name, fault.rivals.iter().map(|rival| rival.0));
-        let effect = DeclaredEffect { effect, std: Some(fault.std) };
-        corrections.push(Correction { effect, vane, significance: fault.significance, alternatives, split_by, by_run });
+        let effect = DeclaredEffect { effect, std: Some(std) };
+        let as_turned = match effect.effect {
+            Effect::SensorBias { channel: Channel::Ax | Channel::Ay, value } => Some(value / STANDARD_GRAVITY),
+            _ => None,
+        };
+        corrections.push(Correction {
+            turned: as_turned,
+            effect,
+            vane,
+            significance: fault.significance,
+            alternatives,
+            split_by,
+            by_run,
+        });
     }
     corrections.sort_by(|a, b| b.significance.total_cmp(&a.significance));
     let corrections = merged(corrections);
@@ -220,6 +239,23 @@ fn judged(name: &str, found: &Found, number: usize, names: &[String]) -> Verdict
     not_observable.extend(doubts);
     not_observable.extend(drowned(found, number));
     Verdict { run: name.to_owned(), fitness, reason, corrections, consistency, not_observable }
+}
+
+/// A fault's value and standard error in one run: a bias that stands over all is there with the run's own, once.
+fn in_run(found: &Found, number: usize, fault: &Fault) -> Option<(f64, f64)> {
+    let (parameter, _) = parameter_at(fault.name.place);
+    let Some(measured) = parameter.measured.filter(|_| parameter.kind == Kind::Bias) else {
+        return Some((fault.value, fault.std));
+    };
+    let (standing, own) = (place_of(number, STANDING + measured), place_of(number, BIAS + measured));
+    if !found.point.free.contains(&standing) {
+        return Some((fault.value, fault.std));
+    }
+    let places = [standing, own];
+    let minimum = found.local.minimum(&found.point);
+    let value = places.iter().map(|&place| minimum.get(place).copied().unwrap_or(0.0)).sum();
+    let variance = found.local.colour(&found.runs, &places) * found.local.variance_of(&places);
+    (fault.name.place == standing).then_some((value, libm::sqrt(variance)))
 }
 
 /// How much an output moves.
@@ -302,26 +338,4 @@ fn splits(name: Name, rivals: impl Iterator<Item = Name>) -> Vec<&'static str> {
         }
     }
     said
-}
-
-/// What one run alone says of a parameter that holds over all.
-fn alone(runs: &[Run], point: &Point, local: &Local, number: usize, index: usize) -> Option<(f64, f64)> {
-    let (run, (passed, data)) = (runs.get(number)?, local.runs.get(number)?);
-    let width = run.active.len();
-    let mut information: Square = data.clone();
-    let mut pull = vec![0.0; width];
-    for (row, innovation) in passed.rows.chunks(width.max(1)).zip(&passed.innovations) {
-        pull.iter_mut().zip(row).for_each(|(sum, a)| *sum += a * innovation.whitened);
-    }
-    for (i, &active) in run.active.iter().enumerate() {
-        let place = place_of(number, active);
-        let std = point.prior_std(place)?;
-        *information.at_mut(i, i) += 1.0 / (std * std);
-        pull[i] -= point.values.get(place)? / (std * std);
-    }
-    let dispersion = information.inverse()?;
-    let at = run.active.iter().position(|&active| active == index)?;
-    let step = dispersion.times(&pull);
-    let place = place_of(number, index);
-    Some((point.values.get(place)? + step.get(at)?, libm::sqrt(dispersion.at(at, at) * local.colour(runs, place))))
 }
