@@ -259,6 +259,15 @@ impl Linear {
             output_bias: choice.outputs.iter().map(|name| matches!(name.as_str(), "ax" | "ay" | "az")).collect(),
             initial_state: vec![true; count],
         };
+        let has = |names: &[&str]| variables.iter().any(|variable| names.contains(&variable.as_str()));
+        for (rates, angles, what) in [(&["p", "r"][..], &["v", "beta"][..], "sideslip"), (&["q"], &["w", "alpha"], "incidence")] {
+            if choice.states.iter().any(|state| rates.contains(&state.as_str())) && !has(angles) {
+                notes.push(format!(
+                    "{what} is neither state nor input: it is hidden in the derivatives, which are no derivatives of the aircraft's; \
+                     only the roots are"
+                ));
+            }
+        }
         notes.sort();
         notes.dedup();
         Ok(Linear { choice, datum, structure, derivatives, beyond, notes })

@@ -95,5 +95,6 @@ pub(super) fn model(identified: &Identified, runs: &[Columns]) -> Option<String>
         let axis = Axis::from_name(&axis.to_string())?;
         *model.derivative_mut(axis, Variable::from_name(name)?) = value * row * column;
     }
-    Some(ModelFile::of("identified", model).to_toml())
+    let controls = runs.first().map(|run| run.geometry.controls).unwrap_or_default();
+    Some(ModelFile { controls, ..ModelFile::of("identified", model) }.to_toml())
 }
