@@ -10,8 +10,6 @@
 //! Numerics: the caller scales S to unit diagonal; a pivot below `tolerance` of its original means that the regressor
 //! is a combination of those in A, and is refused.
 
-#![expect(clippy::needless_range_loop, reason = "indices are those of the equations")]
-
 /// Sums of products under sweeping.
 #[derive(Clone, Debug)]
 pub struct Swept<const N: usize> {

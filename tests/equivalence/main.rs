@@ -32,3 +32,4 @@ mod replay;
 mod sequential_joint;
 mod smoothed_file;
 mod smoothers;
+mod structure;

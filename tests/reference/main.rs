@@ -10,6 +10,7 @@
 mod attas;
 mod level1_puma;
 mod puma_matrices;
+mod twin_otter;
 
 #[path = "../support/program.rs"]
 mod program;

@@ -3,8 +3,8 @@
 //! Consumes the equation before and after each entry; produces a [`Collapse`] where a watched term
 //!     F <= best F so far/fall, for coloured and for white residuals, and F < f_known                  (1)
 //! while R2 rises and the entry costs the term more than it brings the fit: best F/F > SSE before/SSE after. (2)
-//! Below `f_known` = 100 a standard error is above a tenth of the value. Watched are primary terms, or all where none is
-//! primary. Kept is the step before the entry at which the term lost most.
+//! Below `f_known` = 100 a standard error is above a tenth of the value. Watched are primary terms, or all
+//! linear ones where none is primary. Kept is the step before the entry at which the term lost most.
 //! What lies behind it: the new term moves nearly as a combination of those in, so that what belonged to one is shared
 //! between them, and the values go wherever the smallest residual is. The fit error does not tell; the partial F do.
 //! Source: RAE/Glasgow paper, sections 2.2.5 and 3, Figs 10-13 and 18.
@@ -81,13 +81,13 @@ impl Watch {
         let primary = |role: Role| role == Role::Primary || role == Role::Kept;
         let mut watched: Vec<bool> = design.candidates().iter().map(|candidate| primary(candidate.role)).collect();
         if !watched.contains(&true) {
-            watched.fill(true);
+            watched = design.candidates().iter().map(|candidate| candidate.term.is_linear()).collect();
         }
         Watch { limits, watched, best: Vec::new() }
     }
 
     /// Remembers a step that was taken.
-    pub(super) fn see(&mut self, _step: usize, fit: &Fit) {
+    pub(super) fn see(&mut self, fit: &Fit) {
         self.best.retain(|best| fit.terms.iter().any(|term| term.place == best.place));
         for term in fit.terms.iter().filter(|term| self.watched[term.place]) {
             match self.best.iter_mut().find(|best| best.place == term.place) {

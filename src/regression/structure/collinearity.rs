@@ -11,6 +11,8 @@
 //! Source: D. A. Belsley, E. Kuh and R. E. Welsch, Regression Diagnostics, 1980, ch. 3.
 
 use super::design::Design;
+use super::expression::Expression;
+use super::separation::input_that_splits;
 use crate::num::symmetric::diagonalise;
 
 /// A condition index from here on is a dependency.
@@ -40,6 +42,8 @@ pub struct Group {
     pub index: f64,
     /// Names of the terms, and their proportions of variance in it.
     pub terms: Vec<(String, f64)>,
+    /// The input that would tell them apart.
+    pub split_by: String,
 }
 
 /// Largest condition index; 1 for fewer than two terms.
@@ -81,11 +85,17 @@ impl Collinearity {
             let near =
                 (0..k).rev().take_while(|&other| self.indexes[other] >= STRONG && self.indexes[other] * NEAR >= worst).count();
             let share = |j: usize| -> f64 { self.proportions[k - near..k].iter().map(|row| row[j]).sum() };
-            let named = |(j, &place): (usize, &usize)| (design.names()[place].clone(), share(j));
-            let terms: Vec<(String, f64)> =
-                self.places.iter().enumerate().map(named).filter(|(_, share)| *share >= SHARE).collect();
-            if terms.len() >= 2 {
-                groups.push(Group { index: worst, terms });
+            let inside: Vec<(usize, f64)> = self
+                .places
+                .iter()
+                .enumerate()
+                .map(|(j, &place)| (place, share(j)))
+                .filter(|(_, share)| *share >= SHARE)
+                .collect();
+            if inside.len() >= 2 {
+                let terms = inside.iter().map(|&(place, share)| (design.names()[place].clone(), share)).collect();
+                let expressions: Vec<&Expression> = inside.iter().map(|&(place, _)| &design.candidates()[place].term).collect();
+                groups.push(Group { index: worst, terms, split_by: input_that_splits(&expressions) });
             }
             k -= near.max(1);
         }

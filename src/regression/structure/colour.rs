@@ -4,7 +4,8 @@
 //!     e_k = sum_j a_j e_(k-j) + eps_k,  j = 1 .. q                                                   (1)
 //! and X' Sigma X, Sigma the covariance of e, so that cov(theta) = D X' Sigma X D.                        (2)
 //! The residual has lost what the columns could imitate, so its autocovariance is too small. With c_l = sum v_k v_(k-l),
-//!     E c_l = tr(S_l M Sigma M) = n_l r_l - sum [X D]_k [Sigma X]_(k-l) - (k and k-l changed over) + sum [XD]_k (X' Sigma X) [XD]_(k-l)'  (3)
+//!     E c_l = n_l r_l - sum_k ([XD]_k [Sigma X]_(k-l)' + [Sigma X]_k [XD]_(k-l)')
+//!             + sum_k [XD]_k (X' Sigma X) [XD]_(k-l)'                                               (3)
 //! is solved for r_l = E e_k e_(k-l), l = 0 .. q, by going round: Sigma from the last r by (1), r from (3). For white errors
 //! r_0 = c_0/(m - p), as in the paper. The order q is the one with the smallest Akaike criterion.
 //! Sigma x is found by two passes of (1), back and forth, at a cost of rows times q: Sigma = s2 A^-1 A^-T, with A the
@@ -22,7 +23,7 @@ const ROWS_A_LAG: usize = 12;
 const ROUNDS: usize = 12;
 
 /// Rounds end when no autocovariance moves by more than this part of r_0.
-const SETTLED: f64 = 1e-4;
+const SETTLED: f64 = 1e-3;
 
 /// A reflection coefficient nearer to one than this ends the recursion.
 const REFLECTION_MAX: f64 = 0.999;
@@ -87,7 +88,7 @@ impl EquationError {
         let mut error = EquationError::autoregression(&r, rows as f64, None);
         let mut order = None;
         for round in 0..ROUNDS {
-            let spread: Vec<Vec<f64>> = fitted.x.iter().map(|x| error.covaried(x, fitted.stretches)).collect();
+            let spread: Vec<Vec<f64>> = error.covaried(fitted);
             error.middle = fitted.x.iter().flat_map(|x| spread.iter().map(|s| inner(x, s))).collect();
             if error.coefficients.is_empty() && order_max == 0 {
                 break;
@@ -120,7 +121,7 @@ impl EquationError {
                 break;
             }
         }
-        let spread: Vec<Vec<f64>> = fitted.x.iter().map(|x| error.covaried(x, fitted.stretches)).collect();
+        let spread: Vec<Vec<f64>> = error.covaried(fitted);
         error.middle = fitted.x.iter().flat_map(|x| spread.iter().map(|s| inner(x, s))).collect();
         error
     }
@@ -165,13 +166,18 @@ impl EquationError {
         best
     }
 
+    /// Sigma x for every column of X.
+    fn covaried(&self, fitted: &Fitted<'_>) -> Vec<Vec<f64>> {
+        let run_on = self.memory();
+        fitted.x.iter().map(|x| self.spread(x, fitted.stretches, run_on)).collect()
+    }
+
     /// Sigma x, stretch by stretch.
-    fn covaried(&self, x: &[f64], stretches: &[Range<usize>]) -> Vec<f64> {
+    fn spread(&self, x: &[f64], stretches: &[Range<usize>], run_on: usize) -> Vec<f64> {
         let q = self.coefficients.len();
         if q == 0 {
             return x.iter().map(|x| self.innovation_var * x).collect();
         }
-        let run_on = self.memory();
         let mut out = vec![0.0; x.len()];
         for range in stretches {
             // g = A^-T x, from the last row back; `run_on` rows before the first one, q zeros behind the last.

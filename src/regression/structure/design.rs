@@ -186,17 +186,20 @@ impl Design {
     fn centre(&mut self, whole: &[Vec<f64>]) {
         for column in whole {
             let mut used: Vec<f64> = self.rows.iter().map(|&row| column[row]).collect();
-            let size = libm::sqrt(used.iter().map(|x| x * x).sum());
+            let size = libm::sqrt(inner(&used, &used));
             let mut means = Vec::with_capacity(self.groups.len());
             for group in &self.groups {
                 let part = &mut used[group.clone()];
                 // Twice: the second mean is the rounding of the first.
-                let mut mean = part.iter().sum::<f64>() / part.len() as f64;
-                mean += part.iter().map(|x| x - mean).sum::<f64>() / part.len() as f64;
-                part.iter_mut().for_each(|x| *x -= mean);
+                let mut mean = 0.0;
+                for _ in 0..2 {
+                    let rest = total(part) / part.len() as f64;
+                    part.iter_mut().for_each(|x| *x -= rest);
+                    mean += rest;
+                }
                 means.push(mean);
             }
-            let length = libm::sqrt(used.iter().map(|x| x * x).sum());
+            let length = libm::sqrt(inner(&used, &used));
             self.scale.push(if length > STILL * size { length } else { 0.0 });
             self.means.push(means);
             self.columns.push(used);
@@ -270,16 +273,26 @@ impl Design {
     }
 }
 
-/// Sum of products, four at a time.
+/// Sum of products, eight side by side: one sum alone would wait for each addition.
 pub(super) fn inner(a: &[f64], b: &[f64]) -> f64 {
-    let (fours_a, rest_a) = a.as_chunks::<8>();
-    let (fours_b, rest_b) = b.as_chunks::<8>();
+    let (eights_a, rest_a) = a.as_chunks::<8>();
+    let (eights_b, rest_b) = b.as_chunks::<8>();
     let mut sums = [0.0; 8];
-    for (x, y) in fours_a.iter().zip(fours_b) {
+    for (x, y) in eights_a.iter().zip(eights_b) {
         for ((sum, x), y) in sums.iter_mut().zip(x).zip(y) {
             *sum += x * y;
         }
     }
     let rest: f64 = rest_a.iter().zip(rest_b).map(|(x, y)| x * y).sum();
     sums.iter().sum::<f64>() + rest
+}
+
+/// Sum, eight side by side.
+fn total(a: &[f64]) -> f64 {
+    let (eights, rest) = a.as_chunks::<8>();
+    let mut sums = [0.0; 8];
+    for x in eights {
+        sums.iter_mut().zip(x).for_each(|(sum, x)| *sum += x);
+    }
+    sums.iter().sum::<f64>() + rest.iter().sum::<f64>()
 }

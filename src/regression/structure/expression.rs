@@ -51,7 +51,7 @@ pub struct ExpressionError {
 
 /// A term that needs a column which the table does not have.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{}: no column `{column}`; the table has {}", .term.as_ref().map_or("response".to_owned(), |term| format!("term \"{term}\"")), .columns.join(" "))]
+#[error("{}: no column `{column}`; the table has {}", wanting(.term.as_deref()), .columns.join(" "))]
 pub struct UnknownColumn {
     /// The term; `None` for the response.
     pub term: Option<String>,
@@ -59,6 +59,11 @@ pub struct UnknownColumn {
     pub column: String,
     /// What there is.
     pub columns: Vec<String>,
+}
+
+/// Who wants a column.
+fn wanting(term: Option<&str>) -> String {
+    term.map_or_else(|| "response".to_owned(), |term| format!("term \"{term}\""))
 }
 
 impl Expression {

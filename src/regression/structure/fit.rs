@@ -20,6 +20,9 @@ use crate::num::sweep::pivot;
 /// Pivot below which a term is a combination of those in.
 pub const PIVOT_MIN: f64 = 1e-10;
 
+/// Part of a pair's variances below which the two are nearly one.
+const PAIR_MIN: f64 = 1e-6;
+
 /// A term of a fitted equation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Term {
@@ -181,6 +184,18 @@ impl<'a> Working<'a> {
     pub(super) fn gain(&self, place: usize) -> f64 {
         let product = self.at(place, self.design.names.len());
         product * product / self.at(place, place)
+    }
+
+    /// What two candidates would add to R2 together; zero where they are nearly one.
+    pub(super) fn gain_of_pair(&self, first: usize, second: usize) -> f64 {
+        let y = self.design.names.len();
+        let (own, other, both) = (self.at(first, first), self.at(second, second), self.at(first, second));
+        let area = own * other - both * both;
+        if !(area > PAIR_MIN * own * other) {
+            return 0.0;
+        }
+        let (a, b) = (self.at(first, y), self.at(second, y));
+        (a * a * other - 2.0 * a * b * both + b * b * own) / area
     }
 
     /// What R2 would lose without that term.

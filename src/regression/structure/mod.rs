@@ -7,12 +7,15 @@
 //! table does not have, a term that does not move, fewer rows than terms; a model beyond the collapse of its partial F.
 
 pub mod candidates;
+#[cfg(test)]
+mod checks;
 pub mod collapse;
 pub mod collinearity;
 pub mod colour;
 pub mod design;
 pub mod expression;
 pub mod fit;
+pub mod separation;
 pub mod stepwise;
 pub mod subset;
 pub mod table;

@@ -2,9 +2,11 @@
 //!
 //! Consumes a [`Design`] and [`Rules`]; produces a [`Selection`]: all steps with what they were judged by, the step that is
 //! kept and its fit, why each term left out was left out, and the collapse where there was one.
-//! Entry: the candidate with the largest partial F (the highest partial correlation with the residual) is tried; it enters if
-//! its F for coloured residuals exceeds `f_enter`, R2 rises by `r_squared_rise` and, where asked for, PSE and PRESS fall;
-//! else the next one is tried. Removal: after each entry terms below `f_remove` leave, the weakest first, and stay out.
+//! Entry: the candidate with the largest partial F (the highest partial correlation with the residual) is tried; it
+//! enters if its F for coloured residuals exceeds `f_enter`, R2 rises by `r_squared_rise` and, where asked for, PSE and
+//! PRESS fall; else the next one is tried. Where no term enters alone, pairs are tried that may matter only together:
+//! both must exceed `f_enter` and bring the rise between them. Removal: after each entry terms below `f_remove` leave,
+//! the weakest first, and stay out.
 //! The model is stopped before an entry at which the partial F of primary terms collapses (`collapse`).
 //! Source: RAE/Glasgow paper, section 2.2.5 and Figs 10-13, 18; rules after V. Klein and E. A. Morelli, Aircraft System
 //! Identification, 2006, section 5.4, with F for coloured residuals.
@@ -32,11 +34,16 @@ pub struct Rules {
     pub collapse: Limits,
     /// Whether steps beyond the collapse are taken too, for the record: the model kept is the one before it all the same.
     pub beyond: bool,
+    /// Whether pairs are tried where no term enters alone.
+    pub pairs: bool,
     /// Most terms.
     pub terms_max: usize,
     /// How the colour of residuals is taken.
     pub colour: Colour,
 }
+
+/// Pairs that are tried at a time, those that bring most.
+const PAIRS: usize = 6;
 
 /// Chance of letting any of the candidates in by accident.
 const ACCIDENT: f64 = 0.01;
@@ -53,6 +60,7 @@ impl Rules {
             corrected: true,
             collapse: Limits::default(),
             beyond: false,
+            pairs: true,
             terms_max: usize::MAX,
             colour: Colour::default(),
         }
@@ -67,6 +75,7 @@ impl Rules {
             predicts: false,
             corrected: false,
             beyond: true,
+            pairs: false,
             ..Rules::for_candidates(1)
         }
     }
@@ -174,29 +183,35 @@ pub fn select(design: &Design, rules: &Rules) -> Result<Selection, FitError> {
         kept: None,
         collapse: None,
     };
-    course.watch.see(0, &fit);
+    course.watch.see(&fit);
     let mut fit = fit;
     while let Some((next, entered)) = course.entry(&working, &fit) {
-        let collapsed =
-            course.watch.collapse(&course.steps, &fit, &entered, design.names().get(next.place).map_or("", String::as_str));
+        let name = |place: Option<&usize>| place.and_then(|&place| design.names().get(place)).map_or("", String::as_str);
+        let collapsed = course.watch.collapse(&course.steps, &fit, &entered, name(next.places.first()));
         if let (Some(collapse), None) = (collapsed, &course.collapse) {
-            course.refused.push(Refused { place: next.place, reason: Reason::Collapse });
-            course.kept = Some((collapse.kept, course.steps.clone()));
+            course.refused.extend(next.places.iter().map(|&place| Refused { place, reason: Reason::Collapse }));
+            course.kept = Some(collapse.kept);
             course.collapse = Some(collapse);
             if !rules.beyond {
                 break;
             }
         }
+        if let [first, _] = next.places[..] {
+            let mut between = working.clone();
+            let _ = between.enter(first);
+            course.steps.push(step(Change::Entered(first), &between.fit(rules.colour)?));
+        }
         working = next.working;
         fit = entered;
-        course.steps.push(step(Change::Entered(next.place), &fit));
-        course.watch.see(course.steps.len() - 1, &fit);
+        let last = next.places.last().copied().unwrap_or_default();
+        course.steps.push(step(Change::Entered(last), &fit));
+        course.watch.see(&fit);
         while let Some(place) = course.weakest(design, &fit) {
             working.leave(place);
             fit = working.fit(rules.colour)?;
             course.left[place] = Some(course.steps.len());
             course.steps.push(step(Change::Left(place), &fit));
-            course.watch.see(course.steps.len() - 1, &fit);
+            course.watch.see(&fit);
         }
     }
     course.ended(design)
@@ -206,9 +221,9 @@ fn step(change: Change, fit: &Fit) -> Step {
     Step { change, terms: fit.terms.clone(), quality: fit.quality }
 }
 
-/// A candidate that may enter, and the sums with it in.
+/// Candidates that may enter, one or a pair, and the sums with them in.
 struct Entry<'a> {
-    place: usize,
+    places: Vec<usize>,
     working: Working<'a>,
 }
 
@@ -222,7 +237,7 @@ struct Course<'a> {
     /// Of the last round.
     refused: Vec<Refused>,
     /// The step before the collapse.
-    kept: Option<(usize, Vec<Step>)>,
+    kept: Option<usize>,
     collapse: Option<Collapse>,
 }
 
@@ -240,34 +255,54 @@ impl Course<'_> {
             .map(|place| (place, working.gain(place)))
             .collect();
         open.sort_by(|(_, a), (_, b)| b.total_cmp(a));
-        for (place, gain) in open {
-            match self.tried(working, now, place, gain) {
+        for &(place, gain) in &open {
+            match self.tried(working, now, &[place], gain) {
                 Ok(found) => return Some(found),
                 Err(reason) if self.collapse.is_none() => self.refused.push(Refused { place, reason }),
                 Err(_) => {}
             }
         }
-        None
+        if !self.rules.pairs || working.inside.len() + 2 > self.rules.terms_max {
+            return None;
+        }
+        let mut pairs = Vec::new();
+        for (count, &(first, _)) in open.iter().enumerate() {
+            for &(second, _) in open.iter().skip(count + 1) {
+                let gain = working.gain_of_pair(first, second);
+                if gain > self.rules.r_squared_rise {
+                    pairs.push((first, second, gain));
+                }
+            }
+        }
+        pairs.sort_by(|(_, _, a), (_, _, b)| b.total_cmp(a));
+        pairs.into_iter().take(PAIRS).find_map(|(first, second, gain)| self.tried(working, now, &[first, second], gain).ok())
     }
 
-    fn tried<'a>(&self, working: &Working<'a>, now: &Fit, place: usize, gain: f64) -> Result<(Entry<'a>, Fit), Reason> {
+    fn tried<'a>(&self, working: &Working<'a>, now: &Fit, places: &[usize], gain: f64) -> Result<(Entry<'a>, Fit), Reason> {
         if !(gain > self.rules.r_squared_rise) {
             return Err(Reason::Rise(gain));
         }
-        if self.rules.predicts && working.pse_with(1, gain) >= working.pse_with(0, 0.0) {
+        if self.rules.predicts && working.pse_with(places.len(), gain) >= working.pse_with(0, 0.0) {
             return Err(Reason::Predicts);
         }
         let mut with = working.clone();
-        let fit = if with.enter(place) { with.fit(self.rules.colour).ok() } else { None };
-        let Some(fit) = fit else { return Err(Reason::Explained(working.explained(place))) };
-        let f = fit.terms.last().map_or(0.0, |term| self.rules.f(term));
+        let mut explained = 0.0;
+        for &place in places {
+            explained = with.explained(place);
+            if !with.enter(place) {
+                return Err(Reason::Explained(explained));
+            }
+        }
+        let Ok(fit) = with.fit(self.rules.colour) else { return Err(Reason::Explained(explained)) };
+        let entered = fit.terms.iter().rev().take(places.len());
+        let f = entered.map(|term| self.rules.f(term)).fold(f64::INFINITY, f64::min);
         if !(f > self.rules.f_enter) {
             return Err(Reason::PartialF(f));
         }
         if self.rules.predicts && fit.quality.press >= now.quality.press {
             return Err(Reason::Predicts);
         }
-        Ok((Entry { place, working: with }, fit))
+        Ok((Entry { places: places.to_vec(), working: with }, fit))
     }
 
     /// The term with the smallest partial F, where that is below `f_remove` and it may leave.
@@ -278,7 +313,7 @@ impl Course<'_> {
     }
 
     fn ended(self, design: &Design) -> Result<Selection, FitError> {
-        let kept = self.kept.as_ref().map_or(self.steps.len() - 1, |(kept, _)| *kept);
+        let kept = self.kept.unwrap_or(self.steps.len() - 1);
         let places: Vec<usize> = self.steps[kept].terms.iter().map(|term| term.place).collect();
         let fit = Fit::of(design, &places, self.rules.colour)?;
         let working = Working::new(design);

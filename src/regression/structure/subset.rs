@@ -43,7 +43,7 @@ pub struct BestSubsets {
 
 /// Too many candidates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("expected at most {CANDIDATES_MAX} candidates that move, found {found}")]
+#[error("expected at most {CANDIDATES_MAX} candidates that have to earn their place, found {found} in all")]
 pub struct TooMany {
     /// How many there are.
     pub found: usize,
@@ -74,15 +74,20 @@ pub fn best_subsets(design: &Design) -> Result<BestSubsets, TooMany> {
         };
         list.push(place);
     }
-    if open.len() > CANDIDATES_MAX {
-        return Err(TooMany { found: open.len() });
+    if open.len() > CANDIDATES_MAX || fixed.len() + open.len() >= WIDTH {
+        return Err(TooMany { found: fixed.len() + open.len() });
     }
-    // What each loses when it leaves the whole: the more, the further ahead it stands.
-    let full = working.clone();
-    open.sort_by(|&a, &b| full.loss(b).total_cmp(&full.loss(a)));
+    // What each loses when it leaves the whole: the more, the further ahead it stands. As they came where near dependencies
+    // do not bear another order.
+    let as_they_came: Vec<usize> = fixed.iter().chain(&open).copied().collect();
+    open.sort_by(|&a, &b| working.loss(b).total_cmp(&working.loss(a)));
+    let by_loss: Vec<usize> = fixed.iter().chain(&open).copied().collect();
     let mut search = Search { best: vec![(f64::INFINITY, 0); fixed.len() + open.len() + 1], fixed: fixed.len(), triangles: 0 };
-    let order: Vec<usize> = fixed.iter().chain(&open).copied().collect();
-    if let Some(triangle) = Triangle::of(design, &order) {
+    let (order, triangle) = match Triangle::of(design, &by_loss) {
+        Some(triangle) => (by_loss, Some(triangle)),
+        None => (as_they_came.clone(), Triangle::of(design, &as_they_came)),
+    };
+    if let Some(triangle) = triangle {
         search.branch(&triangle, fixed.len());
     }
     let m = design.samples();
