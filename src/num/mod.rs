@@ -7,4 +7,5 @@ pub mod eigen;
 pub mod kernel;
 pub(crate) mod rows;
 pub mod sweep;
+pub mod symmetric;
 pub mod ud;

@@ -10,8 +10,6 @@
 //! Numerics: the caller scales S to unit diagonal; a pivot below `tolerance` of its original means that the regressor
 //! is a combination of those in A, and is refused.
 
-#![expect(clippy::needless_range_loop, reason = "indices are those of the equations")]
-
 /// Sums of products under sweeping.
 #[derive(Clone, Debug)]
 pub struct Swept<const N: usize> {
@@ -58,27 +56,33 @@ impl<const N: usize> Swept<N> {
     }
 
     fn pivot(&mut self, k: usize, sign: f64) {
-        let pivot = self.s[k][k];
-        let row = self.s[k];
-        for i in 0..N {
-            if i == k {
-                continue;
-            }
-            let factor = row[i] / pivot;
-            for j in 0..N {
-                if j != k {
-                    self.s[i][j] -= factor * row[j];
-                }
-            }
-        }
-        for i in 0..N {
-            if i != k {
-                self.s[k][i] = sign * row[i] / pivot;
-                self.s[i][k] = self.s[k][i];
-            }
-        }
-        self.s[k][k] = -1.0 / pivot;
+        pivot(self.s.as_flattened_mut(), N, k, sign);
     }
+}
+
+/// Sweeps k of the matrix of that order, row after row: in with `sign` 1, out with -1. For sums whose number is known only at
+/// run time; the caller sees to it that the pivot is fit and what is in.
+#[inline(always)]
+pub fn pivot(s: &mut [f64], order: usize, k: usize, sign: f64) {
+    let pivot = s[k * order + k];
+    for i in 0..order {
+        if i == k {
+            continue;
+        }
+        let factor = s[k * order + i] / pivot;
+        for j in 0..order {
+            if j != k {
+                s[i * order + j] -= factor * s[k * order + j];
+            }
+        }
+    }
+    for i in 0..order {
+        if i != k {
+            s[k * order + i] = sign * s[k * order + i] / pivot;
+            s[i * order + k] = s[k * order + i];
+        }
+    }
+    s[k * order + k] = -1.0 / pivot;
 }
 
 #[cfg(test)]

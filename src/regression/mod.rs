@@ -16,4 +16,6 @@ pub mod record;
 pub mod recursive;
 pub mod status;
 pub mod stepwise;
+#[cfg(feature = "std")]
+pub mod structure;
 pub mod unbiased;

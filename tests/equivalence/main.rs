@@ -35,3 +35,4 @@ mod replay;
 mod sequential_joint;
 mod smoothed_file;
 mod smoothers;
+mod structure;

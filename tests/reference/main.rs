@@ -11,6 +11,7 @@ mod attas;
 mod attas_output_error;
 mod level1_puma;
 mod puma_matrices;
+mod twin_otter;
 
 #[path = "../support/program.rs"]
 mod program;

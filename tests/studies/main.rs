@@ -13,6 +13,7 @@ mod manoeuvre;
 mod amplitude;
 mod bound;
 mod budget;
+mod collapse;
 mod flown;
 mod honesty;
 mod lag;

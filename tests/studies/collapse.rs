@@ -1,0 +1,103 @@
+//! The collapse, as the structure stage tells it: Level-1 Puma at 80 kn, a pedal doublet, whole record and free response.
+//!
+//! The smoothed signals that the live regression takes one by one stand here as a table; the paper's rules are let run on, so
+//! that every step is there to be drawn, and the model kept is the one before the collapse. By its own rules the stage ends
+//! earlier and has no collapse to tell.
+
+use crate::flown::{fly, puma};
+use crate::manoeuvre::LEAD_S;
+use sideslip::estimation::config::Config;
+use sideslip::estimation::estimator::Estimator;
+use sideslip::flight::channel::ControlNames;
+use sideslip::flight::derivative::{Axis, Variable};
+use sideslip::flight::run::RunGeometry;
+use sideslip::regression::candidate::{SIGNALS, regressor, response, signals};
+use sideslip::regression::structure::candidates::default_set;
+use sideslip::regression::structure::collinearity::Collinearity;
+use sideslip::regression::structure::design::{Bias, Design};
+use sideslip::regression::structure::expression::Expression;
+use sideslip::regression::structure::stepwise::{Rules, Selection, select};
+use sideslip::regression::structure::table::Table;
+use sideslip::simulation::instrument::Instruments;
+use sideslip::telemetry::record::Sample;
+
+/// Smoothed signals of a flight from its input on.
+fn table(samples: &[Sample]) -> Table {
+    let mut estimator = Estimator::new(Config::default(), RunGeometry::default()).unwrap();
+    let mut trim = None;
+    let mut rows: Vec<(f64, [f64; SIGNALS])> = Vec::new();
+    for sample in samples {
+        let output = estimator.step(sample);
+        trim = output.trim.or(trim);
+        for smoothed in &output.smoothed {
+            let z = trim.as_ref().and_then(|trim| signals(smoothed, trim));
+            rows.extend(z.filter(|_| smoothed.time_s > LEAD_S).map(|z| (smoothed.time_s, z)));
+        }
+    }
+    let column = |place: usize| -> Vec<f64> { rows.iter().map(|(_, z)| z[place]).collect() };
+    let mut columns: Vec<(&str, Vec<f64>)> =
+        Variable::ALL.map(|variable| (variable.name(ControlNames::Rotorcraft), column(regressor(variable)))).to_vec();
+    columns.push(("r_dot", column(response(Axis::N))));
+    let columns: Vec<(&str, &[f64])> = columns.iter().map(|(name, values)| (*name, values.as_slice())).collect();
+    let time_s: Vec<f64> = rows.iter().map(|(time_s, _)| *time_s).collect();
+    let mut table = Table::new();
+    table.add_record(&time_s, &columns).unwrap();
+    table
+}
+
+fn told(name: &str, selection: &Selection) {
+    eprintln!("{name}: kept step {} of {}", selection.kept, selection.steps.len() - 1);
+    for step in &selection.steps {
+        let terms: Vec<String> = step
+            .terms
+            .iter()
+            .map(|term| format!("{} {:+.4} +- {:.4} F {:.0}/{:.0}", term.name, term.value, term.std, term.f_white, term.f))
+            .collect();
+        let quality = &step.quality;
+        eprintln!(
+            "  R2 {:.6} index {:5.1} PRESS {:.2e}; {}",
+            quality.r_squared,
+            quality.condition_index,
+            quality.press,
+            terms.join(", ")
+        );
+    }
+    if let Some(collapse) = &selection.collapse {
+        eprintln!("  {collapse}");
+    }
+}
+
+#[test]
+fn the_model_stops_before_the_collapse() {
+    let model = puma(80.0);
+    let truth = |variable| model.linear().derivative(Axis::N, variable);
+    for (name, factor) in [("noise-free", 0.0), ("flight noise", 1.0)] {
+        let instruments = Instruments::flight_quality(factor);
+        let samples = fly(&model.flight(), &["pedal:doublet:0.0175:1".to_owned()], &instruments, LEAD_S + 12.0, 1);
+        let table = table(&samples);
+        let candidates = default_set(Axis::N, ControlNames::Rotorcraft, false);
+        let of =
+            |mask: &[bool]| Design::new(&table, &Expression::parse("r_dot").unwrap(), &candidates, mask, Bias::Shared).unwrap();
+        let whole = of(&table.whole());
+        let explored = select(&whole, &Rules::of_the_paper()).unwrap();
+        told(name, &explored);
+        let collapse = explored.collapse.as_ref().unwrap();
+        let last = explored.steps.last().unwrap();
+        assert!(last.quality.r_squared > explored.fit.quality.r_squared, "the fit still improves");
+        assert!(explored.kept + 1 < explored.steps.len() && explored.fit.term("p").is_none(), "{collapse}");
+        // What is kept is nearer to the truth than what the last step has.
+        let off = |terms: &[sideslip::regression::structure::fit::Term], variable: Variable| {
+            let found = terms.iter().find(|term| term.name == variable.name(ControlNames::Rotorcraft)).unwrap();
+            (found.value - truth(variable)).abs()
+        };
+        assert!(off(&explored.fit.terms, Variable::R) < off(&last.terms, Variable::R), "N_r");
+        let own = select(&whole, &Rules::for_candidates(candidates.len())).unwrap();
+        told("  by its own rules", &own);
+        assert!(own.fit.terms.iter().all(|term| term.f > 12.0));
+        // In the free response p, r and v keep one ratio and phase; the controls do not move and are said so.
+        let free = of(&table.still(&[("pedal", 1e-4)]).unwrap());
+        let moving: Vec<usize> = [Variable::V, Variable::P, Variable::R, Variable::W, Variable::U].map(Variable::index).to_vec();
+        let groups = Collinearity::of(&free, &moving).unwrap().groups(&free);
+        eprintln!("  free response, {} rows: {groups:?}", free.rows().len());
+    }
+}
