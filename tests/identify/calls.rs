@@ -22,6 +22,9 @@ fn what_cannot_be_identified_is_refused_with_a_line() {
     refused(&["identify", file, "--holdout", file], &["--holdout"]);
     refused(&["identify", file, "--trim-window", "nan"], &["--trim-window"]);
     refused(&["identify", "no-such.csv"], &["no-such.csv"]);
+    refused(&["identify", file, "--response", "Cm", "--candidates", "p"], &["no column `Cm`"]);
+    refused(&["identify", file, "--response", "r"], &["--candidates"]);
+    refused(&["identify", file, "--response", "r", "--candidates", "p;)"], &["--candidates"]);
     let still = folder.join("still.csv");
     let mut run = RunFile::read(&puma);
     let place = run.place("pedal");

@@ -86,3 +86,30 @@ fn the_attas_has_its_short_period() {
         assert!((found - value).abs() < 3.0 * std, "{name}: {found} +- {std}, published {value}");
     }
 }
+
+/// Published: Cm on alpha, qhat, elevator -1.47617, -36.3533, -1.86877 with alpha*elevator offered and not taken.
+#[test]
+fn the_twin_otter_has_its_published_equation() {
+    let Some(file) = real("twin-otter-020213f1_018.csv") else { return };
+    let more = ["--response", "Cm", "--candidates", "alpha;qhat;elevator;alpha*elevator;alpha^2;alpha*qhat"];
+    let (status, answer) = identified(&[&file], &more);
+    let terms = answer["regression"]["terms"].as_array().unwrap();
+    assert!(status == 0 && terms.len() == 3, "{terms:?}");
+    for (name, published) in [("alpha", -1.47617), ("qhat", -36.3533), ("elevator", -1.86877)] {
+        let term = terms.iter().find(|term| term["name"] == name).unwrap();
+        assert!((term["value"].as_f64().unwrap() / published - 1.0).abs() < 0.002, "{term}");
+        assert!(term["partial_f"].as_f64().unwrap() < term["partial_f_white"].as_f64().unwrap(), "coloured residuals: {term}");
+    }
+    assert_eq!(answer["regression"]["steps"].as_array().unwrap().len(), 4);
+}
+
+#[test]
+fn where_sideslip_is_hidden_the_roots_hold_and_the_derivatives_are_not_believed() {
+    let Some(file) = real("citation-2018-dutchroll.csv") else { return };
+    let (status, answer) = identified(&[&file], &[]);
+    let notes = answer["notes"].to_string();
+    assert!(status == 0 && notes.contains("sideslip is neither state nor input"), "{notes}");
+    let root = &answer["modes"]["others"][0];
+    let (omega, zeta) = (root["omega"].as_f64().unwrap(), root["zeta"].as_f64().unwrap());
+    assert!((2.03..=2.10).contains(&omega) && (0.085..=0.115).contains(&zeta), "{root}");
+}

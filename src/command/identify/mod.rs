@@ -1,5 +1,6 @@
 //! `sideslip identify`: derivatives and modes from whole runs, after the flight.
 
+mod equation;
 mod json;
 mod read;
 mod report;
@@ -11,6 +12,7 @@ use super::output_file::{print, refuse_to_overwrite, write_json, write_whole};
 use super::replay::run::{Files, From, Run};
 use super::stop::stopped_by_signals;
 use ::replay::Pace;
+use equation::Equation;
 use read::read;
 use sideslip::error::{Failure, Outcome};
 use sideslip::identification::identify::{identify, usual_choice};
@@ -25,6 +27,7 @@ const EXAMPLE: &str = "\
 Example:
   sideslip identify flight.csv
   sideslip identify rud1.csv ail1.csv --states p,r --inputs aileron,rudder,beta
+  sideslip identify flight.csv --response Cm --candidates 'alpha;qhat;elevator;alpha*elevator'
   sideslip identify monday/*.csv --holdout tuesday.csv --set vane_position_m=[13.1,0,0] --out result
 
 Every run goes through the pipeline of `replay` (smoothed states, stepwise regression); then output error finds one linear
@@ -52,6 +55,12 @@ pub(crate) struct Args {
     /// What output error is to reproduce; without it what measures the states
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     outputs: Vec<String>,
+    /// Instead of a model: one equation by stepwise regression for this column or term, such as Cm
+    #[arg(long, value_name = "TERM", conflicts_with_all = ["states", "inputs", "outputs", "holdout", "out"])]
+    response: Option<String>,
+    /// Terms offered to --response: columns, products, powers, x*|x|, spline(x,knot)
+    #[arg(long, value_name = "TERMS", value_delimiter = ';', requires = "response")]
+    candidates: Vec<String>,
     /// A recording to be predicted and not fitted; repeatable
     #[arg(long, value_name = "RUN")]
     holdout: Vec<PathBuf>,
@@ -93,6 +102,21 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let (holdout, lost): (Vec<_>, Vec<_>) = read_all(&args.holdout)?.into_iter().unzip();
     losses.extend(lost);
 
+    let to_standard_output = args.json.as_ref().is_some_and(|json| json.as_os_str() == "-");
+    let style = if to_standard_output { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
+    if let Some(response) = &args.response {
+        let equation = Equation::select(&runs, response, &args.candidates)?;
+        let text = equation.text(style);
+        if to_standard_output {
+            message(format_args!("{}", text.trim_end()))
+        } else {
+            print(&text)?
+        }
+        if let Some(json) = &args.json {
+            write_json(json, &format!("{:#}\n", equation.document()))?;
+        }
+        return Ok(ended(losses));
+    }
     let choice = choice(args, usual_choice(&runs));
     let identified =
         identify(&runs, &holdout, choice, &Settings::default()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
@@ -109,8 +133,6 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let by_run = derivatives_json(&estimates).map_err(|error| Failure::Running(error.to_string()))?;
     let document = json::document(&identified, &by_run).map_err(|error| Failure::Running(error.to_string()))?;
 
-    let to_standard_output = args.json.as_ref().is_some_and(|json| json.as_os_str() == "-");
-    let style = if to_standard_output { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
     let text = table::text(&identified, style);
     if to_standard_output {
         message(format_args!("{}", text.trim_end()))
@@ -129,11 +151,16 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             write_whole(&folder.join("model.toml"), |file| file.write_all(model.as_bytes()))?;
         }
     }
+    Ok(ended(losses))
+}
+
+/// What was lost is said.
+fn ended(losses: Vec<Vec<String>>) -> Outcome {
     let losses: Vec<String> = losses.into_iter().flatten().collect();
     for loss in &losses {
         message(format_args!("sideslip: {loss}"));
     }
-    Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })
+    if losses.is_empty() { Outcome::Done } else { Outcome::DataLost }
 }
 
 /// What was asked for, and the usual where nothing was.

@@ -1,0 +1,142 @@
+//! `--response`: one equation by stepwise regression on the columns as they were recorded, every step shown.
+
+use serde_json::{Value, json};
+use sideslip::error::Failure;
+use sideslip::identification::columns::Columns;
+use sideslip::outputs::terminal::{Style, measured};
+use sideslip::regression::structure::collinearity::Collinearity;
+use sideslip::regression::structure::design::{Bias, Candidate, Design};
+use sideslip::regression::structure::expression::Expression;
+use sideslip::regression::structure::fit::Term;
+use sideslip::regression::structure::stepwise::{Change, Reason, Rules, Selection, select};
+use sideslip::regression::structure::table::Table;
+use std::fmt::Write;
+
+/// An equation that was selected.
+pub(super) struct Equation {
+    design: Design,
+    selection: Selection,
+    collinearity: Option<Collinearity>,
+}
+
+impl Equation {
+    /// Selects terms for the response over all runs, a bias each.
+    pub(super) fn select(runs: &[Columns], response: &str, candidates: &[String]) -> Result<Self, Failure> {
+        let wrong = |option: &str, what: &dyn std::fmt::Display| Failure::Input(format!("{option}: {what}"));
+        if candidates.is_empty() {
+            return Err(wrong("--response", &"expected --candidates beside it, such as alpha,q,elevator,alpha*elevator"));
+        }
+        let mut table = Table::new();
+        for run in runs {
+            let names = run.names().iter().filter_map(|name| Some((name.as_str(), run.raw(name).ok()?)));
+            let columns: Vec<(&str, &[f64])> = names.collect();
+            table.add_record(&run.times_s, &columns).map_err(|error| Failure::Input(format!("{}: {error}", run.run)))?;
+        }
+        let response = Expression::parse(response).map_err(|error| wrong("--response", &error))?;
+        let candidates = candidates.iter().map(|text| Candidate::offered(text)).collect::<Result<Vec<_>, _>>();
+        let candidates = candidates.map_err(|error| wrong("--candidates", &error))?;
+        let design = Design::new(&table, &response, &candidates, &table.whole(), Bias::EachRecord);
+        let design = design.map_err(|error| wrong("--response, --candidates", &error))?;
+        let rules = Rules::for_candidates(candidates.len());
+        let selection = select(&design, &rules).map_err(|error| wrong("--candidates", &error))?;
+        let places: Vec<usize> = selection.fit.terms.iter().map(|term| term.place).collect();
+        let collinearity = Collinearity::of(&design, &places);
+        Ok(Equation { design, selection, collinearity })
+    }
+
+    fn name(&self, place: usize) -> &str {
+        self.design.names().get(place).map_or("", String::as_str)
+    }
+
+    /// For a person: every step, the equation, what cannot be told apart, and why the others are not in.
+    pub(super) fn text(&self, style: Style) -> String {
+        let Selection { steps, kept, fit, refused, collapse } = &self.selection;
+        let mut text = format!("{}: stepwise regression, {} samples\n", style.bold(&fit.response), fit.quality.samples);
+        let _ = writeln!(text, "  {:<4} {:<26} {:>7} {:>10} {:>11} {:>11}", "step", "", "R2", "F total", "PSE", "PRESS");
+        for (count, step) in steps.iter().enumerate() {
+            let what = match step.change {
+                Change::Begun => "bias".to_owned(),
+                Change::Entered(place) => format!("+ {}", self.name(place)),
+                Change::Left(place) => format!("- {}", self.name(place)),
+            };
+            let mark = if count == *kept { "*" } else { " " };
+            let q = &step.quality;
+            let _ = writeln!(
+                text,
+                "  {count:<3}{mark} {what:<26} {:>7.4} {:>10.1} {:>11.4e} {:>11.4e}",
+                q.r_squared, q.f_total, q.pse, q.press
+            );
+        }
+        let _ = writeln!(text, "  {:<18} {:>12} {:>10} {:>10} {:>12}", "term", "value", "s.e.", "partial F", "as in 1987");
+        for Term { name, value, std, f, f_white, .. } in &fit.terms {
+            let (value, std) = measured(*value, *std);
+            let _ = writeln!(text, "  {:<18} {value:>12} {std:>10} {f:>10.1} {f_white:>12.1}", style.bold(name));
+        }
+        if let Some(collapse) = collapse {
+            let _ = writeln!(text, "  collapse: {collapse}");
+        }
+        for group in self.collinearity.iter().flat_map(|found| found.groups(&self.design)) {
+            let names: Vec<&str> = group.terms.iter().map(|(name, _)| name.as_str()).collect();
+            let (names, index) = (names.join(", "), group.index);
+            let _ = writeln!(text, "  NOT told apart: {names} (condition index {index:.0}); {} would", group.split_by);
+        }
+        let out = refused.iter().map(|one| format!("{} ({})", self.name(one.place), reason(&one.reason)));
+        let out: Vec<String> = out.collect();
+        if !out.is_empty() {
+            let _ = writeln!(text, "  not in: {}", out.join("; "));
+        }
+        text
+    }
+
+    /// For a program.
+    pub(super) fn document(&self) -> Value {
+        let Selection { steps, kept, fit, refused, collapse } = &self.selection;
+        let terms = |terms: &[Term]| -> Vec<Value> {
+            let one = |term: &Term| {
+                json!({ "name": term.name, "value": term.value, "std": term.std, "std_white": term.std_white,
+                        "partial_f": term.f, "partial_f_white": term.f_white })
+            };
+            terms.iter().map(one).collect()
+        };
+        let steps = steps.iter().map(|step| {
+            let change = match step.change {
+                Change::Begun => json!({ "begun": true }),
+                Change::Entered(place) => json!({ "entered": self.name(place) }),
+                Change::Left(place) => json!({ "left": self.name(place) }),
+            };
+            let q = &step.quality;
+            json!({ "change": change, "terms": terms(&step.terms), "r2": q.r_squared, "f_total": q.f_total, "pse": q.pse,
+                    "press": q.press, "residual_std": q.residual_std, "collinearity": q.condition_index })
+        });
+        let groups = self.collinearity.iter().flat_map(|found| found.groups(&self.design)).map(|group| {
+            let names: Vec<String> = group.terms.into_iter().map(|(name, _)| name).collect();
+            json!({ "terms": names, "condition_index": group.index, "split_by": group.split_by })
+        });
+        json!({ "regression": {
+            "response": fit.response,
+            "steps": steps.collect::<Vec<_>>(),
+            "kept": kept,
+            "terms": terms(&fit.terms),
+            "biases": fit.biases,
+            "r2": fit.quality.r_squared,
+            "f_total": fit.quality.f_total,
+            "samples": fit.quality.samples,
+            "collapse": collapse.as_ref().map(ToString::to_string),
+            "not_told_apart": groups.collect::<Vec<_>>(),
+            "not_in": refused.iter().map(|one| json!({ "name": self.name(one.place), "reason": reason(&one.reason) })).collect::<Vec<_>>(),
+        }})
+    }
+}
+
+fn reason(reason: &Reason) -> String {
+    match reason {
+        Reason::Still => "does not move".to_owned(),
+        Reason::Explained(part) => format!("{:.1} % of it is in the others", 100.0 * part),
+        Reason::Rise(rise) => format!("R2 would rise by {rise:.4}"),
+        Reason::PartialF(f) => format!("partial F {f:.1}"),
+        Reason::Predicts => "it predicts no better".to_owned(),
+        Reason::Left(step) => format!("left at step {step}"),
+        Reason::Collapse => "collapse".to_owned(),
+        Reason::Ended => "not tried".to_owned(),
+    }
+}
