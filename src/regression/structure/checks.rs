@@ -384,3 +384,17 @@ fn records_have_their_own_bias_and_lags_do_not_cross_holes() {
     assert!((fit.terms[0].value - 2.0).abs() < 0.005 && fit.terms[0].std < 0.002);
     assert!(Fit::of(&of(Bias::Shared), &[0], Colour::default()).unwrap().quality.residual_std > 1.0);
 }
+
+#[test]
+fn a_smooth_residual_is_never_taken_as_white_and_rounding_is_no_motion() {
+    let rows = 130;
+    let v: Vec<f64> = (0..rows).map(|k| libm::sin(0.11 * k as f64)).collect();
+    let y: Vec<f64> = (0..rows).map(|k| 2.0 * v[k] + 0.05 * libm::sin(0.13 * k as f64 + 1.0)).collect();
+    let collective: Vec<f64> = (0..rows).map(|k| 1e-17 * (k % 3) as f64).collect();
+    let table = table(&[("v", v), ("collective", collective), ("y", y)]);
+    let design = design(&table, "y", &offered(&["v", "collective", "collective*v"]));
+    assert_eq!(design.still().collect::<Vec<_>>(), [1, 2]);
+    let fit = Fit::of(&design, &[0], Colour::default()).unwrap();
+    assert!(!fit.error.coefficients.is_empty());
+    assert!(fit.terms[0].f < 0.3 * fit.terms[0].f_white, "{} {}", fit.terms[0].f, fit.terms[0].f_white);
+}

@@ -11,7 +11,8 @@
 //! Sigma x is found by two passes of (1), back and forth, at a cost of rows times q: Sigma = s2 A^-1 A^-T, with A the
 //! autoregression as a band matrix; the backward pass runs on beyond a stretch's first row until nothing is left of it.
 //! Source: E. A. Morelli and V. Klein, J. Guidance 20(1), 1997, for (2); (3) as in `unbiased`, with (1) for lags beyond q.
-//! Numerics: a step of the Levinson recursion with a reflection of one or more ends it: the order stays below.
+//! Numerics: rounds begin with the residual's own autocovariance, which is positive. Where (3) asks for one that is not, the
+//! last one that was stays; residuals are never taken as white for want of an answer.
 
 use super::design::inner;
 use std::ops::Range;
@@ -26,7 +27,7 @@ const ROUNDS: usize = 12;
 const SETTLED: f64 = 1e-3;
 
 /// A reflection coefficient nearer to one than this ends the recursion.
-const REFLECTION_MAX: f64 = 0.999;
+const REFLECTION_MAX: f64 = 0.9999;
 
 /// What is left of an impulse where the backward pass ends.
 const REST: f64 = 1e-4;
@@ -84,8 +85,9 @@ impl EquationError {
         let pairs = |lag: usize| -> f64 { fitted.stretches.iter().map(|range| range.len().saturating_sub(lag) as f64).sum() };
         let freedom = (rows as f64 - parameters as f64).max(1.0);
         let white = sums[0] / freedom;
-        let mut r: Vec<f64> = sums.iter().enumerate().map(|(l, c)| c / pairs(l).max(1.0) * rows as f64 / freedom).collect();
-        let mut error = EquationError::autoregression(&r, rows as f64, None);
+        // Over all rows, not pairs: such a sequence is positive, whatever the residual.
+        let mut r: Vec<f64> = sums.iter().map(|c| c / freedom).collect();
+        let (mut error, _) = EquationError::autoregression(&r, rows as f64, None);
         let mut order = None;
         for round in 0..ROUNDS {
             let spread: Vec<Vec<f64>> = error.covaried(fitted);
@@ -115,8 +117,11 @@ impl EquationError {
             if round >= 1 {
                 order = Some(error.coefficients.len());
             }
-            let middle = std::mem::take(&mut error.middle);
-            error = EquationError { middle, ..EquationError::autoregression(&r, rows as f64, order) };
+            let (found, is_positive) = EquationError::autoregression(&r, rows as f64, order);
+            if !is_positive {
+                break;
+            }
+            error = found;
             if moved < SETTLED {
                 break;
             }
@@ -140,8 +145,8 @@ impl EquationError {
         (0..p).map(column).collect()
     }
 
-    /// (1) from autocovariances, of the order with the smallest Akaike criterion or of that order.
-    fn autoregression(r: &[f64], rows: f64, wanted: Option<usize>) -> EquationError {
+    /// (1) from autocovariances, of the order with the smallest Akaike criterion or of that order, and whether they are positive.
+    fn autoregression(r: &[f64], rows: f64, wanted: Option<usize>) -> (EquationError, bool) {
         let mut a: Vec<f64> = Vec::new();
         let mut var = r[0];
         let mut best = EquationError { coefficients: Vec::new(), innovation_var: var, var: r[0], middle: Vec::new() };
@@ -153,7 +158,7 @@ impl EquationError {
             let ahead: f64 = a.iter().enumerate().map(|(j, a)| a * r[q - 1 - j]).sum();
             let reflection = (r[q] - ahead) / var;
             if !(libm::fabs(reflection) < REFLECTION_MAX) {
-                break;
+                return (best, false);
             }
             a = (0..q).map(|j| if j + 1 == q { reflection } else { a[j] - reflection * a[q - 2 - j] }).collect();
             var *= 1.0 - reflection * reflection;
@@ -163,7 +168,7 @@ impl EquationError {
                 best = EquationError { coefficients: a.clone(), innovation_var: var, var: r[0], middle: Vec::new() };
             }
         }
-        best
+        (best, true)
     }
 
     /// Sigma x for every column of X.

@@ -8,6 +8,8 @@
 
 use super::expression::{Expression, ExpressionError, UnknownColumn};
 use super::table::Table;
+use crate::flight::derivative::Variable;
+use crate::regression::candidate::{STILL as MOTIONLESS, UNMOVED};
 use std::ops::Range;
 
 /// Deviation, beside its own size, below which a column stands still.
@@ -179,6 +181,11 @@ impl Design {
             return Err(DesignError::Rows { needed, found });
         }
         design.centre(&whole);
+        for (place, candidate) in candidates.iter().enumerate() {
+            if candidate.term.columns().any(|column| design.stands(table, column)) {
+                design.scale[place] = 0.0;
+            }
+        }
         design.multiply();
         if design.response_scale() > 0.0 { Ok(design) } else { Err(DesignError::Still { response: design.response_name }) }
     }
@@ -204,6 +211,18 @@ impl Design {
             self.means.push(means);
             self.columns.push(used);
         }
+    }
+
+    /// Whether a column of a known variable does not move by what counts as excitation: rounding is none.
+    fn stands(&self, table: &Table, column: &str) -> bool {
+        let (Some(variable), Some(values)) = (Variable::from_name(column), table.column(column)) else { return false };
+        let mut squares = 0.0;
+        for group in &self.groups {
+            let rows = &self.rows[group.clone()];
+            let mean = rows.iter().map(|&row| values[row]).sum::<f64>() / rows.len() as f64;
+            squares += rows.iter().map(|&row| (values[row] - mean) * (values[row] - mean)).sum::<f64>();
+        }
+        !(libm::sqrt(squares / self.samples()) > UNMOVED * MOTIONLESS[variable.index()])
     }
 
     fn multiply(&mut self) {
