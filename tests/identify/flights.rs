@@ -57,8 +57,8 @@ fn all_eight_states_come_back_from_four_runs_and_predict_a_fifth() {
             eprintln!("{axis}_{variable} {found:.5} +- {std:.5}, truth {known:.5}: {errors:.1} s.e.");
             off += errors * errors;
             count += 1.0;
-            // Beside chance: airspeed and vanes are measured with errors of their own, which stand in the known kinematics. Against
-            // standard errors of half a percent that is 3.6 of them rms; a lateral model alone would be out by a third.
+            // Beside chance: airspeed and vanes are measured with errors of their own, which stand in the known kinematics.
+            // Against standard errors of half a percent that is 3.6 of them rms; a lateral model alone would be out by a third.
             assert!(
                 (found - known).abs() < 3.0 * std + 0.04 * known.abs() + 0.02,
                 "{axis}_{variable}: {found} +- {std}, truth {known}"
