@@ -4,8 +4,8 @@
 //!     e_k = sum_j a_j e_(k-j) + eps_k,  j = 1 .. q                                                   (1)
 //! and X' Sigma X, Sigma the covariance of e, so that cov(theta) = D X' Sigma X D.                        (2)
 //! The residual has lost what the columns could imitate, so its autocovariance is too small. With c_l = sum v_k v_(k-l),
-//!     E c_l = n_l r_l - sum_k ([XD]_k [Sigma X]_(k-l)' + [Sigma X]_k [XD]_(k-l)')
-//!             + sum_k [XD]_k (X' Sigma X) [XD]_(k-l)'                                               (3)
+//!     E c_l = n_l r_l - sum_k ((X D)_k (Sigma X)_(k-l)' + (Sigma X)_k (X D)_(k-l)')
+//!             + sum_k (X D)_k (X' Sigma X) (X D)_(k-l)'                                               (3)
 //! is solved for r_l = E e_k e_(k-l), l = 0 .. q, by going round: Sigma from the last r by (1), r from (3). For white errors
 //! r_0 = c_0/(m - p), as in the paper. The order q is the one with the smallest Akaike criterion.
 //! Sigma x is found by two passes of (1), back and forth, at a cost of rows times q: Sigma = s2 A^-1 A^-T, with A the

@@ -10,7 +10,6 @@ taken off. Says SKIPPED and ends with 0 where pip cannot bring JSBSim; ends with
 """
 
 import argparse
-import importlib
 import pathlib
 import statistics
 import subprocess
@@ -18,27 +17,16 @@ import sys
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
-PLACE = ROOT / "target" / "jsbsim"
+sys.path.insert(0, str(ROOT / "tests" / "bench"))
+
+import pypi  # noqa: E402
+
+sys.path.pop(0)  # its folders have names of modules
+
 TARGET_RATIO = 5.0
 TARGET_MS = 2.0
 MEASURED_S = 2.0
 RATE_HZ = 120.0
-
-
-def jsbsim():
-    """The module, installed if need be; None where that fails."""
-    sys.path.insert(0, str(PLACE))
-    try:
-        return importlib.import_module("jsbsim")
-    except ImportError:
-        pass
-    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--target", str(PLACE), "jsbsim"]
-    done = subprocess.run(pip, capture_output=True, text=True)
-    if done.returncode != 0:
-        print(f"SKIPPED: pip could not install jsbsim: {done.stderr.strip().splitlines()[-1:]}", file=sys.stderr)
-        return None
-    importlib.invalidate_caches()
-    return importlib.import_module("jsbsim")
 
 
 def cessna(module):
@@ -93,7 +81,7 @@ def main():
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--rounds", type=int, default=3)
     rounds = options.parse_args().rounds
-    module = jsbsim()
+    module = pypi.module("jsbsim")
     if module is None:
         return 0
     subprocess.run(["cargo", "bench", "--quiet", "--bench", "level1_rate", "--no-run"], cwd=ROOT, check=True)

@@ -12,38 +12,22 @@ with 0 where pip cannot bring numpy; ends with 1 where the target is missed to e
 """
 
 import argparse
-import importlib
-import os
 import pathlib
 import statistics
 import subprocess
 import sys
 import time
 
-for name in ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"]:
-    os.environ[name] = "1"
-
 ROOT = pathlib.Path(__file__).resolve().parents[3]
-PLACE = ROOT / "target" / "numpy"
+sys.path.insert(0, str(ROOT / "tests" / "bench"))
+
+import pypi  # noqa: E402
+
+sys.path.pop(0)  # its folders have names of modules
+
 DATA = ROOT / "target" / "output_error.csv"
 TARGET_RATIO = 0.03
 TOLERANCE = 1e-3
-
-
-def numpy():
-    """The module, installed if need be; None where that fails."""
-    sys.path.insert(0, str(PLACE))
-    try:
-        return importlib.import_module("numpy")
-    except ImportError:
-        pass
-    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--target", str(PLACE), "numpy"]
-    done = subprocess.run(pip, capture_output=True, text=True)
-    if done.returncode != 0:
-        print(f"SKIPPED: pip could not install numpy: {done.stderr.strip().splitlines()[-1:]}", file=sys.stderr)
-        return None
-    importlib.invalidate_caches()
-    return importlib.import_module("numpy")
 
 
 def matrices(np, theta):
@@ -122,7 +106,7 @@ def main():
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--rounds", type=int, default=3)
     rounds = options.parse_args().rounds
-    np = numpy()
+    np = pypi.module("numpy")
     if np is None:
         return 0
     said = ours(write=True)

@@ -10,39 +10,23 @@ SKIPPED and ends with 0 where pip cannot bring numpy; ends with 1 where the targ
 """
 
 import argparse
-import importlib
-import os
 import pathlib
 import statistics
 import subprocess
 import sys
 import time
 
-for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ[threads] = "1"
-
 ROOT = pathlib.Path(__file__).resolve().parents[3]
-PLACE = ROOT / "target" / "numpy"
+sys.path.insert(0, str(ROOT / "tests" / "bench"))
+
+import pypi  # noqa: E402
+
+sys.path.pop(0)  # its folders have names of modules
+
 PROBLEM = ROOT / "target" / "structure-problem.csv"
 TARGET_RATIO = 0.1
 F_ENTER, F_REMOVE = 12.0, 8.0
 REPEATS = 200
-
-
-def numpy():
-    """The module, installed if need be; None where that fails."""
-    sys.path.insert(0, str(PLACE))
-    try:
-        return importlib.import_module("numpy")
-    except ImportError:
-        pass
-    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--target", str(PLACE), "numpy"]
-    done = subprocess.run(pip, capture_output=True, text=True)
-    if done.returncode != 0:
-        print(f"SKIPPED: pip could not install numpy: {done.stderr.strip().splitlines()[-1:]}", file=sys.stderr)
-        return None
-    importlib.invalidate_caches()
-    return importlib.import_module("numpy")
 
 
 def stepwise(np, x, y):
@@ -111,7 +95,7 @@ def main():
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--rounds", type=int, default=5)
     rounds = options.parse_args().rounds
-    np = numpy()
+    np = pypi.module("numpy")
     if np is None:
         return 0
     first = ours()
