@@ -25,10 +25,31 @@ fn healthy_instruments_are_left_alone() {
 #[test]
 fn rough_air_is_said_and_blamed_on_no_instrument() {
     let flight = flight();
-    let gusts = [Effect::Turbulence { sigma: 1.0, length: 150.0 }];
-    for verdict in over_seeds(6, |seed| checked(&flight, &gusts, seed)) {
-        assert!(verdict.corrections.is_empty(), "{verdict:?}");
-        assert!(verdict.not_observable.iter().any(|what| what.contains("air is too rough")), "{verdict:?}");
+    for sigma in [0.3, 0.5, 1.0] {
+        let gusts = [Effect::Turbulence { sigma, length: 150.0 }];
+        for verdict in over_seeds(6, |seed| checked(&flight, &gusts, seed)) {
+            assert!(verdict.corrections.is_empty() && verdict.fitness == Fitness::Fit, "{sigma} m/s: {verdict:?}");
+            let rough = verdict.not_observable.iter().any(|what| what.contains("air is too rough"));
+            assert!(rough || sigma < 0.9, "{sigma} m/s: {verdict:?}");
+        }
+    }
+}
+
+/// A channel with its sign turned contradicts the kinematics: no run with one is called fit.
+#[test]
+fn a_turned_sign_is_not_fit() {
+    let flown = flight().fly().unwrap();
+    // Incidence hardly moves in this flight.
+    for channel in [Channel::Az, Channel::Beta] {
+        let mut samples = flown.samples.clone();
+        for sample in &mut samples {
+            if let Some(value) = sample.get(channel) {
+                sample.set(channel, -value);
+            }
+        }
+        let turned = Candidate { name: "turned".to_owned(), samples, geometry: RunGeometry::default() };
+        let verdict = check(&[turned]).remove(0);
+        assert!(verdict.fitness == Fitness::NotFit, "{channel:?}: {verdict:?}");
     }
 }
 

@@ -7,10 +7,10 @@ mod table;
 use super::ingest::head_of;
 use super::mapping_input::read_mapping;
 use super::message;
-use super::output_file::{print, refuse_to_overwrite, write_json};
+use super::output_file::{print, refuse_to_overwrite, same_place, write_json};
 use sideslip::error::{Failure, Outcome};
 use sideslip::estimation::compatibility::verdict::{Candidate, Fitness, check};
-use sideslip::flight::channel::ControlNames;
+use sideslip::flight::channel::{Channel, ControlNames};
 use sideslip::flight::run_file::RunInfo;
 use sideslip::outputs::terminal::Style;
 use sideslip::telemetry::mavlink::mapping::Config as Mapping;
@@ -62,8 +62,20 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if let Some(json) = args.json.as_ref().filter(|json| json.as_os_str() != "-") {
         refuse_to_overwrite("--json", json, &args.files)?;
     }
+    for (place, file) in args.files.iter().enumerate() {
+        if args.files.iter().take(place).any(|other| same_place(other, file)) {
+            return Err(Failure::file(file, "expected each run once, found the same file twice"));
+        }
+    }
     let mapping = read_mapping(args.config.as_deref())?;
     let read = args.files.iter().map(|file| read(file, &args.set, &mapping)).collect::<Result<Vec<_>, _>>()?;
+    let mut named = read.iter().zip(&args.files).filter_map(|(one, file)| Some((one.info.aircraft()?, file)));
+    if let Some((first, _)) = named.next()
+        && let Some((other, file)) = named.find(|(other, _)| *other != first)
+    {
+        let what = format!("expected runs of one aircraft, whose instruments are checked together: `{first}`, found `{other}`");
+        return Err(Failure::file(file, what));
+    }
     let candidates: Vec<Candidate> = read.iter().map(|one| one.candidate.clone()).collect();
     if std::io::stderr().is_terminal() {
         message(format_args!("{} run(s) read, checking ...", candidates.len()));
@@ -109,6 +121,15 @@ fn read(file: &Path, overrides: &[String], mapping: &Mapping) -> Result<Read, Fa
         losses.push(format!("{}: {skipped} of {} rows skipped", file.display(), skipped + samples.len() as u64));
     }
     losses.extend(recording.shortfall().map(|shortfall| format!("{}: {shortfall}", file.display())));
+    let values = samples.iter().flat_map(|sample| Channel::ALL.into_iter().filter_map(|channel| sample.get(channel)));
+    let unusable = values.filter(|value| !value.is_finite()).count();
+    if unusable > 0 {
+        losses.push(format!("{}: {unusable} values that are no finite number are not used", file.display()));
+    }
+    let backwards = samples.array_windows().filter(|[before, after]| !(after.time_s > before.time_s)).count();
+    if backwards > 0 {
+        losses.push(format!("{}: time does not increase at {backwards} of {} rows", file.display(), samples.len()));
+    }
     let name = info.run().unwrap_or_default().to_owned();
     Ok(Read { candidate: Candidate { name, samples, geometry: *info.geometry() }, info, losses })
 }

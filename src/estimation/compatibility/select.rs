@@ -24,6 +24,9 @@ pub const LEAVE: f64 = 12.0;
 pub const RIVAL: f64 = 12.0;
 /// Spectral density of unexplained acceleration above which the air is rough, m^2/s^3: gusts of about 0.3 m/s.
 const GUSTY: f64 = 0.05;
+
+/// The same above which they feign small ones: flights in gusts of 0.3 m/s have 0.015 to 0.03, calm ones below 0.00001.
+const STIRRED: f64 = 0.012;
 /// Faults at once.
 const FAULTS_MAX: usize = 8;
 /// Exchanges of a fault for a better rival, and one.
@@ -147,7 +150,16 @@ fn candidates(runs: &[Run], point: &Point) -> Vec<usize> {
 
 /// Whether the air of a run is so rough that gusts feign errors of air data and accelerometers.
 pub fn is_gusty(run: &Run) -> bool {
-    run.record.velocities && run.noise.input.iter().take(3).any(|density| *density > GUSTY)
+    is_rougher(run, GUSTY)
+}
+
+/// Whether the air was rough enough to feign errors that are small.
+pub fn is_stirred(run: &Run) -> bool {
+    is_rougher(run, STIRRED)
+}
+
+fn is_rougher(run: &Run, limit: f64) -> bool {
+    run.record.velocities && run.noise.input.iter().take(3).any(|density| *density > limit)
 }
 
 /// Fits one name more, in full.

@@ -8,7 +8,7 @@ use super::fit::{Run, parameter_at, place_of};
 use super::observable::{absent, doubted, drowned, idle, idled, motion, turned};
 use super::parameter::{BIAS, Kind, STANDING, channel_at};
 use super::record::Record;
-use super::select::{Fault, Found, Name, run_of, select};
+use super::select::{Fault, Found, Name, is_gusty, is_stirred, run_of, select};
 use crate::flight::channel::{Channel, ControlNames};
 use crate::flight::effect::{Effect, PositionedSensor};
 use crate::flight::effect_file::DeclaredEffect;
@@ -18,10 +18,21 @@ use crate::telemetry::record::Sample;
 
 const LENGTH_MIN_S: f64 = 5.0;
 const RATE_MIN_HZ: f64 = 8.0;
+/// Mean load factors that a run can have.
+const LOAD_MIN: f64 = 0.4;
+const LOAD_MAX: f64 = 3.0;
 /// Standard deviation of the largest angular rate below which nothing moves, rad/s.
 const MOTION_MIN: f64 = 0.004;
 /// R2 of a flow angle's rate below which a run is not fit even when corrected.
 const R2_FIT: f64 = 0.9;
+/// R2 below which a flow angle's rate contradicts the kinematics: noise and rough air bring it towards zero, a sign that is wrong
+/// far below; and the standard deviation from which an angle moves, rad.
+const R2_CONTRARY: f64 = -0.5;
+const MOVES_RAD: f64 = 0.01;
+
+/// Standard errors that an error has to exceed in stirred air, where gusts that go with the motion are no noise: flights with
+/// healthy instruments in gusts of 0.3 m/s feigned up to eight.
+const STIRRED_STDS: f64 = 10.0;
 
 /// A run to be checked.
 #[derive(Clone, Debug)]
@@ -139,6 +150,19 @@ fn refusal(record: &Record, samples: &[Sample]) -> Option<String> {
     if !(record.sample_s * RATE_MIN_HZ < 1.0 + 1e-6) {
         return Some(format!("angular rates at {:.1} Hz: at least {RATE_MIN_HZ:.0} Hz are needed", 1.0 / record.sample_s));
     }
+    // Whatever it does meanwhile, on average an aircraft is held up by its own weight.
+    let (sum, count) = samples
+        .iter()
+        .filter_map(|sample| sample.get(Channel::Az))
+        .filter(|az| az.is_finite())
+        .fold((0.0, 0.0), |(sum, count), az| (sum + az, count + 1.0));
+    let load = -sum / count / STANDARD_GRAVITY;
+    if count > 0.0 && !(LOAD_MIN..=LOAD_MAX).contains(&load) {
+        let found = -load * STANDARD_GRAVITY;
+        return Some(format!(
+            "az is {found:.2} m/s^2 on average, expected near -9.81 (z points down): its sign or its unit is wrong"
+        ));
+    }
     if record.outputs.iter().all(Option::is_none) {
         return Some("no attitude and no air data to compare the rates with".to_owned());
     }
@@ -184,6 +208,11 @@ fn judged(name: &str, found: &Found, number: usize, names: &[String], alone: &[O
             doubts.push(doubted(parameter, &reason, fault.value, fault.std));
             continue;
         }
+        let stands_out = fault.value.abs() > STIRRED_STDS * fault.std;
+        if parameter.is_feigned_by_gusts() && (is_gusty(run) || is_stirred(run) && !stands_out) {
+            doubts.push(doubted(parameter, "the air is too rough in this run", fault.value, fault.std));
+            continue;
+        }
         let Some((value, std)) = in_run(found, number, fault) else { continue };
         let Some((effect, vane)) = effect_of(fault.name, value) else { continue };
         let alternatives: Vec<DeclaredEffect> = fault
@@ -221,24 +250,46 @@ fn judged(name: &str, found: &Found, number: usize, names: &[String], alone: &[O
     let before = agreement(&run.record, &super::parameter::Theta::NONE);
     let after = agreement(&run.record, &found.point.theta(number));
     let consistency = [0, 1].map(|angle| before[angle].map(|before| (before, after[angle])));
-    // The angle that hardly moves is moved by what the kinematics do not know, such as the flow in sideslip.
-    let (angle, place) = if spread(&run.record, 1) > spread(&run.record, 2) { ("alpha", 0) } else { ("beta", 1) };
-    let inconsistent = after[place].filter(|after| *after < R2_FIT).map(|after| (angle, after));
-    let (fitness, reason) = match inconsistent {
-        Some((angle, after)) => (
-            Fitness::NotFit,
-            format!("the rate of {angle} does not follow from the accelerometers and gyros (R2 {after:.3}), corrected or not"),
-        ),
-        None if corrections.is_empty() => {
-            let scope = if run.record.velocities { "" } else { " (attitude and rates only)" };
-            (Fitness::Fit, format!("its instruments agree with each other{scope}"))
-        }
-        None => (Fitness::FitCorrected, format!("{} instrument error(s) found", corrections.len())),
-    };
+    let (fitness, reason) = fitness(run, after, corrections.len());
     let mut not_observable = absent(&run.record);
     not_observable.extend(doubts);
     not_observable.extend(drowned(found, number));
     Verdict { run: name.to_owned(), fitness, reason, corrections, consistency, not_observable }
+}
+
+/// Whether a run is fit with that many corrections, R2 of incidence and sideslip after them given, and why.
+fn fitness(run: &Run, after: [Option<f64>; 2], corrections: usize) -> (Fitness, String) {
+    let record = &run.record;
+    let contrary = ["alpha", "beta"].into_iter().zip(after).enumerate().find_map(|(place, (angle, after))| {
+        let after = after.filter(|after| *after < R2_CONTRARY && spread(record, 1 + place) > MOVES_RAD)?;
+        Some((angle, after))
+    });
+    if let Some((angle, after)) = contrary {
+        let what = "a channel with its sign turned or under another's name, damaged samples, or air too rough";
+        let reason =
+            format!("the rate of {angle} contradicts the accelerometers and gyros (R2 {after:.3}), corrected or not: {what}");
+        return (Fitness::NotFit, reason);
+    }
+    // The angle that hardly moves is moved by what the kinematics do not know, such as the flow in sideslip.
+    let (angle, place) = if spread(record, 1) > spread(record, 2) { ("alpha", 0) } else { ("beta", 1) };
+    // Either angle's kinematics take the other's; and in rough air neither follows from what is measured.
+    let both = [1, 2].into_iter().all(|output| record.outputs.get(output).is_some_and(Option::is_some));
+    let rough = is_gusty(run);
+    match after[place].filter(|after| *after < R2_FIT && both && !rough) {
+        Some(after) => (
+            Fitness::NotFit,
+            format!("the rate of {angle} does not follow from the accelerometers and gyros (R2 {after:.3}), corrected or not"),
+        ),
+        None if corrections == 0 => {
+            let scope = match (record.velocities, rough) {
+                (false, _) => " (attitude and rates only)",
+                (true, true) => " (attitude and rates only: the air is too rough for the rest)",
+                (true, false) => "",
+            };
+            (Fitness::Fit, format!("its instruments agree with each other{scope}"))
+        }
+        None => (Fitness::FitCorrected, format!("{corrections} instrument error(s) found")),
+    }
 }
 
 /// A fault's value and standard error in one run: a bias that stands over all is there with the run's own, once.
@@ -302,7 +353,9 @@ fn merged(corrections: Vec<Correction>) -> Vec<Correction> {
                 offset_m.iter_mut().zip(added).for_each(|(part, more)| *part += more);
                 other.effect = DeclaredEffect { effect: Effect::SensorPosition { sensor, offset_m }, std };
                 other.alternatives.extend(one.alternatives);
-                other.split_by.extend(one.split_by);
+                let split_by = one.split_by.into_iter().filter(|words| !other.split_by.contains(words));
+                let split_by: Vec<&'static str> = split_by.collect();
+                other.split_by.extend(split_by);
             }
             _ => merged.push(one),
         }
