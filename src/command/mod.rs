@@ -16,6 +16,7 @@ pub(crate) mod live;
 mod mapping_input;
 mod output_file;
 mod progress;
+mod recording_losses;
 pub(crate) mod replay;
 mod run_controls;
 pub(crate) mod simulate;

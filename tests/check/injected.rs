@@ -11,11 +11,10 @@
 use crate::errors::{every_error, with_own};
 use crate::flown::{checked, flight, flight_with, own_biases};
 use crate::manoeuvre::{over_seeds, seeds};
-use crate::score::{Score, kind, score};
+use crate::score::{Score, score, told, told_by_kind};
 use sideslip::flight::channel::Channel::{Alpha, Ay, Beta, P, Phi, Psi, Q, R, Theta};
 use sideslip::flight::effect::{Effect, PositionedSensor};
 use sideslip::simulation::fly::Flight;
-use std::collections::BTreeMap;
 
 /// One flight with these errors; a channel's own bias adds to the one that is put in.
 fn judged(mut flight: Flight, errors: &[Effect], seed: u64) -> Score {
@@ -23,15 +22,6 @@ fn judged(mut flight: Flight, errors: &[Effect], seed: u64) -> Score {
     let verdict = checked(&flight, errors, seed);
     let truths = with_own(errors, &own);
     score(&verdict, &truths)
-}
-
-fn told(what: &str, scores: &[Score]) -> Score {
-    let all = scores.iter().fold(Score::default(), Score::plus);
-    eprintln!("{what}: {}", all.line());
-    for said in &all.said {
-        eprintln!("    {said}");
-    }
-    all
 }
 
 /// Every tenth error (all of them by SIDESLIP_SEEDS, so many flights each).
@@ -49,17 +39,7 @@ fn errors_are_found_under_their_names() {
         };
         judged(flight(), &[error], 40_000 + number)
     });
-    let mut kinds: BTreeMap<&str, Score> = BTreeMap::new();
-    for (error, scores) in errors.iter().zip(scores.chunks(each as usize)) {
-        let one = told(&format!("{error:?}"), scores);
-        let sum = kinds.entry(kind(error)).or_default();
-        *sum = std::mem::take(sum).plus(&one);
-    }
-    for (kind, sum) in &kinds {
-        eprintln!("== {kind}: {}", sum.line());
-    }
-    let sum = kinds.values().fold(Score::default(), Score::plus);
-    eprintln!("== all: {}", sum.line());
+    let sum = told_by_kind(&errors, &scores);
     let found = sum.named + sum.among_rivals;
     assert!((sum.wrong + sum.wrong_among_rivals + sum.missed) * 50 <= sum.flights, "{}", sum.line());
     assert!((found - sum.sized) * 25 <= found && found * 100 >= sum.flights * 45, "{}", sum.line());

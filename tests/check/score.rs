@@ -4,6 +4,7 @@ use sideslip::estimation::compatibility::verdict::Verdict;
 use sideslip::flight::channel::{Channel, ControlNames};
 use sideslip::flight::effect::{Effect, PositionedSensor};
 use sideslip::flight::effect_file::DeclaredEffect;
+use std::collections::BTreeMap;
 
 /// Counts over flights.
 #[derive(Clone, Debug, Default)]
@@ -85,8 +86,34 @@ fn same(a: &Effect, b: &Effect) -> Option<(f64, f64)> {
     }
 }
 
+/// Scores of one error together, told.
+pub(crate) fn told(what: &str, scores: &[Score]) -> Score {
+    let all = scores.iter().fold(Score::default(), Score::plus);
+    eprintln!("{what}: {}", all.line());
+    for said in &all.said {
+        eprintln!("    {said}");
+    }
+    all
+}
+
+/// The table by kind, told, and all together; of every error as many scores, one after the other.
+pub(crate) fn told_by_kind(errors: &[Effect], scores: &[Score]) -> Score {
+    let mut kinds: BTreeMap<&str, Score> = BTreeMap::new();
+    for (error, scores) in errors.iter().zip(scores.chunks(scores.len() / errors.len())) {
+        let one = told(&format!("{error:?}"), scores);
+        let sum = kinds.entry(kind(error)).or_default();
+        *sum = std::mem::take(sum).plus(&one);
+    }
+    for (kind, sum) in &kinds {
+        eprintln!("== {kind}: {}", sum.line());
+    }
+    let sum = kinds.values().fold(Score::default(), Score::plus);
+    eprintln!("== all: {}", sum.line());
+    sum
+}
+
 /// The kind of an error, for the table.
-pub(crate) fn kind(error: &Effect) -> &'static str {
+fn kind(error: &Effect) -> &'static str {
     match error {
         Effect::SensorBias { .. } => "bias",
         Effect::SensorScale { .. } => "scale",

@@ -23,12 +23,11 @@
 use crate::errors::{every_error, with_own};
 use crate::flown::{SORTIE, candidate, own_biases, sortie};
 use crate::manoeuvre::{over_seeds, seeds};
-use crate::score::{Score, kind, score};
+use crate::score::{Score, score, told_by_kind};
 use sideslip::estimation::compatibility::verdict::{Candidate, Verdict, check};
 use sideslip::flight::channel::Channel;
 use sideslip::flight::effect::Effect;
 use sideslip::simulation::fly::Flight;
-use std::collections::BTreeMap;
 
 /// A sortie with these errors in every run; each run's own biases.
 fn checked(runs: &[Flight], errors: &[Effect], seed: u64) -> Vec<(Verdict, Vec<(Channel, f64)>)> {
@@ -73,21 +72,7 @@ fn errors_of_a_sortie_are_found_under_their_names() {
         let error = errors[(number / each) as usize];
         judged(&runs, &[error], 80_000 + number)
     });
-    let mut kinds: BTreeMap<&str, Score> = BTreeMap::new();
-    for (error, scores) in errors.iter().zip(scores.chunks(each as usize)) {
-        let one = scores.iter().fold(Score::default(), Score::plus);
-        eprintln!("{error:?}: {}", one.line());
-        for said in &one.said {
-            eprintln!("    {said}");
-        }
-        let sum = kinds.entry(kind(error)).or_default();
-        *sum = std::mem::take(sum).plus(&one);
-    }
-    for (kind, sum) in &kinds {
-        eprintln!("== {kind}: {}", sum.line());
-    }
-    let sum = kinds.values().fold(Score::default(), Score::plus);
-    eprintln!("== all: {}", sum.line());
+    let sum = told_by_kind(&errors, &scores);
     let found = sum.named + sum.among_rivals;
     assert!((sum.wrong + sum.wrong_among_rivals + sum.missed) * 50 <= sum.flights, "{}", sum.line());
     assert!((found - sum.sized) * 50 <= found && found * 100 >= sum.flights * 80, "{}", sum.line());

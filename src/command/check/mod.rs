@@ -8,6 +8,7 @@ use super::ingest::head_of;
 use super::mapping_input::read_mapping;
 use super::message;
 use super::output_file::{print, refuse_to_overwrite, same_place, write_json};
+use super::recording_losses::losses;
 use sideslip::error::{Failure, Outcome};
 use sideslip::estimation::compatibility::verdict::{Candidate, Fitness, check};
 use sideslip::flight::channel::{Channel, ControlNames};
@@ -115,12 +116,7 @@ fn read(file: &Path, overrides: &[String], mapping: &Mapping) -> Result<Read, Fa
     while let Some(row) = recording.next_row()? {
         samples.push(row.sample);
     }
-    let skipped = recording.skipped().rows();
-    let mut losses = Vec::new();
-    if skipped > 0 {
-        losses.push(format!("{}: {skipped} of {} rows skipped", file.display(), skipped + samples.len() as u64));
-    }
-    losses.extend(recording.shortfall().map(|shortfall| format!("{}: {shortfall}", file.display())));
+    let mut losses = losses(file, &recording, samples.len());
     let values = samples.iter().flat_map(|sample| Channel::ALL.into_iter().filter_map(|channel| sample.get(channel)));
     let unusable = values.filter(|value| !value.is_finite()).count();
     if unusable > 0 {

@@ -1,6 +1,7 @@
 //! A recording as columns.
 
 use super::super::ingest::head_of;
+use super::super::recording_losses::losses;
 use sideslip::error::Failure;
 use sideslip::flight::log_head::ColumnTarget;
 use sideslip::identification::columns::Columns;
@@ -30,12 +31,7 @@ pub(super) fn read(
             values.push(value.unwrap_or(f64::NAN));
         }
     }
-    let skipped = recording.skipped().rows();
-    let mut losses = Vec::new();
-    if skipped > 0 {
-        losses.push(format!("{}: {skipped} of {} rows skipped", file.display(), skipped + times_s.len() as u64));
-    }
-    losses.extend(recording.shortfall().map(|shortfall| format!("{}: {shortfall}", file.display())));
+    let losses = losses(file, &recording, times_s.len());
     let name = info.run().unwrap_or_default().to_owned();
     let columns = Columns::new(name, *info.geometry(), times_s, columns, trim_window_s);
     Ok((columns.map_err(|wrong| Failure::file(file, wrong))?, losses))

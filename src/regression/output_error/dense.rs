@@ -2,11 +2,11 @@
 //!
 //! Numerics: `cholesky` refuses a pivot below [`PIVOT`] of its own diagonal entry, so what it factors is told from singular.
 
+use crate::num::symmetric::diagonalise;
 use core::ops::{Index, IndexMut};
 
 /// Smallest pivot that counts, over the diagonal entry that it came from.
 pub const PIVOT: f64 = 1e-13;
-const SWEEPS: usize = 60;
 
 /// Row by row.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -147,56 +147,17 @@ impl Dense {
         Some(Dense::from_fn(self.rows, self.rows, |i, j| 0.5 * (x[(i, j)] + x[(j, i)])))
     }
 
-    /// Eigenvalues of a symmetric matrix, ascending, and the vectors as columns (cyclic Jacobi).
+    /// Eigenvalues of a symmetric matrix, ascending, and the vectors as columns; entries that are no numbers stay so.
     pub fn symmetric_eigen(&self) -> (Vec<f64>, Dense) {
         let n = self.rows;
-        let mut a = self.clone();
-        let mut v = Dense::from_fn(n, n, |i, j| f64::from(u8::from(i == j)));
-        for _ in 0..SWEEPS {
-            let mut off = 0.0;
-            for i in 0..n {
-                for j in 0..i {
-                    off += a[(i, j)] * a[(i, j)];
-                }
-            }
-            if !(off > 1e-30) {
-                break;
-            }
-            for i in 0..n {
-                for j in i + 1..n {
-                    rotate(&mut a, &mut v, i, j);
-                }
-            }
+        let (mut a, mut v) = (self.clone(), Dense::zeros(n, n));
+        if !diagonalise(&mut a.data, &mut v.data, n) {
+            return (vec![f64::NAN; n], Dense::from_fn(n, n, |_, _| f64::NAN));
         }
         let mut order: Vec<usize> = (0..n).collect();
         order.sort_by(|&i, &j| a[(i, i)].total_cmp(&a[(j, j)]));
         let values = order.iter().map(|&i| a[(i, i)]).collect();
         (values, Dense::from_fn(n, n, |i, j| v[(i, order[j])]))
-    }
-}
-
-/// One rotation that makes a_ij vanish.
-fn rotate(a: &mut Dense, v: &mut Dense, i: usize, j: usize) {
-    let off = a[(i, j)];
-    if off == 0.0 {
-        return;
-    }
-    let half = (a[(j, j)] - a[(i, i)]) / (2.0 * off);
-    let tangent = half.signum() / (half.abs() + libm::sqrt(1.0 + half * half));
-    let cosine = 1.0 / libm::sqrt(1.0 + tangent * tangent);
-    let sine = tangent * cosine;
-    for k in 0..a.rows {
-        let (left, right) = (a[(k, i)], a[(k, j)]);
-        a[(k, i)] = cosine * left - sine * right;
-        a[(k, j)] = sine * left + cosine * right;
-    }
-    for k in 0..a.rows {
-        let (upper, lower) = (a[(i, k)], a[(j, k)]);
-        a[(i, k)] = cosine * upper - sine * lower;
-        a[(j, k)] = sine * upper + cosine * lower;
-        let (left, right) = (v[(k, i)], v[(k, j)]);
-        v[(k, i)] = cosine * left - sine * right;
-        v[(k, j)] = sine * left + cosine * right;
     }
 }
 

@@ -6,12 +6,15 @@
 
 #![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark stops where its data are wrong, and prints")]
 
+#[path = "../../support/processor_clock.rs"]
+mod processor_clock;
+
+use processor_clock::Clock;
 use sideslip::flight::control::Control;
 use sideslip::simulation::flight_model::{Asked, FlightModel};
 use sideslip::simulation::fly::{Flight, uniform_times};
 use sideslip::simulation::input::InputSpec;
 use std::hint::black_box;
-use std::time::Instant;
 
 /// Length of a flight, s: a Puma whose stick nobody holds leaves its trim for good after about half a minute.
 const FLIGHT_S: f64 = 20.0;
@@ -45,24 +48,11 @@ fn main() {
 /// Calls a second of processor time, over [`MEASURED_S`] after a first one.
 fn per_second(mut work: impl FnMut()) -> f64 {
     work();
-    let clock = Clock { begin: Instant::now() };
+    let clock = Clock::new();
     let (from_s, mut calls) = (clock.seconds(), 0.0);
     while clock.seconds() - from_s < MEASURED_S {
         work();
         calls += 1.0;
     }
     calls / (clock.seconds() - from_s)
-}
-
-/// Processor time of this thread where the kernel tells it (Linux), else the clock on the wall.
-struct Clock {
-    begin: Instant,
-}
-
-impl Clock {
-    fn seconds(&self) -> f64 {
-        let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
-        let on_processor_ns = told.and_then(|text| text.split_whitespace().next()?.parse::<f64>().ok());
-        on_processor_ns.map_or_else(|| self.begin.elapsed().as_secs_f64(), |ns| 1e-9 * ns)
-    }
 }

@@ -7,7 +7,10 @@
 
 #[path = "problem.rs"]
 mod problem;
+#[path = "../../support/processor_clock.rs"]
+mod processor_clock;
 
+use processor_clock::Clock;
 use sideslip::regression::output_error::{Settings, fit};
 use std::fmt::Write as _;
 use std::hint::black_box;
@@ -33,9 +36,9 @@ fn main() {
     let once = || fit(black_box(&structure), &parameters, &[], black_box(&records), &settings).unwrap();
     let fitted = once();
     assert!(fitted.converged, "the search ends");
-    let clock = Clock { begin: Instant::now() };
+    let (clock, begin) = (Clock::new(), Instant::now());
     let mut times = Vec::new();
-    while clock.begin.elapsed().as_secs_f64() < MEASURED_S {
+    while begin.elapsed().as_secs_f64() < MEASURED_S {
         let from_s = clock.seconds();
         black_box(once());
         times.push(clock.seconds() - from_s);
@@ -46,18 +49,5 @@ fn main() {
     println!("cost {:?}", fitted.cost);
     for (j, (theta, std)) in fitted.theta.iter().zip(&fitted.std_cramer_rao).enumerate() {
         println!("theta_{j} {theta:?}\nstd_{j} {std:?}");
-    }
-}
-
-/// Processor time of this thread where the kernel tells it (Linux), else the clock on the wall.
-struct Clock {
-    begin: Instant,
-}
-
-impl Clock {
-    fn seconds(&self) -> f64 {
-        let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
-        let on_processor_ns = told.and_then(|text| text.split_whitespace().next()?.parse::<f64>().ok());
-        on_processor_ns.map_or_else(|| self.begin.elapsed().as_secs_f64(), |ns| 1e-9 * ns)
     }
 }
