@@ -32,7 +32,7 @@ pub struct Admission {
 }
 
 /// Smallest and largest value of a channel that counts as a measurement, SI.
-fn range(channel: Channel) -> (f64, f64) {
+pub(super) fn range(channel: Channel) -> (f64, f64) {
     match channel {
         Channel::Ax | Channel::Ay | Channel::Az => (-500.0, 500.0),
         Channel::P | Channel::Q | Channel::R => (-20.0, 20.0),

@@ -27,6 +27,8 @@ pub mod noise;
 pub mod noise_bank;
 pub mod process;
 pub mod record;
+#[cfg(feature = "std")]
+pub mod screening;
 pub mod state_variable;
 pub mod trim;
 pub mod vibration;

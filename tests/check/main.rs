@@ -15,9 +15,11 @@ mod program;
 #[path = "../support/uniform.rs"]
 mod uniform;
 
+mod coarse;
 mod errors;
 mod flown;
 mod injected;
+mod odd;
 mod recordings;
 mod score;
 mod simulated;

@@ -35,24 +35,6 @@ fn rough_air_is_said_and_blamed_on_no_instrument() {
     }
 }
 
-/// A channel with its sign turned contradicts the kinematics: no run with one is called fit.
-#[test]
-fn a_turned_sign_is_not_fit() {
-    let flown = flight().fly().unwrap();
-    // Incidence hardly moves in this flight.
-    for channel in [Channel::Az, Channel::Beta] {
-        let mut samples = flown.samples.clone();
-        for sample in &mut samples {
-            if let Some(value) = sample.get(channel) {
-                sample.set(channel, -value);
-            }
-        }
-        let turned = Candidate { name: "turned".to_owned(), samples, geometry: RunGeometry::default() };
-        let verdict = check(&[turned]).remove(0);
-        assert!(verdict.fitness == Fitness::NotFit, "{channel:?}: {verdict:?}");
-    }
-}
-
 /// Instruments of the flight-test file, whose alpha and beta read 2 % too much, airspeed lags 0.3 s and attitude is 15 ms late,
 /// on a shaking airframe with drop-outs: what is named is one of these
 /// (nothing is: none of them is large enough for this flight).

@@ -60,12 +60,12 @@ fn judged(runs: &[Flight], errors: &[Effect], seed: u64) -> Score {
     score(&together, errors)
 }
 
-/// Every fourteenth error (all of them by SIDESLIP_SEEDS, so many sorties each).
+/// Every twenty-eighth error (all of them by SIDESLIP_SEEDS, so many sorties each).
 #[test]
 fn errors_of_a_sortie_are_found_under_their_names() {
     let all = every_error();
     let whole = std::env::var_os("SIDESLIP_SEEDS").is_some();
-    let errors: Vec<Effect> = if whole { all } else { all.into_iter().step_by(14).collect() };
+    let errors: Vec<Effect> = if whole { all } else { all.into_iter().step_by(28).collect() };
     let each = seeds(1);
     let runs = sortie();
     let scores = over_seeds(each * errors.len() as u64, |number| {
@@ -97,7 +97,7 @@ fn turned_axes_are_not_called_something_else() {
     let whole = std::env::var_os("SIDESLIP_SEEDS").is_some();
     let cases: Vec<(usize, usize, f64)> = (0..2)
         .flat_map(|triad| (0..3).flat_map(move |axis| [1.0, -2.0].map(|deg: f64| (triad, axis, deg.to_radians()))))
-        .filter(|(_, _, angle)| whole || *angle < 0.0)
+        .filter(|(triad, axis, angle)| whole || *angle < 0.0 && (triad + axis) % 2 == 0)
         .collect();
     let each = seeds(1);
     let said = over_seeds(each * cases.len() as u64, |number| {
@@ -116,11 +116,11 @@ fn turned_axes_are_not_called_something_else() {
     assert!(said.iter().all(|wrong| *wrong == 0));
 }
 
-/// Twenty sorties (100 times SIDESLIP_SEEDS) with healthy instruments.
+/// Six sorties (100 times SIDESLIP_SEEDS) with healthy instruments.
 #[test]
 fn healthy_instruments_of_a_sortie_are_left_alone() {
     let runs = sortie();
-    let count = if std::env::var_os("SIDESLIP_SEEDS").is_some() { 100 * seeds(1) } else { 20 };
+    let count = if std::env::var_os("SIDESLIP_SEEDS").is_some() { 100 * seeds(1) } else { 6 };
     let found = over_seeds(count, |number| {
         let verdicts = checked(&runs, &[], 100_000 + number);
         verdicts.into_iter().flat_map(|(verdict, _)| verdict.corrections).map(|one| format!("{:?}", one.effect)).collect()

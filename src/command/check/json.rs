@@ -1,7 +1,9 @@
 //! The answer as a JSON document; corrections are effects as model files have them, each with `std`.
 
 use serde_json::{Map, Value, json};
-use sideslip::estimation::compatibility::verdict::{Correction, Verdict};
+use sideslip::estimation::compatibility::correction::Correction;
+use sideslip::estimation::compatibility::verdict::Verdict;
+use sideslip::estimation::screening::Screened;
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::effect_file::{DeclaredEffect, EffectValue};
 
@@ -24,6 +26,17 @@ fn run(verdict: &Verdict, controls: ControlNames) -> Value {
         "corrections": verdict.corrections.iter().map(|one| correction(one, controls)).collect::<Vec<_>>(),
         "consistency": consistency,
         "not_observable": verdict.not_observable,
+        "not_used": verdict.screened.iter().map(|one| screened(one, controls)).collect::<Vec<_>>(),
+    })
+}
+
+fn screened(one: &Screened, controls: ControlNames) -> Value {
+    json!({
+        "channel": one.channel.name(controls),
+        "samples": one.count,
+        "why": one.damage.words(),
+        "from_s": one.range_s[0],
+        "to_s": one.range_s[1],
     })
 }
 
@@ -31,6 +44,9 @@ fn correction(correction: &Correction, controls: ControlNames) -> Value {
     let mut document = effect(&correction.effect, controls);
     if let Some(vane) = correction.vane {
         document.insert("shown_by".to_owned(), json!(vane.name(controls)));
+    }
+    if correction.axis_stds_m.iter().any(Option::is_some) {
+        document.insert("std_m".to_owned(), json!(correction.axis_stds_m));
     }
     document.insert("partial_f".to_owned(), json!(correction.significance));
     if !correction.alternatives.is_empty() {

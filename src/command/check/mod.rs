@@ -7,11 +7,11 @@ mod table;
 use super::ingest::head_of;
 use super::mapping_input::read_mapping;
 use super::message;
-use super::output_file::{print, refuse_to_overwrite, same_place, write_json};
+use super::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json};
 use super::recording_losses::losses;
 use sideslip::error::{Failure, Outcome};
 use sideslip::estimation::compatibility::verdict::{Candidate, Fitness, check};
-use sideslip::flight::channel::{Channel, ControlNames};
+use sideslip::flight::channel::ControlNames;
 use sideslip::flight::run_file::RunInfo;
 use sideslip::outputs::terminal::Style;
 use sideslip::telemetry::mavlink::mapping::Config as Mapping;
@@ -25,13 +25,16 @@ Example:
   sideslip check monday/*.csv --json - | jq .runs[].verdict
   sideslip check flight.csv --set vane_position_m=[13.1,0,0]
 
-Rates, accelerometers, attitude and air data measure one motion: what does not fit together is an instrument. All runs are
-taken together: factors, lags, skews and positions hold over all of them, biases are each run's own. A correction is told where
-it is significant beyond noise (as coloured as it is) and beyond what is normal among healthy instruments; where two explanations
-fit alike both are told. A run needs 5 s, rates at 8 Hz, and motion.
+Rates, accelerometers, attitude and air data measure one motion: what does not fit together is an instrument. Samples that no
+instrument measured (spikes, frozen or zeroed stretches) are not used, and counted; a turned sign, another unit, two channels
+exchanged are looked for first. All runs are then taken together: factors, lags, skews and positions hold over all of them,
+biases are each run's own; a run that is unlike the others is checked by itself. A correction is told where it is significant
+beyond noise (as coloured as it is) and beyond what is normal among healthy instruments; where two explanations fit alike both
+are told. A run needs 5 s, rates at 8 Hz, and motion.
 
 Exit status: 0 all runs are fit, some perhaps after corrections; 1 failed while running; 2 the call or a recording is wrong;
-3 all fit, but rows were skipped; 4 a run is not fit for identification. With --json the table goes to standard error.";
+3 all fit, but rows were skipped or samples not used; 4 a run is not fit for identification. With --json the table goes to
+standard error.";
 
 /// Check instruments against the kinematics: biases, factors, lags, skews and positions, and whether a run is fit
 #[derive(clap::Args)]
@@ -62,6 +65,7 @@ struct Read {
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if let Some(json) = args.json.as_ref().filter(|json| json.as_os_str() != "-") {
         refuse_to_overwrite("--json", json, &args.files)?;
+        refuse_without_folder("--json", json)?;
     }
     for (place, file) in args.files.iter().enumerate() {
         if args.files.iter().take(place).any(|other| same_place(other, file)) {
@@ -96,7 +100,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             write_json(path, &format!("{document:#}\n"))?;
         }
     }
-    let losses: Vec<&String> = read.iter().flat_map(|one| &one.losses).collect();
+    let screened = verdicts
+        .iter()
+        .zip(&args.files)
+        .flat_map(|(verdict, file)| verdict.screened.iter().map(move |one| table::screened(file, one, controls)));
+    let losses: Vec<String> = read.iter().flat_map(|one| one.losses.clone()).chain(screened).collect();
     for loss in &losses {
         message(format_args!("sideslip: {loss}"));
     }
@@ -117,11 +125,6 @@ fn read(file: &Path, overrides: &[String], mapping: &Mapping) -> Result<Read, Fa
         samples.push(row.sample);
     }
     let mut losses = losses(file, &recording, samples.len());
-    let values = samples.iter().flat_map(|sample| Channel::ALL.into_iter().filter_map(|channel| sample.get(channel)));
-    let unusable = values.filter(|value| !value.is_finite()).count();
-    if unusable > 0 {
-        losses.push(format!("{}: {unusable} values that are no finite number are not used", file.display()));
-    }
     let backwards = samples.array_windows().filter(|[before, after]| !(after.time_s > before.time_s)).count();
     if backwards > 0 {
         losses.push(format!("{}: time does not increase at {backwards} of {} rows", file.display(), samples.len()));

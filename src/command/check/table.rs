@@ -1,12 +1,16 @@
 //! The answer for a person.
 
-use sideslip::estimation::compatibility::verdict::{Correction, Verdict};
+use sideslip::estimation::compatibility::coarse::speed_unit;
+use sideslip::estimation::compatibility::correction::Correction;
+use sideslip::estimation::compatibility::verdict::Verdict;
+use sideslip::estimation::screening::Screened;
 use sideslip::flight::channel::{Channel, ControlNames};
 use sideslip::flight::effect::{Effect, PositionedSensor};
 use sideslip::flight::effect_file::DeclaredEffect;
 use sideslip::flight::run_file::RunInfo;
 use sideslip::outputs::terminal::{Style, measured};
 use std::fmt::Write;
+use std::path::Path;
 
 /// What stands between a parameter and the least error of it that could be told.
 const LEAST: &str = ": less than ";
@@ -51,6 +55,17 @@ pub(super) fn text(verdicts: &[Verdict], infos: &[&RunInfo], controls: ControlNa
     text
 }
 
+/// What was not used of a recording, in one line.
+pub(super) fn screened(file: &Path, one: &Screened, controls: ControlNames) -> String {
+    let (file, channel, why) = (file.display(), one.channel.name(controls), one.damage.words());
+    let [from_s, to_s] = one.range_s;
+    let when = if one.count == 1 { format!("at {from_s:.2} s") } else { format!("from {from_s:.2} to {to_s:.2} s") };
+    format!(
+        "{file}: {} of {channel} not used, {when}: {why}",
+        if one.count == 1 { "1 sample".to_owned() } else { format!("{} samples", one.count) }
+    )
+}
+
 /// Items with commas between, lines of at most [`WIDTH`].
 fn wrapped(text: &mut String, head: &str, items: impl Iterator<Item = String>) {
     let mut line = String::new();
@@ -70,9 +85,14 @@ fn wrapped(text: &mut String, head: &str, items: impl Iterator<Item = String>) {
 }
 
 fn correction(text: &mut String, one: &Correction, info: &RunInfo, controls: ControlNames) {
-    let _ = writeln!(text, "  * {}", sentence(&one.effect, one.vane, controls));
+    let _ = writeln!(text, "  * {}", sentence(&one.effect, one.axis_stds_m, one.vane, controls));
     for other in &one.alternatives {
-        let _ = writeln!(text, "      or {}", sentence(other, None, controls));
+        let _ = writeln!(text, "      or {}", sentence(other, [None; 3], None, controls));
+    }
+    if let (Effect::SensorScale { channel: Channel::Tas, factor }, Some(std)) = (one.effect.effect, one.effect.std)
+        && let Some(unit) = speed_unit(factor, std)
+    {
+        let _ = writeln!(text, "      as a speed in {unit} does that is taken for m/s");
     }
     if let Some(angle) = one.turned {
         let _ = writeln!(text, "      or the accelerometers are turned by {:.1} deg", (angle / DEGREE).abs());
@@ -98,7 +118,7 @@ fn correction(text: &mut String, one: &Correction, info: &RunInfo, controls: Con
 }
 
 /// One correction in words.
-fn sentence(declared: &DeclaredEffect, vane: Option<Channel>, controls: ControlNames) -> String {
+fn sentence(declared: &DeclaredEffect, axis_stds_m: [Option<f64>; 3], vane: Option<Channel>, controls: ControlNames) -> String {
     let std = declared.std.unwrap_or(f64::NAN);
     let with = |value: f64, factor: f64, unit: &str| {
         let (value, std) = measured(value * factor, std * factor);
@@ -133,9 +153,17 @@ fn sentence(declared: &DeclaredEffect, vane: Option<Channel>, controls: ControlN
             let ways = [("ahead of", "behind"), ("right of", "left of"), ("below", "above")];
             let largest = offset_m.iter().fold(0.0f64, |most, part| most.max(part.abs()));
             let mut parts: Vec<String> = Vec::new();
-            for (part, (positive, negative)) in offset_m.iter().zip(ways).filter(|(part, _)| part.abs() > 0.0) {
+            let axes = offset_m.iter().zip(axis_stds_m).zip(ways).filter(|((part, _), _)| part.abs() > 0.0);
+            for ((part, own), (positive, negative)) in axes {
                 let way = if *part > 0.0 { positive } else { negative };
-                let size = if part.abs() < largest { format!("{:.1} m", part.abs()) } else { with(part.abs(), 1.0, "m") };
+                let known = own.or((part.abs() >= largest).then_some(std));
+                let size = known.map_or_else(
+                    || format!("{:.1} m", part.abs()),
+                    |std| {
+                        let (value, std) = measured(part.abs(), std);
+                        format!("{value} +- {std} m")
+                    },
+                );
                 parts.push(format!("{size} {way}"));
             }
             format!("{what} measured {} where the run says", parts.join(", "))

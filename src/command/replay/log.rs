@@ -9,6 +9,7 @@ use sideslip::outputs::log_thread::LogThread;
 use sideslip::outputs::mcap_log::{LogError, McapLog};
 use sideslip::outputs::queue::{Policy, Sender, queue};
 use std::collections::BTreeSet;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 /// Messages that the queue holds: a second of a fast run, some 10 MB.
@@ -41,7 +42,10 @@ impl PerRecording {
         };
         let mut seen = BTreeSet::new();
         for place in &places {
-            if place.extension().is_some_and(|ending| endings.iter().all(|known| ending != *known)) {
+            // Without an ending it is clear only where there is one format.
+            let unclear =
+                |ending: Option<&OsStr>| ending.map_or(endings.len() > 1, |ending| endings.iter().all(|known| ending != *known));
+            if unclear(place.extension()) || place.as_os_str() == "-" {
                 let what = format_args!("{option}: expected a name that ends in .{}", endings.join(" or ."));
                 return Err(Failure::file(place, what));
             }

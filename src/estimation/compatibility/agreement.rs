@@ -6,11 +6,14 @@
 
 use super::parameter::{ACCELEROMETER_PLACE, ALPHA_PLACE, BETA_PLACE, INPUTS, Theta, VANE_PLACE};
 use super::record::Record;
+use super::series::Series;
 use crate::estimation::consistency::{Consistency, flow_angle_rates};
 use crate::num::kernel::weights;
 
 /// Half width of the smoothing kernel, s.
 pub const HALF_WIDTH_S: f64 = 0.4;
+/// Shorter ones are no gap, s.
+const GAP_MIN_S: f64 = 0.25;
 
 /// R2 of incidence and sideslip.
 pub fn agreement(record: &Record, theta: &Theta) -> [Option<f64>; 2] {
@@ -67,7 +70,13 @@ fn of_angle(record: &Record, theta: &Theta, output: usize) -> Option<f64> {
     }
     let mut compared = Consistency::NEW;
     let (mut smooth, mut slope) = (Vec::new(), Vec::new());
-    for centre in (0..record.nodes).map(|node| record.time_s(node)) {
+    // Of what else enters: no line over a gap is taken for a motion.
+    let whole = |centre: f64| {
+        let used = record.inputs.iter().chain(record.outputs.iter().take(5)).flatten();
+        let longest = |series: &Series| series.interval_s().map_or(0.0, |interval_s| GAP_MIN_S.max(2.5 * interval_s));
+        used.into_iter().all(|series| series.longest_gap_s(centre - HALF_WIDTH_S, centre + HALF_WIDTH_S) <= longest(series))
+    };
+    for centre in (0..record.nodes).map(|node| record.time_s(node)).filter(|&centre| whole(centre)) {
         let from = times.partition_point(|&t| t < centre - HALF_WIDTH_S).saturating_sub(1);
         let to = (times.partition_point(|&t| t <= centre + HALF_WIDTH_S) + 1).min(times.len());
         let Some(window) = times.get(from..to) else { continue };

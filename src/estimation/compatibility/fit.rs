@@ -98,9 +98,18 @@ impl Point {
     }
 
     /// The prior's part of (1).
-    fn prior_cost(&self) -> f64 {
-        let one = |(place, value): (usize, &f64)| self.prior_std(place).map_or(0.0, |std| value * value / (std * std));
-        self.values.iter().enumerate().map(one).sum()
+    pub fn prior_cost(&self) -> f64 {
+        (0..self.values.len()).map(|place| self.prior_at(place)).sum()
+    }
+
+    /// That of one run's own parameters.
+    pub fn own_prior_cost(&self, run: usize) -> f64 {
+        (0..OWN).map(|index| self.prior_at(place_of(run, index))).sum()
+    }
+
+    fn prior_at(&self, place: usize) -> f64 {
+        let value = self.values.get(place).copied().unwrap_or(0.0);
+        self.prior_std(place).map_or(0.0, |std| value * value / (std * std))
     }
 }
 

@@ -9,13 +9,18 @@ pub mod agreement;
 pub mod alone;
 #[cfg(test)]
 mod checks;
+pub mod coarse;
+pub mod correction;
 pub mod filter;
 pub mod fit;
+mod judge;
 pub mod motion;
 pub mod noise;
 pub mod observable;
+pub mod odd;
 pub mod parameter;
 pub mod record;
+mod refusal;
 pub mod select;
 pub mod series;
 pub mod side_by_side;

@@ -31,6 +31,8 @@ const STIRRED: f64 = 0.012;
 const FAULTS_MAX: usize = 8;
 /// Exchanges of a fault for a better rival, and one.
 const ROUNDS_MAX: usize = 4;
+/// A lag from which two starts are tried, s.
+const LONG_LAG_S: f64 = 0.2;
 /// Candidates that are fitted in full.
 const SHORTLIST: usize = 6;
 /// A skew with the wrong sign (a reading ahead of time) and a vane moved backwards are unusual.
@@ -75,7 +77,12 @@ pub struct Found {
 
 /// (2).
 fn evidence(point: &Point, local: &Local) -> f64 {
-    let mut sum = local.cost;
+    local.cost + price(point, local)
+}
+
+/// What the free parameters cost in (2).
+pub fn price(point: &Point, local: &Local) -> f64 {
+    let mut sum = 0.0;
     for &place in &point.free {
         let (parameter, _) = parameter_at(place);
         let free = parameter.priors().map_or(1.0, |(_, free)| free);
@@ -168,8 +175,17 @@ fn try_name(runs: &[Run], point: &Point, name: Name, value: f64) -> Option<(f64,
     let start = with(point, name, value.clamp(-1.0, 1.5));
     let start =
         if is_timing(name.place) || parameter_at(name.place).0.kind == Kind::Scale { start } else { with(point, name, 0.0) };
-    let (point, local) = minimise_to(runs, &start, ROUGH)?;
-    Some((evidence(&point, &local), point, local))
+    let from = |start: &Point| {
+        let (point, local) = minimise_to(runs, start, ROUGH)?;
+        Some((evidence(&point, &local), point, local))
+    };
+    let near = from(&start);
+    if !(name.lag && value > LONG_LAG_S) {
+        return near;
+    }
+    // A long lag looks shorter from afar than it is.
+    let far = from(&with(point, name, (2.0 * value).min(1.5)));
+    near.into_iter().chain(far).min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 /// The names that a place may have.

@@ -83,7 +83,8 @@ impl Series {
 
     /// The longest interval without a sample between two times, s, the ends counted.
     pub fn longest_gap_s(&self, from_s: f64, to_s: f64) -> f64 {
-        let inside = self.times_s.iter().copied().filter(|time_s| (from_s..=to_s).contains(time_s));
+        let (from, to) = (self.times_s.partition_point(|&t| t < from_s), self.times_s.partition_point(|&t| t <= to_s));
+        let inside = self.times_s.get(from..to).unwrap_or(&[]).iter().copied();
         let (mut longest, mut before_s) = (0.0f64, from_s);
         for time_s in inside.chain([to_s]) {
             longest = longest.max(time_s - before_s);

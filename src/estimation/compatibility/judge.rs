@@ -1,0 +1,159 @@
+//! One run's verdict out of the fit of all that share their instruments' errors.
+
+use super::agreement::agreement;
+use super::alone::Alone;
+use super::correction::{Correction, effect_of, merged, splits};
+use super::fit::{Run, parameter_at, place_of};
+use super::observable::{absent, doubted, drowned, idle, idled, motion, turned};
+use super::parameter::{BIAS, Kind, STANDING, Theta};
+use super::record::Record;
+use super::select::{Fault, Found, is_gusty, is_stirred};
+use super::verdict::{Fitness, Verdict};
+use crate::flight::channel::Channel;
+use crate::flight::effect::Effect;
+use crate::flight::effect_file::DeclaredEffect;
+use crate::flight::unit::STANDARD_GRAVITY;
+
+/// R2 of a flow angle's rate below which a run is not fit even when corrected.
+const R2_FIT: f64 = 0.9;
+/// R2 below which a flow angle's rate contradicts the kinematics: noise and rough air bring it towards zero, a sign that is wrong
+/// far below; and the standard deviation from which an angle moves, rad.
+const R2_CONTRARY: f64 = -0.5;
+const MOVES_RAD: f64 = 0.01;
+/// Standard errors that an error has to exceed in stirred air, where gusts that go with the motion are no noise: flights with
+/// healthy instruments in gusts of 0.3 m/s feigned up to eight.
+const STIRRED_STDS: f64 = 10.0;
+
+/// One run's verdict out of all runs' fit.
+pub(super) fn judged(name: &str, found: &Found, number: usize, names: &[String], alone: &[Option<Alone>]) -> Option<Verdict> {
+    let run = found.runs.get(number)?;
+    let mut corrections: Vec<Correction> = Vec::new();
+    let mut doubts: Vec<String> = Vec::new();
+    for fault in &found.faults {
+        let (parameter, own) = parameter_at(fault.name.place);
+        if own.is_some_and(|own| own != number) || !run.active.contains(&parameter.index) {
+            continue;
+        }
+        // An axis that hardly moves is blamed only where one that moves would fit as well.
+        if let Some(part) = idle(&found.runs, parameter, fault.value)
+            && fault.rivals.iter().all(|rival| idle(&found.runs, parameter_at(rival.0.place).0, rival.1).is_some())
+        {
+            doubts.push(doubted(parameter, &idled(part), fault.value, fault.std));
+            continue;
+        }
+        let others = found.faults.iter().map(|other| parameter_at(other.name.place).0);
+        if let Some(reason) = turned(parameter, others) {
+            doubts.push(doubted(parameter, &reason, fault.value, fault.std));
+            continue;
+        }
+        let stands_out = fault.value.abs() > STIRRED_STDS * fault.std;
+        if parameter.is_feigned_by_gusts() && (is_gusty(run) || is_stirred(run) && !stands_out) {
+            doubts.push(doubted(parameter, "the air is too rough in this run", fault.value, fault.std));
+            continue;
+        }
+        let Some((value, std)) = in_run(found, number, fault) else { continue };
+        let Some((effect, vane)) = effect_of(fault.name, value) else { continue };
+        let alternatives: Vec<DeclaredEffect> = fault
+            .rivals
+            .iter()
+            .filter_map(|&(name, value, std, _)| Some(DeclaredEffect { effect: effect_of(name, value)?.0, std: Some(std) }))
+            .collect();
+        let by_run = if own.is_none() && parameter.kind != Kind::Bias {
+            alone
+                .iter()
+                .zip(names)
+                .filter_map(|(one, name)| one.as_ref()?.says(parameter).map(|(x, std)| (name.clone(), x, std)))
+                .collect()
+        } else {
+            Vec::new()
+        };
+        let split_by = splits(fault.name, fault.rivals.iter().map(|rival| rival.0));
+        let effect = DeclaredEffect { effect, std: Some(std) };
+        let as_turned = match effect.effect {
+            Effect::SensorBias { channel: Channel::Ax | Channel::Ay, value } => Some(value / STANDARD_GRAVITY),
+            _ => None,
+        };
+        let axis_stds_m = match effect.effect {
+            Effect::SensorPosition { offset_m, .. } => offset_m.map(|part| (part.abs() > 0.0).then_some(std)),
+            _ => [None; 3],
+        };
+        corrections.push(Correction {
+            axis_stds_m,
+            turned: as_turned,
+            effect,
+            vane,
+            significance: fault.significance,
+            alternatives,
+            split_by,
+            by_run,
+        });
+    }
+    corrections.sort_by(|a, b| b.significance.total_cmp(&a.significance));
+    let corrections = merged(corrections);
+    let before = agreement(&run.record, &Theta::NONE);
+    let after = agreement(&run.record, &found.point.theta(number));
+    let consistency = [0, 1].map(|angle| before[angle].map(|before| (before, after[angle])));
+    let (fitness, reason) = fitness(run, after, corrections.len());
+    let mut not_observable = absent(&run.record);
+    not_observable.extend(doubts);
+    not_observable.extend(drowned(found, number));
+    let screened = Vec::new();
+    Some(Verdict { run: name.to_owned(), fitness, reason, corrections, consistency, not_observable, screened })
+}
+
+/// Whether a run is fit with that many corrections, R2 of incidence and sideslip after them given, and why.
+fn fitness(run: &Run, after: [Option<f64>; 2], corrections: usize) -> (Fitness, String) {
+    let record = &run.record;
+    let contrary = ["alpha", "beta"].into_iter().zip(after).enumerate().find_map(|(place, (angle, after))| {
+        let after = after.filter(|after| *after < R2_CONTRARY && spread(record, 1 + place) > MOVES_RAD)?;
+        Some((angle, after))
+    });
+    if let Some((angle, after)) = contrary {
+        let what = "a channel with its sign turned or under another's name, damaged samples, or air too rough";
+        let reason =
+            format!("the rate of {angle} contradicts the accelerometers and gyros (R2 {after:.3}), corrected or not: {what}");
+        return (Fitness::NotFit, reason);
+    }
+    // The angle that hardly moves is moved by what the kinematics do not know, such as the flow in sideslip.
+    let (angle, place) = if spread(record, 1) > spread(record, 2) { ("alpha", 0) } else { ("beta", 1) };
+    // Either angle's kinematics take the other's; and in rough air neither follows from what is measured.
+    let both = [1, 2].into_iter().all(|output| record.outputs.get(output).is_some_and(Option::is_some));
+    let rough = is_gusty(run);
+    match after[place].filter(|after| *after < R2_FIT && both && !rough) {
+        Some(after) => (
+            Fitness::NotFit,
+            format!("the rate of {angle} does not follow from the accelerometers and gyros (R2 {after:.3}), corrected or not"),
+        ),
+        None if corrections == 0 => {
+            let scope = match (record.velocities, rough) {
+                (false, _) => " (attitude and rates only)",
+                (true, true) => " (attitude and rates only: the air is too rough for the rest)",
+                (true, false) => "",
+            };
+            (Fitness::Fit, format!("its instruments agree with each other{scope}"))
+        }
+        None => (Fitness::FitCorrected, format!("{corrections} instrument error(s) found")),
+    }
+}
+
+/// A fault's value and standard error in one run: a bias that stands over all is there with the run's own, once.
+fn in_run(found: &Found, number: usize, fault: &Fault) -> Option<(f64, f64)> {
+    let (parameter, _) = parameter_at(fault.name.place);
+    let Some(measured) = parameter.measured.filter(|_| parameter.kind == Kind::Bias) else {
+        return Some((fault.value, fault.std));
+    };
+    let (standing, own) = (place_of(number, STANDING + measured), place_of(number, BIAS + measured));
+    if !found.point.free.contains(&standing) {
+        return Some((fault.value, fault.std));
+    }
+    let places = [standing, own];
+    let minimum = found.local.minimum(&found.point);
+    let value = places.iter().map(|&place| minimum.get(place).copied().unwrap_or(0.0)).sum();
+    let variance = found.local.colour(&found.runs, &places) * found.local.variance_of(&places);
+    (fault.name.place == standing).then_some((value, libm::sqrt(variance)))
+}
+
+/// How much an output moves.
+fn spread(record: &Record, output: usize) -> f64 {
+    record.outputs.get(output).and_then(Option::as_ref).map_or(0.0, motion)
+}

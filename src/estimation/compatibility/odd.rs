@@ -1,0 +1,115 @@
+//! Runs whose instruments are not those of the others: one bad run is neither hidden among good ones nor blamed on them.
+//!
+//! Consumes runs; produces groups, each with what was found in it: those that share their instruments' errors, and each odd one by
+//! itself. With J_i a run's part of the joint cost at the joint minimum, E_i its evidence by itself, parameters of its own paid for,
+//! and f_i how many parameters that hold over all runs it determines by itself,
+//!     G_i = J_i - E_i,  in healthy runs f_i (1 - 1/runs) on average                                      (1)
+//! for each of them has lent itself to that run's noise. Where (G_i - f_i)/sqrt(2 f_i) > ODD in any run, that run goes apart without
+//! which the others and it cost least, and the others are looked at anew, until none is left. Of two that differ neither is the
+//! odd one: both go apart.
+
+use super::filter::{Prepared, pass};
+use super::fit::{Run, SHARED};
+use super::noise::{first_guess, improve, prior};
+use super::select::{Found, price, select};
+use super::side_by_side::side_by_side;
+
+/// Normalised (1): healthy runs have -2.5 to 0, one with r or beta 1.15 times the truth in a lateral manoeuvre 20.
+const ODD: f64 = 6.0;
+/// Sweeps over the variances within which the noise settles.
+const SWEEPS: usize = 8;
+
+/// Runs that were fitted together.
+#[derive(Clone, Debug)]
+pub struct Group {
+    /// Which, by their places among all.
+    pub members: Vec<usize>,
+    /// What came of them, in that order.
+    pub found: Found,
+    /// Whether it was taken out from among others.
+    pub apart: bool,
+}
+
+/// The groups of runs; one whose motion cannot be followed is in none.
+pub fn groups(runs: &[Run]) -> Vec<Group> {
+    let alone: Vec<Option<Found>> = side_by_side(runs, |run| select(vec![run.clone()]));
+    let mut together: Vec<usize> = (0..runs.len()).filter(|&run| alone.get(run).is_some_and(Option::is_some)).collect();
+    let by_itself =
+        |run: usize, apart: bool| alone.get(run).cloned().flatten().map(|found| Group { members: vec![run], found, apart });
+    let joint = |these: &[usize]| select(these.iter().filter_map(|&run| runs.get(run).cloned()).collect());
+    let mut groups = Vec::new();
+    let mut found = joint(&together);
+    while together.len() > 1 {
+        match &found {
+            Some(joint) if !differ(joint, &together, &alone) => break,
+            _ if together.len() > 2 => {
+                let Some((run, rest)) = odd_one(&together, &alone, joint) else { break };
+                groups.extend(by_itself(run, true));
+                together.retain(|one| *one != run);
+                found = Some(rest);
+            }
+            _ => groups.extend(together.drain(..).filter_map(|run| by_itself(run, true))),
+        }
+    }
+    match found {
+        Some(found) if together.len() > 1 => groups.push(Group { members: together, found, apart: false }),
+        _ => {
+            let first = groups.is_empty();
+            groups.extend(together.pop().and_then(|run| by_itself(run, !first)));
+        }
+    }
+    groups
+}
+
+/// Whether any run stands out by (1).
+fn differ(joint: &Found, together: &[usize], alone: &[Option<Found>]) -> bool {
+    let places: Vec<usize> = (0..together.len()).collect();
+    let excess = side_by_side(&places, |&place| {
+        let alone = alone.get(*together.get(place)?)?.as_ref()?;
+        let shared = settled(joint, place)? + joint.point.own_prior_cost(place);
+        let free = freedom(alone).max(1.0);
+        Some((shared - cost_alone(alone)? - free) / libm::sqrt(2.0 * free))
+    });
+    excess.into_iter().flatten().any(|excess| excess > ODD)
+}
+
+/// The run without which the others, fitted anew, and it by itself cost least; with that fit of the others.
+fn odd_one(together: &[usize], alone: &[Option<Found>], joint: impl Fn(&[usize]) -> Option<Found>) -> Option<(usize, Found)> {
+    let mut best: Option<(f64, usize, Found)> = None;
+    for &run in together {
+        let rest: Vec<usize> = together.iter().copied().filter(|other| *other != run).collect();
+        let (Some(found), Some(by_itself)) = (joint(&rest), alone.get(run).and_then(Option::as_ref)) else { continue };
+        let Some(own) = cost_alone(by_itself) else { continue };
+        let shared: Option<f64> = (0..rest.len()).map(|place| settled(&found, place)).sum();
+        let Some(shared) = shared else { continue };
+        let cost = own + shared + found.point.prior_cost() + price(&found.point, &found.local);
+        if best.as_ref().is_none_or(|best| cost < best.0) {
+            best = Some((cost, run, found));
+        }
+    }
+    best.map(|(_, run, found)| (run, found))
+}
+
+/// E of a run by itself.
+fn cost_alone(alone: &Found) -> Option<f64> {
+    Some(settled(alone, 0)? + alone.point.prior_cost() + price(&alone.point, &alone.local))
+}
+
+/// A run's cost where the parameters stand, with the noise that is most likely there: else one fit's noise would be compared with
+/// the other's.
+fn settled(found: &Found, place: usize) -> Option<f64> {
+    let run = found.runs.get(place)?;
+    let (theta, guess) = (found.point.theta(place), first_guess(&run.record));
+    let noise = improve(&run.record, &theta, &run.noise, &guess, SWEEPS)?;
+    Some(pass(&Prepared::of(&run.record, &theta), &noise, &[], true)?.cost + prior(&noise, &guess))
+}
+
+/// How many parameters that hold over all runs one run has determined by itself: what (1) is on average in healthy runs, for each
+/// has lent itself to that run's noise.
+fn freedom(alone: &Found) -> f64 {
+    let determined = |place: usize| {
+        let (normal, _) = alone.point.priors(place)?;
+        (!alone.point.free.contains(&place)).then(|| 1.0 - alone.local.dispersion[(place, place)] / (normal * normal))
+    };
+    (0..SHARED).filter_map(determined).map(|part| part.max(0.0)).sum()
+}
