@@ -151,6 +151,19 @@ impl Columns {
         }
     }
 
+    /// Standard error of that mean, from the scatter in its window, neighbours taken as independent; zero of fewer than two
+    /// samples or none.
+    pub fn trim_std(&self, name: &str) -> f64 {
+        let (Ok(values), Ok(mean)) = (self.raw(name), self.trim(name)) else { return 0.0 };
+        let end_s = self.times_s.first().map_or(f64::NAN, |first_s| first_s + self.trim_window_s);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (_, value) in self.times_s.iter().zip(values).filter(|(time_s, value)| **time_s <= end_s && value.is_finite()) {
+            sum += (value - mean) * (value - mean);
+            count += 1.0;
+        }
+        if count > 1.0 { libm::sqrt(sum / (count * (count - 1.0))) } else { 0.0 }
+    }
+
     /// Deviations from trim; NaN where not sampled.
     ///
     /// # Errors
@@ -213,6 +226,7 @@ mod tests {
         let nan = f64::NAN;
         let run = columns(&[0.0, 0.1, 0.2, 0.3, 0.4, 0.5], &[1.0, 3.0, nan, 7.0, nan, nan]);
         assert_eq!(run.trim("p"), Ok(2.0));
+        assert!((run.trim_std("p") - 1.0).abs() < 1e-12 && run.trim_std("q").abs() < 1e-12);
         let lines = run.lines("p").unwrap();
         assert!(
             lines.iter().zip([-1.0, 1.0, 3.0, 5.0, 5.0, 5.0]).all(|(found, known)| (found - known).abs() < 1e-12),

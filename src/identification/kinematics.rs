@@ -11,7 +11,7 @@
 //! Numerics: deviations are measured, so their noise comes in, but multiplied by another deviation.
 
 use super::columns::{ColumnError, Columns};
-use super::linear::Datum;
+use super::datum::Datum;
 use crate::flight::unit::STANDARD_GRAVITY as G0;
 
 /// Channels that (2) takes.

@@ -8,6 +8,8 @@
 //! Refused: a state or input that was not recorded, an equation without what it needs, runs that are no flights of one trim.
 
 pub mod columns;
+pub mod datum;
+pub mod doubts;
 pub mod identify;
 pub mod kinematics;
 pub mod linear;

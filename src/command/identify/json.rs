@@ -25,7 +25,12 @@ fn output_error(identified: &Identified) -> Value {
             json!({ "name": name, "value": value, "std": std, "std_cramer_rao": bound, "start": start, "runs": "all" })
         })
         .collect();
-    let name = |place: usize| parameters.get(place).map_or(Value::Null, |one| one["name"].clone());
+    let name = |place: usize| identified.linear.name(place);
+    let doubts = identified.linear.doubts.iter().enumerate().map(|(place, doubt)| {
+        let at = |values: &[f64]| values.get(identified.linear.derivatives.len() + place).copied();
+        json!({ "name": doubt.name, "value": at(&fitted.theta), "std": at(&fitted.std), "prior_std": doubt.prior_std, "runs": "all" })
+    });
+    parameters.extend(doubts);
     let pairs = fitted.correlated.iter();
     let correlated: Vec<Value> =
         pairs.map(|&(one, other, rho)| json!({ "pair": [name(one), name(other)], "rho": rho })).collect();
@@ -95,8 +100,9 @@ fn root_json(root: &Root) -> Value {
         json!({
             "real": root.real, "imag": root.imag, "omega": root.omega, "zeta": root.zeta,
             "std_real": root.std_real, "std_imag": root.std_imag, "std_omega": root.std_omega, "std_zeta": root.std_zeta,
+            "probability_unstable": root.probability_unstable,
         })
     } else {
-        json!({ "value": root.real, "std": root.std_real })
+        json!({ "value": root.real, "std": root.std_real, "probability_unstable": root.probability_unstable })
     }
 }

@@ -15,7 +15,7 @@ use ::replay::Pace;
 use equation::Equation;
 use read::read;
 use sideslip::error::{Failure, Outcome};
-use sideslip::identification::identify::{identify, usual_choice};
+use sideslip::identification::identify::{Instruments, Wanted, identify, usual_choice};
 use sideslip::identification::linear::Choice;
 use sideslip::outputs::derivatives_json::derivatives_json;
 use sideslip::outputs::terminal::Style;
@@ -61,6 +61,10 @@ pub(crate) struct Args {
     /// Terms offered to --response: columns, products, powers, x*|x|, spline(x,knot)
     #[arg(long, value_name = "TERMS", value_delimiter = ';', requires = "response")]
     candidates: Vec<String>,
+    /// Find besides what the instruments are wrong by: scales of the vanes, airspeed and incidence of the trim, and how late each
+    /// output comes; standard errors then know of it
+    #[arg(long, conflicts_with = "response")]
+    doubt_instruments: bool,
     /// A recording to be predicted and not fitted; repeatable
     #[arg(long, value_name = "RUN")]
     holdout: Vec<PathBuf>,
@@ -118,8 +122,10 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         return Ok(ended(losses));
     }
     let choice = choice(args, usual_choice(&runs));
+    let instruments = if args.doubt_instruments { Instruments::Doubted } else { Instruments::Believed };
+    let wanted = Wanted { choice, only: None, instruments };
     let identified =
-        identify(&runs, &holdout, choice, &Settings::default()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
+        identify(&runs, &holdout, wanted, &Settings::default()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
 
     let mut config = Config::default();
     config.estimation.trim_window_s = args.trim_window;
