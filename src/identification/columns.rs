@@ -164,6 +164,19 @@ impl Columns {
         if count > 1.0 { libm::sqrt(sum / (count * (count - 1.0))) } else { 0.0 }
     }
 
+    /// Slope of a straight line through its samples in the trim's window, a second; NaN where there are too few.
+    pub fn trim_slope(&self, name: &str) -> f64 {
+        let Ok(values) = self.raw(name) else { return f64::NAN };
+        let end_s = self.times_s.first().map_or(f64::NAN, |first_s| first_s + self.trim_window_s);
+        let known = || self.times_s.iter().zip(values).filter(|(time_s, value)| **time_s <= end_s && value.is_finite());
+        let (t, x, count) = known().fold((0.0, 0.0, 0.0), |(t, x, count), (time_s, value)| (t + time_s, x + value, count + 1.0));
+        let (tt, tx) = known().fold((0.0, 0.0), |(tt, tx), (time_s, value)| {
+            let from = time_s - t / count;
+            (tt + from * from, tx + from * (value - x / count))
+        });
+        if tt > 0.0 { tx / tt } else { f64::NAN }
+    }
+
     /// Deviations from trim; NaN where not sampled.
     ///
     /// # Errors

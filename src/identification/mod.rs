@@ -10,9 +10,12 @@
 pub mod columns;
 pub mod datum;
 pub mod doubts;
+pub mod effective_damping;
 pub mod identify;
 pub mod kinematics;
 pub mod linear;
 pub mod prediction;
 pub mod roots;
 pub mod start;
+pub mod steady_sideslip;
+pub mod test_point;

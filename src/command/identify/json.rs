@@ -15,7 +15,7 @@ pub(super) fn document(identified: &Identified, by_run: &str) -> Result<Value, s
     Ok(document)
 }
 
-fn output_error(identified: &Identified) -> Value {
+pub(super) fn output_error(identified: &Identified) -> Value {
     let (fitted, structure) = (&identified.fitted, &identified.linear.structure);
     let names = identified.linear.derivatives.iter().map(|(axis, variable)| format!("{axis}_{variable}"));
     let numbers = fitted.theta.iter().zip(&fitted.std).zip(&fitted.std_cramer_rao).zip(&identified.starts);
@@ -54,7 +54,7 @@ fn output_error(identified: &Identified) -> Value {
     })
 }
 
-fn prediction(identified: &Identified, flown: &Flown) -> Value {
+pub(super) fn prediction(identified: &Identified, flown: &Flown) -> Value {
     let outputs = identified.linear.structure.outputs.iter().zip(&flown.scores);
     let channels: Map<String, Value> =
         outputs.map(|(name, score)| (name.clone(), score.as_ref().map_or(Value::Null, score_json))).collect();
@@ -74,7 +74,7 @@ fn score_json(score: &Score) -> Value {
     })
 }
 
-fn modes(identified: &Identified) -> Value {
+pub(super) fn modes(identified: &Identified) -> Value {
     let roots = match &identified.modes {
         Ok(roots) => roots,
         Err(reason) => return json!({ "reason": reason }),
