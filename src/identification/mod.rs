@@ -19,3 +19,4 @@ pub mod roots;
 pub mod start;
 pub mod steady_sideslip;
 pub mod test_point;
+pub mod velocity;

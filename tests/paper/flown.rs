@@ -3,6 +3,9 @@
 use crate::paper_cases::PaperCase;
 use crate::program::{ended, own, path, sideslip};
 use serde_json::Value;
+use sideslip::flight::run::RunGeometry;
+use sideslip::telemetry::record::Sample;
+use sideslip::telemetry::recording::Recording;
 use std::path::{Path, PathBuf};
 
 /// Pedal, then lateral cyclic.
@@ -10,8 +13,13 @@ pub(crate) const INPUTS: [(&str, &str); 2] = [("pedal", "pedal:3211:0.01:0.7"), 
 
 /// The model as a file, and a run with each input.
 pub(crate) fn flights(folder: &Path, case: &PaperCase, seed: u64) -> Vec<PathBuf> {
+    flown_by(folder, case, &case.model_file(), seed)
+}
+
+/// The same of a model file of that text.
+pub(crate) fn flown_by(folder: &Path, case: &PaperCase, text: &str, seed: u64) -> Vec<PathBuf> {
     let model = folder.join(format!("{}.toml", case.name));
-    std::fs::write(&model, case.model_file()).unwrap();
+    std::fs::write(&model, text).unwrap();
     let instruments = own("replay/instruments/flight-test.toml");
     let one = |(place, (control, input)): (usize, &(&str, &str))| {
         let file = folder.join(format!("{}-{control}-{seed}.csv", case.name));
@@ -35,4 +43,16 @@ pub(crate) fn identified(files: &[PathBuf], more: &[&str]) -> Value {
     eprintln!("{said}");
     assert!(status == 0 || status == 3, "{said}");
     serde_json::from_str(&out).unwrap()
+}
+
+/// A flight with the pedal as samples, and where its instruments stand.
+pub(crate) fn recorded(folder: &Path, case: &PaperCase, seed: u64) -> (RunGeometry, Vec<Sample>) {
+    let files = flights(folder, case, seed);
+    let mut recording = Recording::open(&files[0]).unwrap();
+    let geometry = *recording.info().geometry();
+    let mut samples = Vec::new();
+    while let Some(row) = recording.next_row().unwrap() {
+        samples.push(row.sample);
+    }
+    (geometry, samples)
 }

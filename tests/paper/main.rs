@@ -7,10 +7,15 @@
     reason = "a test fails by panicking and says what it measured"
 )]
 
+#[path = "../support/manoeuvre.rs"]
+mod manoeuvre;
 #[path = "../support/paper_cases.rs"]
 mod paper_cases;
 #[path = "../support/program.rs"]
 mod program;
 
+mod collapse;
 mod flown;
+mod monte_carlo;
+mod path;
 mod story;
