@@ -4,6 +4,7 @@
 //! where a channel was not sampled, and the values that the trim has. An input has to be known at every time: between its own
 //! samples it moves in a straight line, which is what every part of the program takes it to do.
 
+use super::held::hold;
 use crate::flight::run::RunGeometry;
 
 /// Longest stretch without a sample over which a straight line is drawn, s.
@@ -192,7 +193,20 @@ impl Columns {
     /// # Errors
     /// As for [`Columns::trim`], and [`ColumnError::Gap`].
     pub fn lines(&self, name: &str) -> Result<Vec<f64>, ColumnError> {
+        self.joined(name, self.deviations(name)?)
+    }
+
+    /// The same of a control, which is held still where its samples differ by their noise only: see [`super::held`].
+    ///
+    /// # Errors
+    /// As for [`Columns::lines`].
+    pub fn held(&self, name: &str) -> Result<Vec<f64>, ColumnError> {
         let mut values = self.deviations(name)?;
+        hold(&self.times_s, &mut values);
+        self.joined(name, values)
+    }
+
+    fn joined(&self, name: &str, mut values: Vec<f64>) -> Result<Vec<f64>, ColumnError> {
         let known: Vec<(usize, f64, f64)> = values
             .iter()
             .zip(&self.times_s)

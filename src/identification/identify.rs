@@ -16,7 +16,8 @@ pub enum Instruments {
     /// What they read is so but for noise and bias.
     #[default]
     Believed,
-    /// Scales, the trim's incidence and airspeed, and lateness are found too: see [`super::doubts`].
+    /// Scales, the trim's incidence and airspeed, and lateness are found too: see [`super::doubts`]; controls that stand still are
+    /// held still: see [`super::held`].
     Doubted,
 }
 
@@ -93,6 +94,11 @@ pub fn identify(runs: &[Columns], holdout: &[Columns], wanted: Wanted, settings:
     let mut linear = Linear::new(wanted.choice, runs, wanted.only.as_deref())?;
     let mut records = runs.iter().map(|run| linear.record(run)).collect::<Result<Vec<_>, _>>()?;
     let mut kept_back = holdout.iter().map(|run| linear.record(run)).collect::<Result<Vec<_>, _>>()?;
+    if wanted.instruments == Instruments::Doubted {
+        for (run, record) in runs.iter().zip(&mut records).chain(holdout.iter().zip(&mut kept_back)) {
+            linear.hold_controls(run, record)?;
+        }
+    }
     let starts = starts(&linear, &records);
     let mut fitted = fit(&linear.structure, &linear.parameters(&starts), &[], &records, settings)?;
     if wanted.instruments == Instruments::Doubted {

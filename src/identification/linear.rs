@@ -20,6 +20,7 @@ use super::columns::{ColumnError, Columns};
 use super::datum::Datum;
 use super::doubts::Doubt;
 use super::kinematics::{CHANNELS, beyond};
+use crate::flight::derivative::Variable;
 use crate::regression::output_error::{Entry, Parameter, Record, Structure};
 
 /// Names of what can be a state, in the order in which they are shown.
@@ -110,6 +111,10 @@ pub fn axis(state: &str) -> Option<char> {
         "r" => Some('N'),
         _ => None,
     }
+}
+
+fn is_control(name: &str) -> bool {
+    name == "tail_pitch" || Variable::from_name(name).is_some_and(|variable| Variable::CONTROLS.contains(&variable))
 }
 
 fn is_attitude(name: &str) -> bool {
@@ -227,6 +232,18 @@ impl Linear {
             inputs: chosen.chain(known).collect::<Result<_, _>>()?,
             outputs: self.choice.outputs.iter().map(|name| run.deviations(name)).collect::<Result<_, _>>()?,
         })
+    }
+
+    /// Puts controls that are held still in place of their noisy samples in a record of that run.
+    ///
+    /// # Errors
+    /// As for [`Linear::record`].
+    pub fn hold_controls(&self, run: &Columns, record: &mut Record) -> Result<(), ColumnError> {
+        let inputs = self.choice.inputs.iter().zip(&mut record.inputs);
+        for (name, values) in inputs.filter(|(name, _)| is_control(name)) {
+            *values = run.held(name)?;
+        }
+        Ok(())
     }
 
     /// An input over time; flow angles are brought from their vane to the centre of mass.

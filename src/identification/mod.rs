@@ -11,6 +11,7 @@ pub mod columns;
 pub mod datum;
 pub mod doubts;
 pub mod effective_damping;
+pub mod held;
 pub mod identify;
 pub mod kinematics;
 pub mod linear;

@@ -54,8 +54,15 @@ fn forced_longitudinal_terms_collapse_the_confidence() {
             let small: Vec<usize> = primary.map(place).to_vec();
             let forced = [Variable::P, Variable::R, Variable::U, Variable::W, Variable::Q].map(place);
             let mut whole = small.clone();
-            whole.extend(forced.into_iter().filter(|place| !small.contains(place)));
             let colour = Rules::of_the_paper().colour;
+            for place in forced.into_iter().filter(|place| !small.contains(place)) {
+                // What is a combination of the others to rounding cannot even be forced in.
+                let more = [whole.as_slice(), &[place]].concat();
+                if Fit::of(&design, &more, colour).is_ok() {
+                    whole = more;
+                }
+            }
+            assert!(whole.len() > small.len() + 1, "{name}");
             let (before, after) = (Fit::of(&design, &small, colour).unwrap(), Fit::of(&design, &whole, colour).unwrap());
             assert!(after.quality.r_squared >= before.quality.r_squared);
             let f = |of: &Fit, variable: Variable| {
