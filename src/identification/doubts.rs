@@ -1,4 +1,4 @@
-//! What the instruments may be wrong by, found with the derivatives: scales of vanes, airspeed and incidence of the trim, lateness.
+//! What the instruments may be wrong by, found with the derivatives: vanes' scales, the trim's airspeed and incidence, lateness.
 //!
 //! Consumes a structure and, of a first fit, what the model says of each run; produces the structure with further parameters,
 //! each known beforehand to [`SCALE`], [`SPEED`], [`INCIDENCE`] or [`LATENESS_S`] about nothing:

@@ -16,8 +16,8 @@ pub enum Instruments {
     /// What they read is so but for noise and bias.
     #[default]
     Believed,
-    /// Scales, the trim's incidence and airspeed, and lateness are found too: see [`super::doubts`]; controls that stand still are
-    /// held still: see [`super::held`].
+    /// Scales, the trim's incidence and airspeed, and lateness are found too: see [`super::doubts`]; controls that stand still
+    /// are held still: see [`super::held`].
     Doubted,
 }
 

@@ -6,7 +6,7 @@
 //!     V = int (ay + g cos(theta) sin(phi) + p w - r u) dt - (x r - z p)                                (1)
 //!     W = int (az + g cos(theta) cos(phi) + q u - p v) dt - (y p - x q)
 //! are the velocity but for what biases, the start and slow errors of attitude add, and the air data's velocity has that right:
-//!     u = U + sum_k c_k T_k(t),  c by least squares of (u measured - U), T_k Chebyshev's, one more every [`TERM_S`]   (2)
+//!     u = U + sum_k c_k T_k(t),  c by least squares of (u measured - U), T_k Chebyshev's, one more every 8 s   (2)
 //! Air data alone are noisy (0.3 m/s), and multiplied by a yaw rate that is a gust which nobody flew; of (2) only what is slow
 //! comes through, and neither a vane's scale nor the lag of pipes stands in the motion.
 //! Source: R. V. Jategaonkar, Flight Vehicle System Identification, 2006, ch. 10 (flight path reconstruction), in closed form.

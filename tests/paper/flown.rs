@@ -3,9 +3,6 @@
 use crate::paper_cases::PaperCase;
 use crate::program::{ended, own, path, sideslip};
 use serde_json::Value;
-use sideslip::flight::run::RunGeometry;
-use sideslip::telemetry::record::Sample;
-use sideslip::telemetry::recording::Recording;
 use std::path::{Path, PathBuf};
 
 /// Pedal, then lateral cyclic.
@@ -43,16 +40,4 @@ pub(crate) fn identified(files: &[PathBuf], more: &[&str]) -> Value {
     eprintln!("{said}");
     assert!(status == 0 || status == 3, "{said}");
     serde_json::from_str(&out).unwrap()
-}
-
-/// A flight with the pedal as samples, and where its instruments stand.
-pub(crate) fn recorded(folder: &Path, case: &PaperCase, seed: u64) -> (RunGeometry, Vec<Sample>) {
-    let files = flights(folder, case, seed);
-    let mut recording = Recording::open(&files[0]).unwrap();
-    let geometry = *recording.info().geometry();
-    let mut samples = Vec::new();
-    while let Some(row) = recording.next_row().unwrap() {
-        samples.push(row.sample);
-    }
-    (geometry, samples)
 }

@@ -1,4 +1,4 @@
-//! The paper's own story on flights of its models: Dutch roll against flight path, and where its regression collapses.
+//! The paper's own story on flights of its models: Dutch roll against flight path.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -14,7 +14,6 @@ mod paper_cases;
 #[path = "../support/program.rs"]
 mod program;
 
-mod collapse;
 mod flown;
 mod monte_carlo;
 mod path;
