@@ -70,7 +70,9 @@ fn run(model: &LinearModel, input: &str, seed: u64) -> Columns {
 }
 
 /// Value, standard error and bound of each derivative, then the Dutch roll's real and imaginary part.
-fn estimates(model: &LinearModel, seed: u64) -> Vec<(String, f64, f64, f64)> {
+///
+/// `None` where the link was lost for so long that the controls are not known.
+fn estimates(model: &LinearModel, seed: u64) -> Option<Vec<(String, f64, f64, f64)>> {
     let runs: Vec<Columns> = INPUTS.iter().enumerate().map(|(place, input)| run(model, input, 2 * seed + place as u64)).collect();
     let owned = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
     let choice = Choice {
@@ -79,7 +81,14 @@ fn estimates(model: &LinearModel, seed: u64) -> Vec<(String, f64, f64, f64)> {
         outputs: owned(&["beta", "p", "phi", "r", "ay"]),
     };
     let wanted = Wanted { choice, only: None, instruments: Belief::Doubted };
-    let found = identify(&runs, &[], wanted, &Settings::default()).unwrap();
+    let found = match identify(&runs, &[], wanted, &Settings::default()) {
+        Ok(found) => found,
+        Err(error) => {
+            assert!(error.to_string().contains("is not sampled from"), "seed {seed}: {error}");
+            eprintln!("seed {seed}: {error}");
+            return None;
+        }
+    };
     assert!(found.fitted.converged, "seed {seed}");
     let (fitted, pair) = (&found.fitted, found.modes.as_ref().unwrap()[1].clone());
     let pair = found.modes.unwrap().into_iter().find(|root| root.name == Some("dutch_roll")).unwrap_or(pair);
@@ -91,7 +100,7 @@ fn estimates(model: &LinearModel, seed: u64) -> Vec<(String, f64, f64, f64)> {
         .collect();
     all.push(("real".to_owned(), pair.real, pair.std_real, f64::NAN));
     all.push(("imag".to_owned(), pair.imag, pair.std_imag, f64::NAN));
-    all
+    Some(all)
 }
 
 fn truth(model: &LinearModel, name: &str) -> f64 {
@@ -110,8 +119,9 @@ fn truth(model: &LinearModel, name: &str) -> f64 {
 #[test]
 fn intervals_hold_the_truth_as_often_as_they_say() {
     let (model, count) = (model(), seeds(8));
-    let all = over_seeds(count, |seed| estimates(&model, seed));
-    let many = count as f64;
+    let all: Vec<_> = over_seeds(count, |seed| estimates(&model, seed)).into_iter().flatten().collect();
+    let many = all.len() as f64;
+    assert!(many > 0.9 * count as f64 - 1.0, "{many} of {count}");
     let (mut within, mut judged, mut missed) = (0.0, 0.0, Vec::new());
     for (place, (name, ..)) in all[0].iter().enumerate() {
         let known = truth(&model, name);
