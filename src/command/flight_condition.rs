@@ -91,7 +91,8 @@ pub(super) fn to_json(model: &FlightModel) -> Value {
     if flown.is_empty() { Value::Null } else { json!(flown) }
 }
 
-fn read_model(path: &Path, asked: &Asked, besides: &str) -> Result<FlightModel, Failure> {
+/// A model file, or the built-in one, trimmed as asked.
+pub(super) fn read_model(path: &Path, asked: &Asked, besides: &str) -> Result<FlightModel, Failure> {
     let told = |error: ModelError| told(path, error, besides);
     if path.as_os_str() == "puma" && !path.exists() {
         return FlightModel::parse(PUMA, asked).map_err(told);

@@ -4,6 +4,7 @@
 //! where a channel was not sampled, and the values that the trim has. An input has to be known at every time: between its own
 //! samples it moves in a straight line, which is what every part of the program takes it to do.
 
+use super::held::hold;
 use crate::flight::run::RunGeometry;
 
 /// Longest stretch without a sample over which a straight line is drawn, s.
@@ -151,6 +152,32 @@ impl Columns {
         }
     }
 
+    /// Standard error of that mean, from the scatter in its window, neighbours taken as independent; zero of fewer than two
+    /// samples or none.
+    pub fn trim_std(&self, name: &str) -> f64 {
+        let (Ok(values), Ok(mean)) = (self.raw(name), self.trim(name)) else { return 0.0 };
+        let end_s = self.times_s.first().map_or(f64::NAN, |first_s| first_s + self.trim_window_s);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (_, value) in self.times_s.iter().zip(values).filter(|(time_s, value)| **time_s <= end_s && value.is_finite()) {
+            sum += (value - mean) * (value - mean);
+            count += 1.0;
+        }
+        if count > 1.0 { libm::sqrt(sum / (count * (count - 1.0))) } else { 0.0 }
+    }
+
+    /// Slope of a straight line through its samples in the trim's window, a second; NaN where there are too few.
+    pub fn trim_slope(&self, name: &str) -> f64 {
+        let Ok(values) = self.raw(name) else { return f64::NAN };
+        let end_s = self.times_s.first().map_or(f64::NAN, |first_s| first_s + self.trim_window_s);
+        let known = || self.times_s.iter().zip(values).filter(|(time_s, value)| **time_s <= end_s && value.is_finite());
+        let (t, x, count) = known().fold((0.0, 0.0, 0.0), |(t, x, count), (time_s, value)| (t + time_s, x + value, count + 1.0));
+        let (tt, tx) = known().fold((0.0, 0.0), |(tt, tx), (time_s, value)| {
+            let from = time_s - t / count;
+            (tt + from * from, tx + from * (value - x / count))
+        });
+        if tt > 0.0 { tx / tt } else { f64::NAN }
+    }
+
     /// Deviations from trim; NaN where not sampled.
     ///
     /// # Errors
@@ -166,7 +193,20 @@ impl Columns {
     /// # Errors
     /// As for [`Columns::trim`], and [`ColumnError::Gap`].
     pub fn lines(&self, name: &str) -> Result<Vec<f64>, ColumnError> {
+        self.joined(name, self.deviations(name)?)
+    }
+
+    /// The same of a control, which is held still where its samples differ by their noise only: see [`super::held`].
+    ///
+    /// # Errors
+    /// As for [`Columns::lines`].
+    pub fn held(&self, name: &str) -> Result<Vec<f64>, ColumnError> {
         let mut values = self.deviations(name)?;
+        hold(&self.times_s, &mut values);
+        self.joined(name, values)
+    }
+
+    fn joined(&self, name: &str, mut values: Vec<f64>) -> Result<Vec<f64>, ColumnError> {
         let known: Vec<(usize, f64, f64)> = values
             .iter()
             .zip(&self.times_s)
@@ -213,6 +253,7 @@ mod tests {
         let nan = f64::NAN;
         let run = columns(&[0.0, 0.1, 0.2, 0.3, 0.4, 0.5], &[1.0, 3.0, nan, 7.0, nan, nan]);
         assert_eq!(run.trim("p"), Ok(2.0));
+        assert!((run.trim_std("p") - 1.0).abs() < 1e-12 && run.trim_std("q").abs() < 1e-12);
         let lines = run.lines("p").unwrap();
         assert!(
             lines.iter().zip([-1.0, 1.0, 3.0, 5.0, 5.0, 5.0]).all(|(found, known)| (found - known).abs() < 1e-12),

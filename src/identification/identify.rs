@@ -10,6 +10,35 @@ use super::roots::{Modes, modes};
 use super::start::starts;
 use crate::regression::output_error::{Fitted, Own, Record, Refused, Settings, fit, predict};
 
+/// Whether instruments are believed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Instruments {
+    /// What they read is so but for noise and bias.
+    #[default]
+    Believed,
+    /// Scales, the trim's incidence and airspeed, and lateness are found too: see [`super::doubts`]; controls that stand still
+    /// are held still: see [`super::held`].
+    Doubted,
+}
+
+/// What is wanted.
+#[derive(Clone, Debug)]
+pub struct Wanted {
+    /// States, inputs, outputs.
+    pub choice: Choice,
+    /// Those derivatives alone, by axis and variable; all without it.
+    pub only: Option<Vec<(char, String)>>,
+    /// Whether instruments are believed.
+    pub instruments: Instruments,
+}
+
+impl From<Choice> for Wanted {
+    /// All derivatives, instruments believed.
+    fn from(choice: Choice) -> Self {
+        Wanted { choice, only: None, instruments: Instruments::Believed }
+    }
+}
+
 /// What was identified.
 #[derive(Clone, Debug)]
 pub struct Identified {
@@ -61,24 +90,48 @@ impl From<ColumnError> for NotIdentified {
 ///
 /// # Errors
 /// [`NotIdentified`] with what is wrong.
-pub fn identify(runs: &[Columns], holdout: &[Columns], choice: Choice, settings: &Settings) -> Result<Identified, NotIdentified> {
-    let linear = Linear::new(choice, runs, None)?;
-    let records = runs.iter().map(|run| linear.record(run)).collect::<Result<Vec<_>, _>>()?;
-    let kept_back = holdout.iter().map(|run| linear.record(run)).collect::<Result<Vec<_>, _>>()?;
+pub fn identify(runs: &[Columns], holdout: &[Columns], wanted: Wanted, settings: &Settings) -> Result<Identified, NotIdentified> {
+    let mut linear = Linear::new(wanted.choice, runs, wanted.only.as_deref())?;
+    let mut records = runs.iter().map(|run| linear.record(run)).collect::<Result<Vec<_>, _>>()?;
+    let mut kept_back = holdout.iter().map(|run| linear.record(run)).collect::<Result<Vec<_>, _>>()?;
+    if wanted.instruments == Instruments::Doubted {
+        for (run, record) in runs.iter().zip(&mut records).chain(holdout.iter().zip(&mut kept_back)) {
+            linear.hold_controls(run, record)?;
+        }
+    }
     let starts = starts(&linear, &records);
-    let fitted = fit(&linear.structure, &linear.parameters(&starts), &[], &records, settings)?;
-    let modes = modes(&linear.structure, &fitted.theta, &fitted.cov);
+    let mut fitted = fit(&linear.structure, &linear.parameters(&starts), &[], &records, settings)?;
+    if wanted.instruments == Instruments::Doubted {
+        let own = |run: usize| fitted.runs.get(run).map(|run| run.predicted.as_slice()).unwrap_or_default();
+        let late = |(run, record): (usize, Record)| linear.doubted_record(record, own(run));
+        records = records.into_iter().enumerate().map(late).collect();
+        let still = still(&linear);
+        let flown = kept_back.into_iter().map(|record| {
+            let predicted = predict(&linear.structure, &fitted.theta, &[], &record, &still)?;
+            Ok(linear.doubted_record(record, &predicted))
+        });
+        kept_back = flown.collect::<Result<_, Refused>>()?;
+        linear.doubt();
+        fitted = fit(&linear.structure, &linear.doubted_parameters(&fitted), &[], &records, settings)?;
+    }
+    let modes =
+        modes(&linear.structure, &fitted.theta, &fitted.cov, &linear.datum.steps(linear.datum_std, &linear.choice.states));
     let fit =
         runs.iter().zip(records).zip(&fitted.runs).map(|((run, record), fitted)| flown(run, record, fitted.predicted.clone()));
     let fit = fit.collect();
-    let (states, outputs) = (linear.structure.states.len(), linear.structure.outputs.len());
-    let own = Own { initial_state: vec![0.0; states], state_bias: vec![0.0; states], output_bias: vec![0.0; outputs] };
+    let own = still(&linear);
     let flown_back = holdout.iter().zip(kept_back).map(|(run, record)| {
         let predicted = predict(&linear.structure, &fitted.theta, &[], &record, &own)?;
         Ok(flown(run, record, predicted))
     });
     let holdout = flown_back.collect::<Result<_, Refused>>()?;
     Ok(Identified { linear, starts, fitted, modes, fit, holdout })
+}
+
+/// In trim, nothing of a run's own.
+fn still(linear: &Linear) -> Own {
+    let (states, outputs) = (linear.structure.states.len(), linear.structure.outputs.len());
+    Own { initial_state: vec![0.0; states], state_bias: vec![0.0; states], output_bias: vec![0.0; outputs] }
 }
 
 fn flown(run: &Columns, record: Record, predicted: Vec<Vec<f64>>) -> Flown {

@@ -8,10 +8,12 @@
 //!     f_phi = p + tan(theta) (q sin(phi) + r cos(phi))     f_theta = q cos(phi) - r sin(phi)           (2)
 //! Products of deviations, and whatever a chosen set of states leaves out: pitch in a lateral model, say. Left out, they would
 //! be found in the derivatives instead. Source: the paper's (1) to (5).
-//! Numerics: deviations are measured, so their noise comes in, but multiplied by another deviation.
+//! Numerics: deviations are measured, so their noise comes in, but multiplied by another deviation; `velocity` keeps that of
+//! the air data small.
 
 use super::columns::{ColumnError, Columns};
-use super::linear::Datum;
+use super::datum::Datum;
+use super::velocity::{motion, of_air_data};
 use crate::flight::unit::STANDARD_GRAVITY as G0;
 
 /// Channels that (2) takes.
@@ -22,30 +24,15 @@ pub const CHANNELS: [&str; 8] = ["tas", "alpha", "beta", "p", "q", "r", "phi", "
 /// # Errors
 /// [`ColumnError`] where one of [`CHANNELS`] is missing or has a gap.
 pub fn beyond(run: &Columns, datum: &Datum, state: &str, variables: &[&String]) -> Result<Vec<f64>, ColumnError> {
-    let mut deviations = Vec::with_capacity(CHANNELS.len());
     let mut trims = [0.0; 8];
     for (channel, trim) in CHANNELS.into_iter().zip(&mut trims) {
         *trim = run.trim(channel)?;
-        deviations.push(run.lines(channel)?);
     }
-    let [x, y, z] = run.geometry.vane_position_m;
-    let at = |k: usize| -> [f64; 8] {
-        core::array::from_fn(|i| {
-            let moved = deviations.get(i).and_then(|values| values.get(k)).copied().unwrap_or(0.0);
-            trims[i] + moved
-        })
-    };
-    // u v w p q r phi theta at the centre of mass.
-    let motion = |[tas, alpha, beta, p, q, r, phi, theta]: [f64; 8]| {
-        let (alpha, beta) = (alpha - (p * y - q * x) / tas, beta - (r * x - p * z) / tas);
-        let (cos_beta, v) = (libm::cos(beta), tas * libm::sin(beta));
-        [tas * libm::cos(alpha) * cos_beta, v, tas * libm::sin(alpha) * cos_beta, p, q, r, phi, theta]
-    };
+    let motion = motion(run)?;
     let scale = if matches!(state, "alpha" | "beta") { 1.0 / datum.airspeed } else { 1.0 };
-    let trim = motion(trims);
+    let trim = of_air_data(run, trims);
     let at_trim = scale * full(state, trim);
-    let steps = (0..run.times_s.len()).map(|k| {
-        let now = motion(at(k));
+    let steps = motion.into_iter().map(|now| {
         let linear: f64 = variables.iter().map(|name| datum.known(state, name) * moved(name, now, trim)).sum();
         scale * full(state, now) - at_trim - linear
     });

@@ -17,15 +17,14 @@
 //! Source: the paper's (1) to (6) and (23), (24), linearised; R. V. Jategaonkar, Flight Vehicle System Identification, 2006.
 
 use super::columns::{ColumnError, Columns};
+use super::datum::Datum;
+use super::doubts::Doubt;
 use super::kinematics::{CHANNELS, beyond};
-use crate::flight::unit::STANDARD_GRAVITY as G0;
+use crate::flight::derivative::Variable;
 use crate::regression::output_error::{Entry, Parameter, Record, Structure};
 
 /// Names of what can be a state, in the order in which they are shown.
 pub const STATES: [&str; 10] = ["u", "v", "w", "p", "q", "r", "phi", "theta", "alpha", "beta"];
-
-/// Part by which trims of runs that are flown as one may differ in airspeed.
-pub const SAME_SPEED: f64 = 0.1;
 
 /// What is to be identified.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,19 +37,6 @@ pub struct Choice {
     pub outputs: Vec<String>,
 }
 
-/// The trim that a model is about: means over the runs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Datum {
-    /// V0, m/s.
-    pub airspeed: f64,
-    /// alpha0, theta0, phi0, rad.
-    pub alpha: f64,
-    /// See `alpha`.
-    pub theta: f64,
-    /// See `alpha`.
-    pub phi: f64,
-}
-
 /// A structure with the names of its parameters.
 #[derive(Clone, Debug)]
 pub struct Linear {
@@ -58,10 +44,14 @@ pub struct Linear {
     pub choice: Choice,
     /// The datum.
     pub datum: Datum,
+    /// Standard errors of the datum: airspeed, alpha, theta, phi.
+    pub datum_std: [f64; 4],
     /// For output error.
     pub structure: Structure,
     /// Axis and variable of each parameter.
     pub derivatives: Vec<(char, String)>,
+    /// What the instruments may be wrong by; parameters behind the derivatives.
+    pub doubts: Vec<Doubt>,
     /// States whose kinematics beyond the linear part are known, as further inputs behind those that were chosen.
     pub beyond: Vec<String>,
     /// What had to be left out or taken as something, in words.
@@ -123,72 +113,12 @@ pub fn axis(state: &str) -> Option<char> {
     }
 }
 
-fn is_attitude(name: &str) -> bool {
-    matches!(name, "phi" | "theta" | "psi")
+fn is_control(name: &str) -> bool {
+    name == "tail_pitch" || Variable::from_name(name).is_some_and(|variable| Variable::CONTROLS.contains(&variable))
 }
 
-impl Datum {
-    /// Means over the runs of their trims; what a run did not record is taken as zero, and noted.
-    ///
-    /// # Errors
-    /// [`NoModel`] where runs differ in airspeed, or one that is needed was not recorded.
-    pub fn of(runs: &[Columns], needs_speed: bool, notes: &mut Vec<String>) -> Result<Self, NoModel> {
-        let mut sums = [0.0; 4];
-        let mut first: Option<(String, f64)> = None;
-        for run in runs {
-            for (name, sum) in ["tas", "alpha", "theta", "phi"].into_iter().zip(&mut sums) {
-                match run.trim(name) {
-                    Ok(value) => *sum += value / runs.len() as f64,
-                    Err(error) if name == "tas" && needs_speed => return Err(error.into()),
-                    Err(_) if name == "tas" => {}
-                    Err(_) => notes.push(format!("{}: `{name}` in trim is not known and taken as zero", run.run)),
-                }
-            }
-            if let Ok(speed) = run.trim("tas") {
-                match &first {
-                    None => first = Some((run.run.clone(), speed)),
-                    Some((name, known)) if (speed - known).abs() > SAME_SPEED * known.abs() => {
-                        return Err(NoModel::Speeds {
-                            first: name.clone(),
-                            first_speed: *known,
-                            other: run.run.clone(),
-                            other_speed: speed,
-                        });
-                    }
-                    Some(_) => {}
-                }
-            }
-        }
-        let [airspeed, alpha, theta, phi] = sums;
-        Ok(Datum { airspeed, alpha, theta, phi })
-    }
-
-    /// The known coefficient of a variable in a state's row, (1) to (7).
-    pub fn known(&self, state: &str, variable: &str) -> f64 {
-        let Datum { airspeed: v0, alpha, theta, phi } = *self;
-        let (u0, w0) = (v0 * libm::cos(alpha), v0 * libm::sin(alpha));
-        let (sin_theta, cos_theta) = libm::sincos(theta);
-        let (sin_phi, cos_phi) = libm::sincos(phi);
-        match (state, variable) {
-            ("u", "q") => -w0,
-            ("u", "theta") => -G0 * cos_theta,
-            ("v", "p") => w0,
-            ("v", "r") => -u0,
-            ("v", "phi") => G0 * cos_theta * cos_phi,
-            ("w", "q") => u0,
-            ("w", "theta") => -G0 * sin_theta * cos_phi,
-            ("beta", "p") => libm::sin(alpha),
-            ("beta", "r") => -libm::cos(alpha),
-            ("beta", "phi") => G0 / v0 * cos_theta * cos_phi,
-            ("alpha", "q") | ("phi", "p") => 1.0,
-            ("alpha", "theta") => -G0 / v0 * sin_theta * cos_phi,
-            ("phi", "q") => sin_theta / cos_theta * sin_phi,
-            ("phi", "r") => sin_theta / cos_theta * cos_phi,
-            ("theta", "q") => cos_phi,
-            ("theta", "r") => -sin_phi,
-            _ => 0.0,
-        }
-    }
+fn is_attitude(name: &str) -> bool {
+    matches!(name, "phi" | "theta" | "psi")
 }
 
 impl Linear {
@@ -270,7 +200,17 @@ impl Linear {
         }
         notes.sort();
         notes.dedup();
-        Ok(Linear { choice, datum, structure, derivatives, beyond, notes })
+        let datum_std = Datum::std(runs);
+        Ok(Linear { choice, datum, datum_std, structure, derivatives, doubts: Vec::new(), beyond, notes })
+    }
+
+    /// What a parameter is called.
+    pub fn name(&self, place: usize) -> String {
+        let doubt = || place.checked_sub(self.derivatives.len()).and_then(|place| Some(self.doubts.get(place)?.name.clone()));
+        match self.derivatives.get(place) {
+            Some((axis, variable)) => format!("{axis}_{variable}"),
+            None => doubt().unwrap_or_default(),
+        }
     }
 
     /// Parameters with these starting values, by place.
@@ -292,6 +232,18 @@ impl Linear {
             inputs: chosen.chain(known).collect::<Result<_, _>>()?,
             outputs: self.choice.outputs.iter().map(|name| run.deviations(name)).collect::<Result<_, _>>()?,
         })
+    }
+
+    /// Puts controls that are held still in place of their noisy samples in a record of that run.
+    ///
+    /// # Errors
+    /// As for [`Linear::record`].
+    pub fn hold_controls(&self, run: &Columns, record: &mut Record) -> Result<(), ColumnError> {
+        let inputs = self.choice.inputs.iter().zip(&mut record.inputs);
+        for (name, values) in inputs.filter(|(name, _)| is_control(name)) {
+            *values = run.held(name)?;
+        }
+        Ok(())
     }
 
     /// An input over time; flow angles are brought from their vane to the centre of mass.

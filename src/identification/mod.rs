@@ -8,9 +8,16 @@
 //! Refused: a state or input that was not recorded, an equation without what it needs, runs that are no flights of one trim.
 
 pub mod columns;
+pub mod datum;
+pub mod doubts;
+pub mod effective_damping;
+pub mod held;
 pub mod identify;
 pub mod kinematics;
 pub mod linear;
 pub mod prediction;
 pub mod roots;
 pub mod start;
+pub mod steady_sideslip;
+pub mod test_point;
+pub mod velocity;

@@ -3,6 +3,8 @@
 //! Consumes A with its parameters and their covariance; produces roots. With a root lambda of A, x its right and y its left
 //! eigenvector, d lambda = y' dA x/(y' x), and by the delta method
 //!     var(g) = grad g' Sigma grad g     omega = |lambda|     zeta = -Re(lambda)/omega                  (1)
+//!     Pr(unstable) = Phi(Re(lambda)/std(Re(lambda))), Phi the normal distribution function             (2)
+//! with Sigma that of the derivatives and, beside it, the standard errors of the trim, whose numbers stand in A as known.
 //! Names by what the states are: with p, r and sideslip the faster pair is the Dutch roll, the fastest real root the roll, the
 //! slowest the spiral; with q and incidence the faster pair is the short period, a slower one the phugoid. A model that takes
 //! sideslip or incidence as an input has roots that are no modes of the aircraft.
@@ -37,6 +39,8 @@ pub struct Root {
     pub zeta: f64,
     /// See `zeta`.
     pub std_zeta: f64,
+    /// Probability that its real part is more than zero, (2).
+    pub probability_unstable: f64,
 }
 
 /// Roots of the model, or in words why they are no modes of the aircraft.
@@ -48,8 +52,8 @@ pub fn matrix(rows: &[Vec<Entry>], theta: &[f64]) -> DMatrix<f64> {
     DMatrix::from_fn(n, n, |i, j| rows.get(i).and_then(|row| row.get(j)).map_or(0.0, |entry| entry.value(theta)))
 }
 
-/// The modes, with the covariance of the parameters.
-pub fn modes(structure: &Structure, theta: &[f64], cov: &Dense) -> Modes {
+/// The modes, with the covariance of the parameters and what A moves by with each number of the trim (one standard error each).
+pub fn modes(structure: &Structure, theta: &[f64], cov: &Dense, datum_steps: &[DMatrix<f64>]) -> Modes {
     if let Some(input) =
         structure.inputs.iter().find(|name| matches!(name.as_str(), "beta" | "alpha" | "v" | "w" | "p" | "q" | "r"))
     {
@@ -74,17 +78,22 @@ pub fn modes(structure: &Structure, theta: &[f64], cov: &Dense) -> Modes {
         };
         let (ahead, behind) = (moved(step)?, moved(-step)?);
         for (slopes, root) in slopes.iter_mut().zip(&centre) {
-            let near = |roots: &[Complex<f64>]| {
-                roots.iter().copied().min_by(|a, b| (a - root).norm_sqr().total_cmp(&(b - root).norm_sqr())).unwrap_or(*root)
-            };
             if let Some(slope) = slopes.get_mut(place) {
-                *slope = (near(&ahead) - near(&behind)) / (2.0 * step);
+                *slope = (nearest(&ahead, *root) - nearest(&behind, *root)) / (2.0 * step);
             }
         }
     }
+    // By the trim's standard errors, behind the parameters.
+    let a = matrix(&structure.a, theta);
+    for step in datum_steps {
+        let (ahead, behind) = (upper(&(&a + step * PART))?, upper(&(&a - step * PART))?);
+        for (slopes, root) in slopes.iter_mut().zip(&centre) {
+            slopes.push((nearest(&ahead, *root) - nearest(&behind, *root)) / (2.0 * PART));
+        }
+    }
     let std = |gradient: &dyn Fn(Complex<f64>) -> f64, slopes: &[Complex<f64>]| {
-        let g: Vec<f64> = slopes.iter().map(|&slope| gradient(slope)).collect();
-        let mut var = 0.0;
+        let g: Vec<f64> = slopes.iter().take(count).map(|&slope| gradient(slope)).collect();
+        let mut var: f64 = slopes.iter().skip(count).map(|&slope| gradient(slope) * gradient(slope)).sum();
         for (i, gi) in g.iter().enumerate() {
             for (j, gj) in g.iter().enumerate() {
                 var += gi * gj * cov[(i, j)];
@@ -99,11 +108,13 @@ pub fn modes(structure: &Structure, theta: &[f64], cov: &Dense) -> Modes {
             let omega = libm::hypot(root.re, root.im);
             let zeta = if omega > 0.0 { -root.re / omega } else { 0.0 };
             let d_omega = |slope: Complex<f64>| if omega > 0.0 { (root.re * slope.re + root.im * slope.im) / omega } else { 0.0 };
+            let std_real = std(&|slope| slope.re, slopes);
             Root {
                 name: None,
                 real: root.re,
                 imag: root.im,
-                std_real: std(&|slope| slope.re, slopes),
+                std_real,
+                probability_unstable: above_zero(root.re, std_real),
                 std_imag: std(&|slope| slope.im, slopes),
                 omega,
                 std_omega: std(&d_omega, slopes),
@@ -114,6 +125,15 @@ pub fn modes(structure: &Structure, theta: &[f64], cov: &Dense) -> Modes {
         .collect();
     name(structure, &mut roots);
     Ok(roots)
+}
+
+fn nearest(roots: &[Complex<f64>], root: Complex<f64>) -> Complex<f64> {
+    roots.iter().copied().min_by(|a, b| (a - root).norm_sqr().total_cmp(&(b - root).norm_sqr())).unwrap_or(root)
+}
+
+/// (2); of a value without an error, what its sign says.
+fn above_zero(value: f64, std: f64) -> f64 {
+    if std > 0.0 { 0.5 * libm::erfc(-value / (core::f64::consts::SQRT_2 * std)) } else { f64::from(u8::from(value > 0.0)) }
 }
 
 /// Roots with an imaginary part of zero or more, the fastest first.
@@ -183,7 +203,7 @@ mod tests {
         let (k, c) = (4.0, 0.8);
         let entries = [[0.04, 0.002], [0.002, 0.01]];
         let cov = Dense::from_fn(2, 2, |i, j| entries[i][j]);
-        let found = modes(&structure, &[-k, -c], &cov).unwrap();
+        let found = modes(&structure, &[-k, -c], &cov, &[]).unwrap();
         let [pair] = found.as_slice() else { panic!("{found:?}") };
         assert_eq!(pair.name, Some("short_period"));
         assert!((pair.omega - 2.0).abs() < 1e-12 && (pair.zeta - 0.2).abs() < 1e-12);
@@ -192,6 +212,15 @@ mod tests {
         let (g0, g1) = (c / (4.0 * k * 2.0), -1.0 / 4.0);
         let by_hand = (g0 * g0 * 0.04 + 2.0 * g0 * g1 * 0.002 + g1 * g1 * 0.01f64).sqrt();
         assert!((pair.std_zeta - by_hand).abs() < 1e-8, "{} {by_hand}", pair.std_zeta);
+        assert!(pair.std_real > 0.0 && pair.probability_unstable < 1e-10, "{pair:?}");
+    }
+
+    #[test]
+    fn the_probability_of_instability_is_the_normal_distributions() {
+        for (value, known) in [(0.0, 0.5), (0.1, 0.841_344_746), (-0.1, 0.158_655_254), (-0.3, 0.001_349_898)] {
+            assert!((above_zero(value, 0.1) - known).abs() < 1e-9, "{value}");
+        }
+        assert!(above_zero(-0.1, 0.0) < 1e-12 && above_zero(0.1, 0.0) > 0.5);
     }
 
     #[test]
@@ -209,9 +238,9 @@ mod tests {
             initial_state: Vec::new(),
         };
         let cov = Dense::from_fn(1, 1, |_, _| 1e-4);
-        assert!(modes(&structure, &[-1.0], &cov).unwrap_err().contains("`beta` is an input"));
+        assert!(modes(&structure, &[-1.0], &cov, &[]).unwrap_err().contains("`beta` is an input"));
         structure.inputs = vec!["aileron".to_owned()];
-        let roots = modes(&structure, &[-1.0], &cov).unwrap();
+        let roots = modes(&structure, &[-1.0], &cov, &[]).unwrap();
         assert!(roots[0].name.is_none() && (roots[0].std_real - 0.01).abs() < 1e-12);
     }
 }

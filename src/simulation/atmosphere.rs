@@ -1,4 +1,4 @@
-//! The standard atmosphere: at what altitude the air has a given density.
+//! The standard atmosphere: at what altitude the air has a given density, and the other way round.
 //!
 //! Consumes a density (kg/m^3); produces the pressure altitude h (m, geopotential) at which air at rest has it, with
 //! T0 = 288.15 K, L = 6.5 K/km, p0 = 101325 Pa, R = 287.05287 J/(kg K), rho0 = p0/(R T0):
@@ -28,9 +28,20 @@ pub fn altitude_of(density: f64) -> f64 {
     TROPOPAUSE_M - R * coldest / STANDARD_GRAVITY * libm::log(share / at_tropopause)
 }
 
+/// The density at that altitude, kg/m^3: (1), (2) solved for it.
+pub fn density_at(altitude: f64) -> f64 {
+    let exponent = STANDARD_GRAVITY / (R * LAPSE) - 1.0;
+    let at = |altitude: f64| P0 / (R * T0) * libm::pow(1.0 - LAPSE * altitude / T0, exponent);
+    if !(altitude > TROPOPAUSE_M) {
+        return at(altitude);
+    }
+    let coldest = T0 - LAPSE * TROPOPAUSE_M;
+    at(TROPOPAUSE_M) * libm::exp(-STANDARD_GRAVITY / (R * coldest) * (altitude - TROPOPAUSE_M))
+}
+
 #[cfg(test)]
 mod tests {
-    use super::altitude_of;
+    use super::{altitude_of, density_at};
 
     #[test]
     fn it_is_the_table_of_the_standard() {
@@ -40,6 +51,7 @@ mod tests {
         {
             let found = altitude_of(density);
             assert!((found - altitude).abs() < 0.1, "{density}: {found} is not {altitude}");
+            assert!((density_at(altitude) / density - 1.0).abs() < 1e-5, "{altitude}");
         }
         assert!(altitude_of(f64::NAN).is_nan() && altitude_of(-1.0).is_nan());
     }

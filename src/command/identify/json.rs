@@ -15,7 +15,7 @@ pub(super) fn document(identified: &Identified, by_run: &str) -> Result<Value, s
     Ok(document)
 }
 
-fn output_error(identified: &Identified) -> Value {
+pub(super) fn output_error(identified: &Identified) -> Value {
     let (fitted, structure) = (&identified.fitted, &identified.linear.structure);
     let names = identified.linear.derivatives.iter().map(|(axis, variable)| format!("{axis}_{variable}"));
     let numbers = fitted.theta.iter().zip(&fitted.std).zip(&fitted.std_cramer_rao).zip(&identified.starts);
@@ -25,7 +25,12 @@ fn output_error(identified: &Identified) -> Value {
             json!({ "name": name, "value": value, "std": std, "std_cramer_rao": bound, "start": start, "runs": "all" })
         })
         .collect();
-    let name = |place: usize| parameters.get(place).map_or(Value::Null, |one| one["name"].clone());
+    let name = |place: usize| identified.linear.name(place);
+    let doubts = identified.linear.doubts.iter().enumerate().map(|(place, doubt)| {
+        let at = |values: &[f64]| values.get(identified.linear.derivatives.len() + place).copied();
+        json!({ "name": doubt.name, "value": at(&fitted.theta), "std": at(&fitted.std), "prior_std": doubt.prior_std, "runs": "all" })
+    });
+    parameters.extend(doubts);
     let pairs = fitted.correlated.iter();
     let correlated: Vec<Value> =
         pairs.map(|&(one, other, rho)| json!({ "pair": [name(one), name(other)], "rho": rho })).collect();
@@ -49,7 +54,7 @@ fn output_error(identified: &Identified) -> Value {
     })
 }
 
-fn prediction(identified: &Identified, flown: &Flown) -> Value {
+pub(super) fn prediction(identified: &Identified, flown: &Flown) -> Value {
     let outputs = identified.linear.structure.outputs.iter().zip(&flown.scores);
     let channels: Map<String, Value> =
         outputs.map(|(name, score)| (name.clone(), score.as_ref().map_or(Value::Null, score_json))).collect();
@@ -69,7 +74,7 @@ fn score_json(score: &Score) -> Value {
     })
 }
 
-fn modes(identified: &Identified) -> Value {
+pub(super) fn modes(identified: &Identified) -> Value {
     let roots = match &identified.modes {
         Ok(roots) => roots,
         Err(reason) => return json!({ "reason": reason }),
@@ -95,8 +100,9 @@ fn root_json(root: &Root) -> Value {
         json!({
             "real": root.real, "imag": root.imag, "omega": root.omega, "zeta": root.zeta,
             "std_real": root.std_real, "std_imag": root.std_imag, "std_omega": root.std_omega, "std_zeta": root.std_zeta,
+            "probability_unstable": root.probability_unstable,
         })
     } else {
-        json!({ "value": root.real, "std": root.std_real })
+        json!({ "value": root.real, "std": root.std_real, "probability_unstable": root.probability_unstable })
     }
 }

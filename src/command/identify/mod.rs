@@ -2,10 +2,15 @@
 
 mod equation;
 mod json;
+mod points;
+mod points_chart;
+mod points_text;
 mod read;
 mod report;
+mod simulated;
 mod table;
 
+use super::flight_condition::number;
 use super::mapping_input::read_mapping;
 use super::message;
 use super::output_file::{print, refuse_to_overwrite, write_json, write_whole};
@@ -13,14 +18,19 @@ use super::replay::run::{Files, From, Run};
 use super::stop::stopped_by_signals;
 use ::replay::Pace;
 use equation::Equation;
+use points::{TestPoint, test_point};
 use read::read;
 use sideslip::error::{Failure, Outcome};
-use sideslip::identification::identify::{identify, usual_choice};
+use sideslip::identification::columns::Columns;
+use sideslip::identification::identify::{Instruments, Wanted, identify, usual_choice};
 use sideslip::identification::linear::Choice;
+use sideslip::identification::test_point::{Condition, test_points};
 use sideslip::outputs::derivatives_json::derivatives_json;
 use sideslip::outputs::terminal::Style;
 use sideslip::pipeline::Config;
 use sideslip::regression::output_error::Settings;
+use sideslip::telemetry::mavlink::mapping::Config as Mapping;
+use simulated::Models;
 use std::path::PathBuf;
 
 const EXAMPLE: &str = "\
@@ -61,6 +71,10 @@ pub(crate) struct Args {
     /// Terms offered to --response: columns, products, powers, x*|x|, spline(x,knot)
     #[arg(long, value_name = "TERMS", value_delimiter = ';', requires = "response")]
     candidates: Vec<String>,
+    /// Find besides what the instruments are wrong by: scales of the vanes, airspeed and incidence of the trim, and how late each
+    /// output comes; standard errors then know of it
+    #[arg(long, conflicts_with = "response")]
+    doubt_instruments: bool,
     /// A recording to be predicted and not fitted; repeatable
     #[arg(long, value_name = "RUN")]
     holdout: Vec<PathBuf>,
@@ -70,6 +84,16 @@ pub(crate) struct Args {
     /// Length of the window at a run's start whose mean is its trim, s
     #[arg(long, value_name = "S", default_value_t = 1.0)]
     trim_window: f64,
+    /// Show the derivatives of this model beside: a model file (of several the one trimmed nearest to a test point), or puma,
+    /// which is trimmed at each test point's speed, climb and density; repeatable
+    #[arg(long, value_name = "FILE", conflicts_with = "response")]
+    model: Vec<PathBuf>,
+    /// Air density of the model's trim, kg/m^3 [default: the runs' own, or that of the standard atmosphere at their altitude]
+    #[arg(long, value_name = "KG/M3", requires = "model", value_parser = number("kg/m^3"))]
+    density: Option<f64>,
+    /// A recording with steady-heading sideslips, not fitted: N_v and L_v from what the controls hold; repeatable
+    #[arg(long, value_name = "RUN", conflicts_with = "response")]
+    sideslips: Vec<PathBuf>,
     /// Which message gives which channel, for recordings of MAVLink (TOML)
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -106,39 +130,42 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let style = if to_standard_output { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
     if let Some(response) = &args.response {
         let equation = Equation::select(&runs, response, &args.candidates)?;
-        let text = equation.text(style);
-        if to_standard_output {
-            message(format_args!("{}", text.trim_end()))
-        } else {
-            print(&text)?
-        }
+        say(&equation.text(style), to_standard_output)?;
         if let Some(json) = &args.json {
             write_json(json, &format!("{:#}\n", equation.document()))?;
         }
         return Ok(ended(losses));
     }
     let choice = choice(args, usual_choice(&runs));
-    let identified =
-        identify(&runs, &holdout, choice, &Settings::default()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
-
-    let mut config = Config::default();
-    config.estimation.trim_window_s = args.trim_window;
-    let stop = stopped_by_signals()?;
-    let mut played = Vec::new();
-    for file in &args.files {
-        let files = Files { log: None, smoothed: None };
-        played.push(Run::open(file, &args.set, &config, &mapping)?.play(&From::File, Pace::Max, &files, &stop)?);
+    let instruments = if args.doubt_instruments { Instruments::Doubted } else { Instruments::Believed };
+    let wanted = Wanted { choice, only: None, instruments };
+    let (sideslips, lost): (Vec<_>, Vec<_>) = read_all(&args.sideslips)?.into_iter().unzip();
+    losses.extend(lost);
+    let conditions: Vec<Condition> = runs.iter().map(Condition::of).collect();
+    let groups = test_points(&conditions);
+    if groups.len() > 1 || !args.model.is_empty() || !sideslips.is_empty() {
+        let points = by_test_point(args, &runs, &holdout, &sideslips, &groups, &wanted)?;
+        let by_run = by_run(args, &mapping)?;
+        let document = points_text::document(&points, &by_run).map_err(|error| Failure::Running(error.to_string()))?;
+        say(&points_text::text(&points, style), to_standard_output)?;
+        if let Some(json) = &args.json {
+            write_json(json, &format!("{document:#}\n"))?;
+        }
+        if let Some(folder) = &args.out {
+            std::fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
+            write_json(&folder.join("derivatives.json"), &format!("{document:#}\n"))?;
+            let page = points_chart::page(&points).map_err(|error| Failure::Running(error.to_string()))?;
+            write_whole(&folder.join("report.html"), |file| file.write_all(page.as_bytes()))?;
+        }
+        return Ok(ended(losses));
     }
-    let estimates: Vec<_> = played.iter().map(super::replay::run::Played::estimates).collect();
-    let by_run = derivatives_json(&estimates).map_err(|error| Failure::Running(error.to_string()))?;
+    let identified =
+        identify(&runs, &holdout, wanted, &Settings::default()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
+
+    let by_run = by_run(args, &mapping)?;
     let document = json::document(&identified, &by_run).map_err(|error| Failure::Running(error.to_string()))?;
 
-    let text = table::text(&identified, style);
-    if to_standard_output {
-        message(format_args!("{}", text.trim_end()))
-    } else {
-        print(&text)?
-    }
+    say(&table::text(&identified, style), to_standard_output)?;
     if let Some(json) = &args.json {
         write_json(json, &format!("{document:#}\n"))?;
     }
@@ -152,6 +179,62 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         }
     }
     Ok(ended(losses))
+}
+
+/// What `replay` says of each run by itself, as JSON.
+fn by_run(args: &Args, mapping: &Mapping) -> Result<String, Failure> {
+    let mut config = Config::default();
+    config.estimation.trim_window_s = args.trim_window;
+    let stop = stopped_by_signals()?;
+    let mut played = Vec::new();
+    for file in &args.files {
+        let files = Files { log: None, smoothed: None };
+        played.push(Run::open(file, &args.set, &config, mapping)?.play(&From::File, Pace::Max, &files, &stop)?);
+    }
+    let estimates: Vec<_> = played.iter().map(super::replay::run::Played::estimates).collect();
+    derivatives_json(&estimates).map_err(|error| Failure::Running(error.to_string()))
+}
+
+/// Each test point identified, beside the model trimmed there.
+fn by_test_point(
+    args: &Args,
+    runs: &[Columns],
+    holdout: &[Columns],
+    sideslips: &[Columns],
+    groups: &[Vec<usize>],
+    wanted: &Wanted,
+) -> Result<Vec<TestPoint>, Failure> {
+    let models = Models::new(&args.model, args.density);
+    let of = |group: &[usize]| group.iter().filter_map(|&place| runs.get(place).cloned()).collect::<Vec<_>>();
+    let conditions: Vec<Condition> =
+        groups.iter().map(|group| Condition::mean(&of(group).iter().map(Condition::of).collect::<Vec<_>>())).collect();
+    let at = |run: &Columns, place: usize| conditions.get(place).is_some_and(|one| one.is_near(&Condition::of(run)));
+    for (option, others) in [("--holdout", holdout), ("--sideslips", sideslips)] {
+        if let Some(run) = others.iter().find(|run| !(0..conditions.len()).any(|place| at(run, place))) {
+            let Condition { speed, path, .. } = Condition::of(run);
+            return Err(Failure::Input(format!(
+                "{option}: `{}` was flown at {speed:.1} m/s on a path of {:.1} degrees; expected a run of a test point that is fitted",
+                run.run,
+                path.to_degrees()
+            )));
+        }
+    }
+    let one = |(place, group): (usize, &Vec<usize>)| {
+        let condition = conditions.get(place).copied().unwrap_or_else(|| Condition::mean(&[]));
+        let kept: Vec<Columns> = holdout.iter().filter(|run| at(run, place)).cloned().collect();
+        let held: Vec<&Columns> = sideslips.iter().filter(|run| at(run, place)).collect();
+        test_point(&of(group), &kept, &held, wanted, models.at(&condition)?)
+    };
+    groups.iter().enumerate().map(one).collect()
+}
+
+/// The table, where the JSON leaves room for it.
+fn say(text: &str, json_on_standard_output: bool) -> Result<(), Failure> {
+    if json_on_standard_output {
+        message(format_args!("{}", text.trim_end()));
+        return Ok(());
+    }
+    print(text)
 }
 
 /// What was lost is said.

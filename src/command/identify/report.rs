@@ -12,18 +12,29 @@ use std::fmt::Write;
 
 /// A page without scripts, fonts or network: the table, and every run beside its model.
 pub(super) fn page(identified: &Identified) -> Result<String, ChartError> {
-    let mut page = String::from(
-        "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>Identification</title><style>\
-         body{font-family:sans-serif;max-width:1180px;margin:2em auto;padding:0 1em}\
-         pre{background:#f4f4f4;padding:1em;overflow-x:auto}svg{max-width:100%;height:auto}</style></head><body>\n",
-    );
+    let mut page = head("Identification");
     let _ = writeln!(page, "<h1>Identification</h1>\n<pre>{}</pre>", escaped(&table::text(identified, Style::Plain)));
+    runs_section(&mut page, identified)?;
+    page.push_str("</body></html>\n");
+    Ok(page)
+}
+
+/// How such a page begins.
+pub(super) fn head(title: &str) -> String {
+    format!(
+        "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title><style>\
+         body{{font-family:sans-serif;max-width:1180px;margin:2em auto;padding:0 1em}}\
+         pre{{background:#f4f4f4;padding:1em;overflow-x:auto}}svg{{max-width:100%;height:auto}}</style></head><body>\n",
+    )
+}
+
+/// Every run beside its model.
+pub(super) fn runs_section(page: &mut String, identified: &Identified) -> Result<(), ChartError> {
     let kinds = [("fitted", &identified.fit), ("predicted, not fitted", &identified.holdout)];
     for (how, flown) in kinds.iter().flat_map(|(how, runs)| runs.iter().map(move |run| (how, run))) {
         let _ = writeln!(page, "<h2>{} ({how})</h2>\n{}", escaped(&flown.run), svg(&panels(identified, flown))?);
     }
-    page.push_str("</body></html>\n");
-    Ok(page)
+    Ok(())
 }
 
 fn panels(identified: &Identified, flown: &Flown) -> Vec<Panel> {
@@ -54,7 +65,7 @@ fn unit(name: &str) -> &'static str {
     }
 }
 
-fn escaped(text: &str) -> String {
+pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 

@@ -1,6 +1,8 @@
 //! The answer for a person.
 
+use sideslip::identification::doubts::Doubt;
 use sideslip::identification::identify::{Flown, Identified};
+use sideslip::identification::roots::Root;
 use sideslip::outputs::terminal::{Style, measured};
 use std::fmt::Write;
 
@@ -32,8 +34,7 @@ pub(super) fn text(identified: &Identified, style: Style) -> String {
         let told = if fitted.does_not_belong.contains(&place) { "  not told apart from zero" } else { "" };
         let _ = writeln!(text, "  {name} {value:>12} {std:>10}   {bound:>10.2e}  {start:>10.4}{told}");
     }
-    let name =
-        |place: usize| linear.derivatives.get(place).map(|(axis, variable)| format!("{axis}_{variable}")).unwrap_or_default();
+    let name = |place: usize| linear.name(place);
     let (mut inseparable, mut hard): (Vec<_>, Vec<_>) = fitted.correlated.iter().partition(|(.., rho)| rho.abs() > INSEPARABLE);
     if !inseparable.is_empty() {
         let mut names: Vec<String> = inseparable.drain(..).flat_map(|&(one, other, _)| [name(one), name(other)]).collect();
@@ -49,6 +50,12 @@ pub(super) fn text(identified: &Identified, style: Style) -> String {
         let pairs = hard.drain(..).map(|&(one, other, rho)| format!("{} {} ({rho:.2})", name(one), name(other)));
         let _ = writeln!(text, "  hard to part (correlation): {}", pairs.collect::<Vec<_>>().join(", "));
     }
+    for (place, doubt) in linear.doubts.iter().enumerate() {
+        let at = |values: &[f64]| values.get(linear.derivatives.len() + place).copied().unwrap_or(f64::NAN);
+        let (value, std) = measured(at(&fitted.theta), at(&fitted.std));
+        let Doubt { name, prior_std, unit } = doubt;
+        let _ = writeln!(text, "  {name:<14} {value:>12} {std:>10}   (0 +- {prior_std} beforehand) {unit}");
+    }
     match &identified.modes {
         Err(reason) => {
             let _ = writeln!(text, "modes: none, for {reason}");
@@ -59,8 +66,11 @@ pub(super) fn text(identified: &Identified, style: Style) -> String {
                 if root.imag > 0.0 {
                     let (omega, std_omega) = measured(root.omega, root.std_omega);
                     let (zeta, std_zeta) = measured(root.zeta, root.std_zeta);
-                    let stable = if root.real > 0.0 { ", UNSTABLE" } else { "" };
-                    let _ = writeln!(text, "{name}: omega {omega} +- {std_omega} rad/s, zeta {zeta} +- {std_zeta}{stable}");
+                    let _ = writeln!(
+                        text,
+                        "{name}: omega {omega} +- {std_omega} rad/s, zeta {zeta} +- {std_zeta}; {}",
+                        stability(root)
+                    );
                 } else {
                     let (value, std) = measured(root.real, root.std_real);
                     let _ = writeln!(text, "{name}: {value} +- {std} 1/s");
@@ -78,6 +88,17 @@ pub(super) fn text(identified: &Identified, style: Style) -> String {
         let _ = writeln!(text, "note: {note}");
     }
     text
+}
+
+/// Whether a mode grows, with its probability.
+pub(super) fn stability(root: &Root) -> String {
+    let word = if root.real > 0.0 { "UNSTABLE" } else { "stable" };
+    let shown = match root.probability_unstable {
+        small if small < 0.001 => "below 0.001".to_owned(),
+        large if large > 0.999 => "above 0.999".to_owned(),
+        middle => format!("{middle:.3}"),
+    };
+    format!("{word}, probability of instability {shown}")
 }
 
 fn scores(text: &mut String, how: &str, flown: &Flown, identified: &Identified) {
