@@ -7,7 +7,8 @@
 //! Coherence below one is noise, another input, nonlinearity, or a segment too short for the response.
 //! Source: J. S. Bendat and A. G. Piersol, Random Data, 4th ed., 2010, ch. 9 and 11; M. B. Tischler and R. K. Remple, Aircraft
 //! and Rotorcraft System Identification, 2nd ed., 2012, ch. 7. In (2) 1/6 is the correlation of half-overlapped Hann segments.
-//! Numerics: a segment of L seconds tells frequencies from about 2/L on, 1/L apart.
+//! Numerics: a segment of L seconds tells frequencies from about 2/L on, 1/L apart; an output late by t loses about 13 (t/L)^2 of
+//! its coherence.
 
 use nalgebra::Complex;
 
@@ -161,12 +162,13 @@ mod tests {
 
     #[test]
     fn the_response_is_that_of_the_model_within_its_standard_errors() {
-        let (input, clean) = oscillator(7, 15_000);
+        let (input, clean) = oscillator(7, 30_000);
         let output: Vec<f64> = clean.iter().zip(noise(11, clean.len())).map(|(y, n)| y + 0.05 * n).collect();
         let frequencies: Vec<f64> = (2..20).map(|k| 0.45 * f64::from(k)).collect();
-        let exact = frequency_response(&input, &clean, INTERVAL_S, 30.0, &frequencies).unwrap();
-        let found = frequency_response(&input, &output, INTERVAL_S, 30.0, &frequencies).unwrap();
+        let exact = frequency_response(&input, &clean, INTERVAL_S, 60.0, &frequencies).unwrap();
+        let found = frequency_response(&input, &output, INTERVAL_S, 60.0, &frequencies).unwrap();
         let mut scores = Vec::new();
+        // At resonance the output is 1.7 s late: a segment of 60 s then misses 1 % of the coherence, one of 30 s 4 %.
         for (exact, found) in exact.iter().zip(&found) {
             let s = Complex::new(0.0, found.rad_s);
             let model = Complex::new(4.0, 0.0) / (s * s + s * 1.2 + 4.0);
