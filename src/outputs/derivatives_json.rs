@@ -174,7 +174,7 @@ mod tests {
     use super::*;
     use crate::flight::derivative::{Axis, Variable};
     use crate::modes::record::RealRoot;
-    use crate::regression::record::{EquationRecord, Reason, TermRecord};
+    use crate::regression::record::{EquationRecord, FrequencyTerm, Reason, TermRecord};
 
     #[test]
     fn the_document_has_the_form_that_programs_expect() {
@@ -182,7 +182,15 @@ mod tests {
         let yaw = &mut equations[Axis::N.index()];
         yaw.status = Status::Converged;
         yaw.terms
-            .push(TermRecord { variable: Some(Variable::Pedal), value: -1.5, std: 0.5, std_white: 0.0, step: 2, primary: true })
+            .push(TermRecord {
+                variable: Some(Variable::Pedal),
+                value: -1.5,
+                std: 0.3,
+                std_white: 0.0,
+                step: 2,
+                primary: true,
+                frequency: Some(FrequencyTerm { value: -0.5, std: 0.4 }),
+            })
             .unwrap();
         let derivatives = DerivativesRecord { time_s: 9.0, equations, lateral: None, excited: true };
         let spiral = Some(RealRoot { value: -0.01, std: f64::NAN });
@@ -213,7 +221,9 @@ mod tests {
         assert_eq!(first["consistency"], serde_json::json!({"beta": {"r2": 0.965}}));
         let term = &first["equations"]["N"]["terms"][0];
         assert_eq!(term["name"], "N_rudder");
-        assert_eq!((&term["partial_f"], &term["partial_f_white"]), (&9.0.into(), &serde_json::Value::Null));
+        assert_eq!((&term["partial_f"], &term["partial_f_white"]), (&25.0.into(), &serde_json::Value::Null));
+        assert_eq!(term["frequency"], serde_json::json!({"value": -0.5, "std": 0.4, "disagreement": 2.0}));
+        assert_eq!(first["equations"]["N"]["disagreement"], serde_json::json!({"name": "N_rudder", "standard_errors": 2.0}));
         assert_eq!(first["equations"]["X"]["reason"], "p, q and r come together too rarely or not at all");
         assert_eq!(first["equations"]["X"]["r2"], serde_json::Value::Null);
         assert_eq!(found["modes"], first["modes"]);

@@ -193,6 +193,18 @@ fn derivatives() -> Value {
             "step": { "type": "integer", "description": "step of the selection at which it entered; 0 for the bias" },
             "primary": flag("in the equation whatever its F"),
             "unit": text("unit of value, std and std_white"),
+            "frequency": object(
+                "the same term from the frequency domain; absent where there is none",
+                json!({
+                    "value": number("the derivative", "see unit"),
+                    "std": number("standard error, for an equation error that is white in the band", "see unit"),
+                    "disagreement": number("less the term's value, in combined standard errors", "1"),
+                }),
+            ),
+        });
+        let disagreement = json!({
+            "name": text("the term in which time and frequency domain disagree most"),
+            "standard_errors": number("frequency domain less time domain, in combined standard errors", "1"),
         });
         let equation = json!({
             "status": text("waiting, exciting, converging, converged, stale, not identifiable: reason"),
@@ -203,6 +215,7 @@ fn derivatives() -> Value {
             "samples": number("samples that it rests on", "1"),
             "residual_std": number("standard deviation of the residual", unit),
             "collinearity": number("largest condition index of the regressors", "1"),
+            "disagreement": object("of the frequency domain with the time domain; absent where there is none", disagreement),
         });
         equations.insert(axis.name().into(), object(&format!("equation of {}", axis.name()), equation));
     }

@@ -213,6 +213,8 @@ pub(super) struct TermJson {
     step: u8,
     primary: bool,
     unit: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frequency: Option<FrequencyJson>,
 }
 
 /// One equation; without numbers only its status.
@@ -224,6 +226,23 @@ pub(super) struct EquationJson {
     terms: Vec<TermJson>,
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     fit: Option<FitJson>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    disagreement: Option<DisagreementJson>,
+}
+
+/// The term in which the frequency domain disagrees most.
+#[derive(serde::Serialize)]
+struct DisagreementJson {
+    name: String,
+    standard_errors: f64,
+}
+
+/// A term as the band of frequencies tells it.
+#[derive(serde::Serialize)]
+struct FrequencyJson {
+    value: f64,
+    std: f64,
+    disagreement: Option<f64>,
 }
 
 #[derive(serde::Serialize)]
@@ -248,6 +267,11 @@ impl EquationJson {
             step: term.step,
             primary: term.primary,
             unit: derivative_unit(axis, term.variable),
+            frequency: term.frequency.map(|second| FrequencyJson {
+                value: second.value,
+                std: second.std,
+                disagreement: term.disagreement(),
+            }),
         };
         EquationJson {
             status: status_text(equation.status, controls),
@@ -259,6 +283,10 @@ impl EquationJson {
                 samples: equation.samples,
                 residual_std: equation.residual_std,
                 collinearity: equation.condition_index,
+            }),
+            disagreement: equation.disagreement().map(|(variable, standard_errors)| DisagreementJson {
+                name: TermName { axis, variable: Some(variable), controls }.to_string(),
+                standard_errors,
             }),
         }
     }

@@ -16,6 +16,9 @@ use std::io::IsTerminal;
 /// The widest line, columns.
 pub const WIDTH: usize = 100;
 
+/// Combined standard errors by which time and frequency domain may differ and still agree.
+const APART: f64 = 3.0;
+
 /// Whether text is coloured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Style {
@@ -108,6 +111,12 @@ impl Table<'_> {
             equation.samples,
             Digits(equation.condition_index, 2)
         )?;
+        if let Some((variable, apart)) = equation.disagreement() {
+            let name = TermName { axis: equation.axis, variable: Some(variable), controls: self.controls };
+            let agrees = if apart.abs() <= APART { "agrees" } else { "DISAGREES" };
+            let apart = format!("{:.1}", apart.abs());
+            writeln!(f, "     frequency domain {agrees}: at most {apart} combined standard errors apart, in {name}")?;
+        }
         let rows: Vec<_> = equation.terms.iter().map(|term| (term, measured(term.value, term.std))).collect();
         let wide = |text: fn(&(String, String)) -> &String| rows.iter().map(|(_, pair)| text(pair).len()).max().unwrap_or(0);
         let (value_width, std_width) = (wide(|pair| &pair.0), wide(|pair| &pair.1));
@@ -293,7 +302,15 @@ mod tests {
         let yaw = &mut equations[Axis::N.index()];
         *yaw = EquationRecord { r_squared: 0.98712, f_total: 1234.4, samples: 400.0, residual_std: 0.0123, ..yaw.clone() };
         yaw.status = Status::Converged;
-        let term = |variable, value, primary| TermRecord { variable, value, std: 0.01, std_white: 0.005, step: 2, primary };
+        let term = |variable, value, primary| TermRecord {
+            variable,
+            value,
+            std: 0.01,
+            std_white: 0.005,
+            step: 2,
+            primary,
+            frequency: None,
+        };
         for term in
             [term(None, 1e-7, false), term(Some(Variable::V), 0.018_23, true), term(Some(Variable::LatCyclic), -123_456.7, false)]
         {

@@ -1,5 +1,6 @@
 //! What the regression assumes: thresholds, forgetting, what counts as settled.
 
+use super::frequency::band::Band;
 use crate::flight::setting::ConfigError;
 use crate::flight::setting::{Setting, check};
 
@@ -24,6 +25,8 @@ pub struct Config {
     pub known_contribution: f64,
     /// Estimates must have stayed within two standard errors for so long, s.
     pub settled_s: f64,
+    /// Where the second estimator works.
+    pub band: Band,
 }
 
 impl Default for Config {
@@ -44,6 +47,7 @@ impl Config {
         known_relative: 0.1,
         known_contribution: 0.05,
         settled_s: 2.0,
+        band: Band::DEFAULT,
     };
 
     /// Checks every setting once.
@@ -62,6 +66,9 @@ impl Config {
             ("known relative to the response", self.known_contribution, 0.0, 1.0),
             ("settling time", self.settled_s, 0.0, 1e3),
         ];
-        check(&settings)
+        match check(&settings) {
+            Ok(()) => check(&self.band.settings()),
+            refused => refused,
+        }
     }
 }

@@ -9,6 +9,7 @@ pub mod candidate;
 pub mod colour;
 pub mod config;
 pub mod excitation;
+pub mod frequency;
 pub mod information;
 #[cfg(feature = "std")]
 pub mod output_error;

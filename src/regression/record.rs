@@ -92,6 +92,15 @@ impl Status {
     }
 }
 
+/// A term as the band of frequencies tells it, beside least squares over time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrequencyTerm {
+    /// The derivative, SI and radians.
+    pub value: f64,
+    /// Standard error, for an equation error that is white in the band.
+    pub std: f64,
+}
+
 /// One term of an equation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TermRecord {
@@ -107,6 +116,8 @@ pub struct TermRecord {
     pub step: u8,
     /// Whether it belongs to the equation whatever its F (a primary term) or was selected.
     pub primary: bool,
+    /// The second estimate, from the frequency domain, where there is one.
+    pub frequency: Option<FrequencyTerm>,
 }
 
 impl TermRecord {
@@ -118,6 +129,13 @@ impl TermRecord {
     /// Partial F ratio as in the paper, (22).
     pub fn partial_f_white(&self) -> f64 {
         (self.value / self.std_white) * (self.value / self.std_white)
+    }
+
+    /// The second estimate less the first, in combined standard errors; both come from the same flight, so where nothing
+    /// is wrong it is smaller than that of independent ones.
+    pub fn disagreement(&self) -> Option<f64> {
+        let second = self.frequency?;
+        Some((second.value - self.value) / libm::sqrt(second.std * second.std + self.std * self.std))
     }
 }
 
@@ -160,6 +178,13 @@ impl EquationRecord {
     /// The term of that variable, where it is in the equation.
     pub fn term(&self, variable: Variable) -> Option<&TermRecord> {
         self.terms.iter().find(|term| term.variable == Some(variable))
+    }
+
+    /// Where time and frequency domain disagree most: the variable, and by how many combined standard errors. The bias is
+    /// left out: the band does not reach down to it.
+    pub fn disagreement(&self) -> Option<(Variable, f64)> {
+        let told = self.terms.iter().filter_map(|term| Some((term.variable?, term.disagreement()?)));
+        told.max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()))
     }
 }
 

@@ -3,14 +3,16 @@
 //! Consumes the run's trim once and a [`SmoothedRecord`] an instant of the grid; produces a [`DerivativesRecord`] whenever
 //! asked, with a status where there is no number.
 
-use super::candidate::{self, REGRESSORS, SIGNALS, STILL, UNMOVED, is_primary, regressor, response};
+use super::candidate::{self, BIAS, REGRESSORS, SIGNALS, STILL, UNMOVED, is_primary, regressor, response};
 use super::colour;
 use super::config::Config;
 use super::excitation::Excitation;
+use super::frequency::estimate::Shared;
+use super::frequency::transforms::Transforms;
 use super::information::{Information, LAGS};
 use super::record::{
-    DerivativesRecord, EquationRecord, LATERAL, LateralDerivatives, MOTION, Reason, RegressionEvent, Status, TermRecord,
-    WholeDerivatives,
+    DerivativesRecord, EquationRecord, FrequencyTerm, LATERAL, LateralDerivatives, MOTION, Reason, RegressionEvent, Status,
+    TermRecord, WholeDerivatives,
 };
 use super::status::Settling;
 use super::stepwise::{Fit, Offer, Thresholds, fit};
@@ -54,6 +56,7 @@ pub struct Recursive {
     config: Config,
     trim: Option<TrimRecord>,
     information: Information<SIGNALS>,
+    transforms: Transforms,
     excitation: Excitation,
     excited: bool,
     excited_s: f64,
@@ -85,6 +88,7 @@ impl Recursive {
         Recursive {
             trim: None,
             information: Information::EMPTY,
+            transforms: Transforms::new(config.band, config.forgetting_s),
             excitation: Excitation::START,
             excited: false,
             excited_s: 0.0,
@@ -131,11 +135,13 @@ impl Recursive {
         };
         for _ in 0..missed.clamp(0.0, LAGS as f64) as usize {
             self.information.skip();
+            self.transforms.hole();
         }
         self.silent_s = 0.0;
         self.untrimmed(record, &trim);
         let Some(z) = candidate::signals(record, &trim) else {
             self.information.skip();
+            self.transforms.hole();
             self.quiet_s += record.interval_s;
             self.missing(record, &trim);
             return;
@@ -148,10 +154,12 @@ impl Recursive {
         }
         if excited {
             self.information.add(&z, libm::exp(-interval_s / self.config.forgetting_s));
+            self.transforms.add(&z, interval_s);
             self.excited_s += interval_s;
             self.quiet_s = 0.0;
         } else {
             self.information.skip();
+            self.transforms.hole();
             self.quiet_s += interval_s;
         }
     }
@@ -193,7 +201,7 @@ impl Recursive {
         self.age_s += elapsed_s;
         self.silent_s += elapsed_s;
         let mut fits: [Option<Fit>; AXES] = [const { None }; AXES];
-        let equations = Axis::ALL.map(|axis| {
+        let mut equations = Axis::ALL.map(|axis| {
             let refused = self.refusal(axis, instruments);
             let (equation, fit) = match refused {
                 Some(reason) => (EquationRecord::empty(axis, Status::NotIdentifiable(reason)), None),
@@ -202,6 +210,7 @@ impl Recursive {
             fits[axis.index()] = fit;
             equation
         });
+        self.second(&mut equations);
         for (i, axis) in Axis::ALL.into_iter().enumerate() {
             let status = equations[i].status;
             if core::mem::discriminant(&status) != core::mem::discriminant(&self.statuses[i]) {
@@ -212,6 +221,25 @@ impl Recursive {
         let lateral = self.lateral(&fits);
         self.whole = self.trim.as_ref().and_then(|trim| whole(trim, &fits, &equations));
         DerivativesRecord { time_s, equations, lateral, excited: self.excited }
+    }
+
+    /// The terms of every equation once more, from the band of frequencies.
+    fn second(&self, equations: &mut [EquationRecord; AXES]) {
+        let mut wanted = [false; REGRESSORS];
+        let place = |term: &TermRecord| term.variable.map_or(BIAS, regressor);
+        equations.iter().flat_map(|equation| &equation.terms).for_each(|term| wanted[place(term)] = true);
+        if !wanted.contains(&true) {
+            return;
+        }
+        let shared = Shared::new(&self.transforms, &wanted);
+        for equation in equations {
+            let order: Vec<usize, REGRESSORS> = equation.terms.iter().map(place).collect();
+            let Some(estimate) = shared.fit(&self.transforms, equation.axis, &order) else { continue };
+            for term in &mut equation.terms {
+                let place = place(term);
+                term.frequency = Some(FrequencyTerm { value: estimate.theta[place], std: estimate.std[place] });
+            }
+        }
     }
 
     /// The derivatives of all six equations as of the last record, where all have numbers.
@@ -316,6 +344,7 @@ impl Recursive {
                 std_white: libm::sqrt(cov_white[place][place]),
                 step: step as u8,
                 primary: offer.primary[place],
+                frequency: None,
             };
             let _ = equation.terms.push(term);
         }

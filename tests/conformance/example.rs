@@ -7,7 +7,7 @@ use sideslip::flight::log_head::LogHead;
 use sideslip::modes::record::{ModesRecord, Oscillation, RealRoot};
 use sideslip::outputs::mcap_log::{LogSummary, McapLog};
 use sideslip::outputs::record::{EventKind, EventRecord, Message};
-use sideslip::regression::record::{DerivativesRecord, EquationRecord, Reason, Status, TermRecord};
+use sideslip::regression::record::{DerivativesRecord, EquationRecord, FrequencyTerm, Reason, Status, TermRecord};
 use sideslip::telemetry::mcap::{Losses, SampleReader};
 use sideslip::telemetry::record::Sample;
 use std::io::{Cursor, Read, Seek};
@@ -76,7 +76,10 @@ fn derivatives(time_s: f64) -> Message {
     let yaw = &mut equations[5];
     yaw.status = Status::Converging;
     for variable in [None, Some(Variable::V), Some(Variable::Pedal)] {
-        yaw.terms.push(TermRecord { variable, value: time_s, std: 0.1, std_white: 0.05, step: 1, primary: true }).unwrap();
+        let frequency = Some(FrequencyTerm { value: time_s, std: 0.2 });
+        yaw.terms
+            .push(TermRecord { variable, value: time_s, std: 0.1, std_white: 0.05, step: 1, primary: true, frequency })
+            .unwrap();
     }
     Message::Derivatives(DerivativesRecord { time_s, equations, lateral: None, excited: true })
 }

@@ -29,6 +29,7 @@ mod allocation;
 mod determinism;
 mod error_autocovariance;
 mod firmware;
+mod frequency;
 mod output_error;
 mod recursive_batch;
 mod replay;

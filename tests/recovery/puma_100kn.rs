@@ -93,6 +93,34 @@ fn derivatives_and_dutch_roll_are_within_three_standard_errors_in_95_of_100_seed
 }
 
 #[test]
+fn the_frequency_domain_is_within_three_of_its_standard_errors_in_95_of_100_seeds() {
+    let Some(model) = puma_100kn() else { return };
+    let count = seeds(100);
+    let instruments = Instruments::flight_quality(1.0);
+    let all = over_seeds(count, |seed| {
+        let (derivatives, _) = estimate(&model, &INPUTS, &instruments, seed);
+        WANTED.map(|(axis, variable)| {
+            let second = derivatives.equations[axis.index()].term(variable).and_then(|term| term.frequency);
+            second.map_or(f64::INFINITY, |second| (second.value - model.derivative(axis, variable)) / second.std)
+        })
+    });
+    let mut failed = Vec::new();
+    for (place, (axis, variable)) in WANTED.into_iter().enumerate() {
+        let scores: Vec<f64> = all.iter().map(|one| one[place]).collect();
+        let within = scores.iter().filter(|score| score.abs() < 3.0).count();
+        let mean = scores.iter().sum::<f64>() / count as f64;
+        let spread = (scores.iter().map(|score| (score - mean) * (score - mean)).sum::<f64>() / count as f64).sqrt();
+        eprintln!(
+            "{axis:?} {variable:?}: {within} of {count} within 3 standard errors of the frequency domain; mean {mean:+.2}, spread {spread:.2}"
+        );
+        if (within as f64) < 0.95 * count as f64 || spread > 1.5 || mean.abs() > 0.75 {
+            failed.push((axis, variable));
+        }
+    }
+    assert!(failed.is_empty(), "outside their standard errors too often: {failed:?}");
+}
+
+#[test]
 fn perfect_instruments_give_the_model_back() {
     let Some(model) = puma_100kn() else { return };
     let (derivatives, modes) = estimate(&model, &INPUTS, &Instruments::perfect(), 0);

@@ -9,11 +9,14 @@
 
 #[path = "../support/manoeuvre.rs"]
 mod manoeuvre;
+#[path = "../support/puma.rs"]
+mod puma;
 
 mod amplitude;
 mod bound;
 mod budget;
 mod collapse;
+mod convergence;
 mod flown;
 mod honesty;
 mod lag;

@@ -3,15 +3,17 @@
 use super::{ABSENT, Header, StatusBody, at, flag, place, service};
 use crate::bus::error::BusError;
 use crate::flight::derivative::{AXES, Axis, Variable};
-use crate::regression::record::{DerivativesRecord, EquationRecord, LATERAL, LateralDerivatives, Status, TERMS, TermRecord};
+use crate::regression::record::{
+    DerivativesRecord, EquationRecord, FrequencyTerm, LATERAL, LateralDerivatives, Status, TERMS, TermRecord,
+};
 use iceoryx2::prelude::ZeroCopySend;
 
-const SCHEMA: &str = "sideslip.Derivatives.1";
+const SCHEMA: &str = "sideslip.Derivatives.2";
 
 /// One term, with the meaning of [`TermRecord`]; `variable` is its place, [`ABSENT`] for the bias.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("sideslip.Term.1")]
+#[type_name("sideslip.Term.2")]
 #[expect(missing_docs, reason = "the fields are those of the record")]
 pub struct TermBody {
     pub variable: u32,
@@ -20,12 +22,15 @@ pub struct TermBody {
     pub value: f64,
     pub std: f64,
     pub std_white: f64,
+    /// Of the frequency domain; NaN where there is none.
+    pub frequency_value: f64,
+    pub frequency_std: f64,
 }
 
 /// One axis' equation, with the meaning of [`EquationRecord`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("sideslip.Equation.1")]
+#[type_name("sideslip.Equation.2")]
 #[expect(missing_docs, reason = "the fields are those of the record")]
 pub struct EquationBody {
     pub axis: u32,
@@ -58,7 +63,7 @@ pub struct LateralBody {
 /// All equations at one time; `time_s` of the header is the record's.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("sideslip.Derivatives.1")]
+#[type_name("sideslip.Derivatives.2")]
 pub struct DerivativesPayload {
     /// Its header.
     pub header: Header,
@@ -71,7 +76,7 @@ pub struct DerivativesPayload {
     /// The lateral derivatives; zeros where they are not there.
     pub lateral: LateralBody,
 }
-service!(DerivativesPayload, "sideslip/derivatives", "sideslip.Derivatives.1", buffer 64, history 1);
+service!(DerivativesPayload, "sideslip/derivatives", "sideslip.Derivatives.2", buffer 64, history 1);
 
 impl EquationBody {
     fn new(record: &EquationRecord) -> Self {
@@ -83,6 +88,8 @@ impl EquationBody {
                 value: from.value,
                 std: from.std,
                 std_white: from.std_white,
+                frequency_value: from.frequency.map_or(f64::NAN, |second| second.value),
+                frequency_std: from.frequency.map_or(f64::NAN, |second| second.std),
             };
         }
         EquationBody {
@@ -109,6 +116,7 @@ impl EquationBody {
             };
             let step = u8::try_from(body.step_and_primary / 2);
             let found = body.step_and_primary.into();
+            let second = FrequencyTerm { value: body.frequency_value, std: body.frequency_std };
             let term = TermRecord {
                 variable,
                 value: body.value,
@@ -116,6 +124,7 @@ impl EquationBody {
                 std_white: body.std_white,
                 step: step.map_err(|_| BusError::Payload { schema: SCHEMA, field: "step", expected: "0 to 511", found })?,
                 primary: body.step_and_primary % 2 == 1,
+                frequency: second.value.is_finite().then_some(second),
             };
             record.terms.push(term).map_err(|_| wrong())?;
         }

@@ -1,0 +1,198 @@
+//! Measured frequency responses with coherence: what a record says of input and output before any model.
+//!
+//! Consumes an input and an output on a uniform grid; produces, at each frequency w asked for, from n segments that overlap by
+//! half, their means taken off, under a Hann window,
+//!     H = G_xy/G_xx,   G_xy = sum X^conj Y,   coherence = |G_xy|^2/(G_xx G_yy)                         (1)
+//!     std(|H|)/|H| = std(arg H) = sqrt((1 - coherence)/(2 n' coherence)),   n' = n/(1 + 2 (1 - 1/n)/36)  (2)
+//! Coherence below one is noise, another input, nonlinearity, or a segment too short for the response.
+//! Source: J. S. Bendat and A. G. Piersol, Random Data, 4th ed., 2010, ch. 9 and 11; M. B. Tischler and R. K. Remple, Aircraft
+//! and Rotorcraft System Identification, 2nd ed., 2012, ch. 7. In (2) 1/6 is the correlation of half-overlapped Hann segments.
+//! Numerics: a segment of L seconds tells frequencies from about 2/L on, 1/L apart; an output late by t loses about 13 (t/L)^2 of
+//! its coherence.
+
+use nalgebra::Complex;
+
+/// The response at one frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// The frequency, rad/s.
+    pub rad_s: f64,
+    /// H, output over input.
+    pub response: Complex<f64>,
+    /// Between 0 and 1.
+    pub coherence: f64,
+    /// (2): standard error of the gain over the gain, and of the phase, rad.
+    pub std: f64,
+}
+
+/// Why there is no response.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NoResponse {
+    /// Input and output are not of one length.
+    #[error("expected input and output of one length, found {input} and {output} samples")]
+    Lengths {
+        /// Samples of the input.
+        input: usize,
+        /// Samples of the output.
+        output: usize,
+    },
+    /// The record has fewer than three segments (two half-overlapped neighbours say too little), or a segment is a few samples.
+    #[error("expected a segment of 8 samples or more and a record of two segments, found {segment} samples in {record}")]
+    TooShort {
+        /// Samples of a segment.
+        segment: usize,
+        /// Samples of the record.
+        record: usize,
+    },
+    /// A frequency that the segments or the grid cannot tell.
+    #[error("expected frequencies from {from} to {to} rad/s, found {rad_s}")]
+    Frequency {
+        /// What was asked for, rad/s.
+        rad_s: f64,
+        /// The lowest, rad/s: two cycles a segment.
+        from: f64,
+        /// The highest, rad/s: half the sampling rate.
+        to: f64,
+    },
+    /// A value is no number, or a signal does not move.
+    #[error("expected an input and an output that move, and are numbers")]
+    Still,
+}
+
+/// The response (1) at each of the frequencies, rad/s, from segments of that length, s.
+///
+/// # Errors
+/// [`NoResponse`] with what is wrong.
+pub fn frequency_response(
+    input: &[f64],
+    output: &[f64],
+    interval_s: f64,
+    segment_s: f64,
+    frequencies: &[f64],
+) -> Result<Vec<Point>, NoResponse> {
+    if input.len() != output.len() {
+        return Err(NoResponse::Lengths { input: input.len(), output: output.len() });
+    }
+    let segment = libm::round(segment_s / interval_s) as usize;
+    if segment < 8 || input.len() < 2 * segment {
+        return Err(NoResponse::TooShort { segment, record: input.len() });
+    }
+    let (from, to) = (2.0 * std::f64::consts::TAU / segment_s, std::f64::consts::PI / interval_s);
+    if let Some(&rad_s) = frequencies.iter().find(|rad_s| !(**rad_s >= from * (1.0 - 1e-9) && **rad_s <= to)) {
+        return Err(NoResponse::Frequency { rad_s, from, to });
+    }
+    let window: Vec<f64> =
+        (0..segment).map(|k| 0.5 - 0.5 * libm::cos(std::f64::consts::TAU * (k as f64 + 0.5) / segment as f64)).collect();
+    let tapered = |signal: &[f64]| -> Vec<Vec<f64>> {
+        let segments = signal.windows(segment).step_by(segment / 2);
+        segments.map(|part| without_mean(part).zip(&window).map(|(x, w)| x * w).collect()).collect()
+    };
+    let (inputs, outputs) = (tapered(input), tapered(output));
+    let count = inputs.len() as f64;
+    let alone = count / (1.0 + 2.0 * (1.0 - 1.0 / count) / 36.0);
+    frequencies
+        .iter()
+        .map(|&rad_s| {
+            let (mut xx, mut yy, mut xy) = (0.0, 0.0, Complex::new(0.0, 0.0));
+            for (x, y) in inputs.iter().zip(&outputs) {
+                let (x, y) = (transform(x, rad_s * interval_s), transform(y, rad_s * interval_s));
+                xx += x.norm_sqr();
+                yy += y.norm_sqr();
+                xy += x.conj() * y;
+            }
+            if !(xx > 0.0 && yy > 0.0 && xy.norm_sqr().is_finite()) {
+                return Err(NoResponse::Still);
+            }
+            let coherence = (xy.norm_sqr() / (xx * yy)).min(1.0);
+            let std = libm::sqrt((1.0 - coherence) / (2.0 * alone * coherence));
+            Ok(Point { rad_s, response: xy / xx, coherence, std })
+        })
+        .collect()
+}
+
+fn without_mean(part: &[f64]) -> impl Iterator<Item = f64> {
+    let mean = part.iter().sum::<f64>() / part.len() as f64;
+    part.iter().map(move |x| x - mean)
+}
+
+fn transform(signal: &[f64], step_rad: f64) -> Complex<f64> {
+    let term = |(k, x): (usize, &f64)| {
+        let (sin, cos) = libm::sincos(-step_rad * k as f64);
+        Complex::new(cos, sin) * *x
+    };
+    signal.iter().enumerate().map(term).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sequence that looks random, uniform about zero, of variance one.
+    fn noise(seed: u64, count: usize) -> Vec<f64> {
+        let mut state = seed;
+        let step = |_| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            ((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * libm::sqrt(12.0)
+        };
+        (0..count).map(step).collect()
+    }
+
+    const INTERVAL_S: f64 = 0.02;
+
+    /// An input without much above 2 Hz, and the output of y'' + 2 zeta omega y' + omega^2 y = omega^2 u by many small steps.
+    fn oscillator(seed: u64, count: usize) -> (Vec<f64>, Vec<f64>) {
+        let (omega, zeta) = (2.0, 0.3);
+        let (mut u, mut slow, mut y, mut v) = (0.0, 0.0, 0.0, 0.0);
+        let mut signals = (Vec::new(), Vec::new());
+        for drive in noise(seed, count) {
+            signals.0.push(u);
+            signals.1.push(y);
+            slow += 0.2 * (drive - slow);
+            let next = u + 0.2 * (slow - u);
+            for part in 0..200 {
+                let now = u + (next - u) * (f64::from(part) + 0.5) / 200.0;
+                let h = INTERVAL_S / 200.0;
+                v += h * (omega * omega * (now - y) - 2.0 * zeta * omega * v);
+                y += h * v;
+            }
+            u = next;
+        }
+        signals
+    }
+
+    #[test]
+    fn the_response_is_that_of_the_model_within_its_standard_errors() {
+        let (input, clean) = oscillator(7, 30_000);
+        let output: Vec<f64> = clean.iter().zip(noise(11, clean.len())).map(|(y, n)| y + 0.05 * n).collect();
+        let frequencies: Vec<f64> = (2..20).map(|k| 0.45 * f64::from(k)).collect();
+        let exact = frequency_response(&input, &clean, INTERVAL_S, 60.0, &frequencies).unwrap();
+        let found = frequency_response(&input, &output, INTERVAL_S, 60.0, &frequencies).unwrap();
+        let mut scores = Vec::new();
+        // At resonance the output is 1.7 s late: a segment of 60 s then misses 1 % of the coherence, one of 30 s 4 %.
+        for (exact, found) in exact.iter().zip(&found) {
+            let s = Complex::new(0.0, found.rad_s);
+            let model = Complex::new(4.0, 0.0) / (s * s + s * 1.2 + 4.0);
+            assert!(exact.coherence > 0.97, "{exact:?}");
+            assert!((exact.response / model - 1.0).norm() < 0.05, "{exact:?} for {model}");
+            assert!(found.coherence <= exact.coherence);
+            let ratio = found.response / model;
+            scores.extend([(ratio.norm() - 1.0) / found.std, ratio.arg() / found.std]);
+        }
+        assert!(scores.iter().all(|score| score.abs() < 4.5), "{scores:?}");
+        let spread = (scores.iter().map(|score| score * score).sum::<f64>() / scores.len() as f64).sqrt();
+        assert!((0.5..1.8).contains(&spread), "{spread}");
+        // The gain falls with the square of the frequency and the noise does not: so does the coherence.
+        assert!(found[0].coherence > 0.9 && found[17].coherence < 0.9 * exact[17].coherence, "{found:?}");
+    }
+
+    #[test]
+    fn what_cannot_be_told_is_refused() {
+        let x = noise(3, 100);
+        let of =
+            |x: &[f64], y: &[f64], segment_s: f64, rad_s: f64| frequency_response(x, y, 0.1, segment_s, &[rad_s]).unwrap_err();
+        assert!(matches!(of(&x, &x[1..], 4.0, 4.0), NoResponse::Lengths { .. }));
+        assert!(matches!(of(&x, &x, 6.0, 4.0), NoResponse::TooShort { segment: 60, record: 100 }));
+        assert!(matches!(of(&x, &x, 4.0, 3.0), NoResponse::Frequency { .. }));
+        assert_eq!(of(&[1.0; 100], &x, 4.0, 4.0), NoResponse::Still);
+    }
+}
