@@ -6,7 +6,7 @@ use crate::flown::{SORTIE, candidate, own_biases, sortie};
 use crate::manoeuvre::{over_seeds, seeds};
 use crate::score::score;
 use sideslip::estimation::compatibility::verdict::{Candidate, check};
-use sideslip::flight::channel::Channel::{Beta, Phi, R, Tas};
+use sideslip::flight::channel::Channel::{Beta, Phi, R, Theta};
 use sideslip::flight::effect::Effect;
 
 #[test]
@@ -15,7 +15,7 @@ fn one_bad_run_is_told_from_the_others() {
         (0, Effect::SensorScale { channel: R, factor: 1.15 }),
         (0, Effect::SensorScale { channel: Beta, factor: 1.15 }),
         (1, Effect::SensorDelay { channel: Phi, delay: 0.12 }),
-        (0, Effect::SensorScale { channel: Tas, factor: 3600.0 / 1852.0 }),
+        (2, Effect::SensorDelay { channel: Theta, delay: 0.12 }),
     ];
     // Two of them where not the whole study is asked for.
     let whole = std::env::var_os("SIDESLIP_SEEDS").is_some();
