@@ -26,13 +26,18 @@ const CHANCE: f64 = 1e-5;
 const UNIT_PART: f64 = 0.05;
 /// Median change over the smallest (2 %) of a channel that does not go in steps; of normal noise it is 27.
 const FINE: f64 = 10.0;
+/// A jump beside nine of ten steps, and the samples on either side of it.
+const JUMP_STEPS: f64 = 8.0;
+const LEVEL: usize = 5;
 /// Fewer samples of a channel say nothing of what is usual.
 const COUNT_MIN: usize = 20;
 /// Median of the absolute value of normal noise, and the third difference's gain for white noise, (1) of `series`.
 const MEDIAN: f64 = 0.6745;
 const THIRD_GAIN: f64 = 4.472_135_954_999_579;
-/// A rate that counts as none, rad/s: the trim of a simulation without noise.
-const AT_REST: f64 = 1e-6;
+/// Part of a channel's whole span that counts as no motion: the trim of a simulation without noise.
+const ROUNDING: f64 = 1e-4;
+/// Neighbours of a spike are not further apart, s: what lasts longer may be the aircraft.
+const SPIKE_S: f64 = 0.13;
 
 const SCREENED: [Channel; 13] = [
     Channel::Ax,
@@ -91,9 +96,21 @@ pub struct Screened {
 /// One channel of the samples: place, time and value where it was sampled.
 type Line = Vec<(usize, f64, f64)>;
 
+/// A heading's full turns are taken out, as are bank's.
 fn line(samples: &[Sample], channel: Channel) -> Line {
     let sampled = samples.iter().enumerate().filter_map(|(place, sample)| Some((place, sample.time_s, sample.get(channel)?)));
-    sampled.collect()
+    if !matches!(channel, Channel::Psi | Channel::Phi) {
+        return sampled.collect();
+    }
+    let turn = 2.0 * core::f64::consts::PI;
+    let mut before: Option<f64> = None;
+    let unwrapped = sampled.map(|(place, time_s, value)| {
+        let value =
+            before.filter(|_| value.is_finite()).map_or(value, |before| value - turn * libm::round((value - before) / turn));
+        before = Some(value).filter(|value| value.is_finite()).or(before);
+        (place, time_s, value)
+    });
+    unwrapped.collect()
 }
 
 /// Takes damaged samples out; what was taken, by channel.
@@ -104,7 +121,7 @@ pub fn screen(samples: &mut [Sample]) -> Vec<Screened> {
         let broken = of(&readings, |value| !value.is_finite());
         take(samples, channel, Damage::NotFinite, &readings, &broken, &mut all);
         let readings = line(samples, channel);
-        let (low, high) = range(channel);
+        let (low, high) = limits(channel);
         let beyond = of(&readings, |value| value < low || value > high);
         if (beyond.len() as f64) <= UNIT_PART * readings.len() as f64 {
             take(samples, channel, Damage::OutOfRange, &readings, &beyond, &mut all);
@@ -116,8 +133,7 @@ pub fn screen(samples: &mut [Sample]) -> Vec<Screened> {
         // An altimeter goes in steps, whatever it is written as.
         let slow = channel == Channel::Altitude;
         let standing = standing(if slow { &none } else { readings }, |from_s, to_s| {
-            let other =
-                |other: usize| other != place && moves(SCREENED[other], lines.get(other).unwrap_or(readings), from_s, to_s);
+            let other = |other: usize| other != place && moves(lines.get(other).unwrap_or(readings), from_s, to_s);
             (0..SCREENED.len()).any(other)
         });
         take(samples, channel, Damage::Standing, readings, &standing, &mut all);
@@ -128,11 +144,16 @@ pub fn screen(samples: &mut [Sample]) -> Vec<Screened> {
     all
 }
 
+/// A heading may have gone round any number of times.
+fn limits(channel: Channel) -> (f64, f64) {
+    if channel == Channel::Psi { (f64::NEG_INFINITY, f64::INFINITY) } else { range(channel) }
+}
+
 /// A channel that is mostly beyond what any aircraft reaches, and how much of it.
 pub fn beyond(samples: &[Sample]) -> Option<(Channel, f64)> {
     SCREENED.into_iter().find_map(|channel| {
         let readings = line(samples, channel);
-        let (low, high) = range(channel);
+        let (low, high) = limits(channel);
         let part = of(&readings, |value| value < low || value > high).len() as f64 / readings.len().max(1) as f64;
         (part > UNIT_PART).then_some((channel, part))
     })
@@ -156,14 +177,16 @@ fn take(samples: &mut [Sample], channel: Channel, damage: Damage, readings: &Lin
     }
 }
 
-/// Whether a channel changes between two times; rates that are none do not.
-fn moves(channel: Channel, readings: &Line, from_s: f64, to_s: f64) -> bool {
+/// Whether a channel changes between two times, by more than rounding.
+fn moves(readings: &Line, from_s: f64, to_s: f64) -> bool {
+    let span = |readings: &[(usize, f64, f64)]| {
+        let ends = readings.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), one| (low.min(one.2), high.max(one.2)));
+        (ends.1 - ends.0).max(0.0)
+    };
     let from = readings.partition_point(|one| one.1 < from_s);
     let to = readings.partition_point(|one| one.1 <= to_s);
     let inside = readings.get(from..to).unwrap_or(&[]);
-    let rate = matches!(channel, Channel::P | Channel::Q | Channel::R);
-    let first = inside.first().map_or(0.0, |one| one.2);
-    inside.len() > 2 && inside.iter().any(|one| if rate { one.2.abs() > AT_REST } else { (one.2 - first).abs() > 0.0 })
+    inside.len() > 2 && span(inside) > ROUNDING * span(readings)
 }
 
 /// Stretches by (1), all but the first sample of each, where something else moves meanwhile.
@@ -212,7 +235,11 @@ fn spikes(readings: &Line) -> Vec<usize> {
     let mut taken = Vec::new();
     let mut k = 1;
     while k + 1 < values.len() {
-        match (1..=WIDTH_MAX).find(|&width| stands_out(&values, k, width, limit)) {
+        let brief = |width: usize| {
+            let [before, after] = [k - 1, k + width].map(|place| readings.get(place).map_or(f64::NAN, |one| one.1));
+            after - before <= SPIKE_S
+        };
+        match (1..=WIDTH_MAX).find(|&width| brief(width) && stands_out(&values, k, width, limit)) {
             Some(width) => {
                 taken.extend(k..k + width);
                 k += width + 1;
@@ -221,6 +248,33 @@ fn spikes(readings: &Line) -> Vec<usize> {
         }
     }
     taken
+}
+
+/// The first instant at which a channel goes to another level from one sample to the next, as nothing that flies does: the channel,
+/// the time and by how much. Levels are means over [`LEVEL`] samples, which have to be apart by what a spike has to stand out by
+/// and by far more than the channel changes within either.
+pub fn jump(samples: &[Sample]) -> Option<(Channel, f64, f64)> {
+    let slow = [Channel::Altitude, Channel::Ax, Channel::Ay, Channel::Az];
+    SCREENED.into_iter().filter(|channel| !slow.contains(channel)).find_map(|channel| {
+        let readings = line(samples, channel);
+        let values: Vec<f64> = readings.iter().map(|one| one.2).collect();
+        let changes = steps(&values);
+        if values.len() < COUNT_MIN {
+            return None;
+        }
+        let limit = JUMP_STEPS * quantile(changes, 0.9);
+        let at = (LEVEL..values.len().saturating_sub(LEVEL)).find(|&k| {
+            let (Some(before), Some(after)) = (values.get(k - LEVEL..k), values.get(k..k + LEVEL)) else { return false };
+            let mean = |part: &[f64]| part.iter().sum::<f64>() / LEVEL as f64;
+            let within = |part: &[f64]| steps(part).into_iter().fold(0.0, f64::max);
+            let step = values.get(k).zip(values.get(k - 1)).map_or(0.0, |(a, b)| (a - b).abs());
+            let brief = readings.get(k).zip(readings.get(k - 1)).is_some_and(|(a, b)| a.1 - b.1 <= SPIKE_S / 2.0);
+            let apart = (mean(after) - mean(before)).abs();
+            brief && step > limit && apart > 0.7 * step && within(before).max(within(after)) < 0.25 * step
+        })?;
+        let (time_s, by) = (readings.get(at)?.1, values.get(at)? - values.get(at - 1)?);
+        Some((channel, time_s, by))
+    })
 }
 
 fn stands_out(values: &[f64], from: usize, width: usize, limit: f64) -> bool {
@@ -313,6 +367,22 @@ mod tests {
         assert!(left + 20 > clipped && left < clipped, "{left} of {clipped}");
         assert!(said.iter().all(|one| one.channel != Channel::Altitude));
         assert_eq!(samples[100].get(Channel::P), None);
+    }
+
+    #[test]
+    fn a_jump_is_seen_and_a_heading_through_north_is_none() {
+        let mut samples = flown(1e-3);
+        for sample in &mut samples {
+            let heading = (6.0 + 0.05 * sample.time_s) % (2.0 * core::f64::consts::PI);
+            sample.set(Channel::Psi, heading);
+        }
+        assert_eq!((screen(&mut samples), jump(&samples)), (Vec::new(), None));
+        for sample in samples.iter_mut().filter(|sample| sample.time_s > 10.0) {
+            let jumped = sample.get(Channel::Phi).unwrap() + 0.1;
+            sample.set(Channel::Phi, jumped);
+        }
+        let (channel, time_s, by) = jump(&samples).unwrap();
+        assert!(channel == Channel::Phi && (time_s - 10.02).abs() < 0.021 && (by - 0.1).abs() < 0.01, "{time_s} {by}");
     }
 
     #[test]

@@ -114,6 +114,8 @@ pub fn identify(runs: &[Columns], holdout: &[Columns], wanted: Wanted, settings:
         linear.doubt();
         fitted = fit(&linear.structure, &linear.doubted_parameters(&fitted), &[], &records, settings)?;
     }
+    linear.notes.extend(coloured(&fitted));
+    linear.notes.extend(unexcited(&linear.choice, runs));
     let modes =
         modes(&linear.structure, &fitted.theta, &fitted.cov, &linear.datum.steps(linear.datum_std, &linear.choice.states));
     let fit =
@@ -128,6 +130,44 @@ pub fn identify(runs: &[Columns], holdout: &[Columns], wanted: Wanted, settings:
     Ok(Identified { linear, starts, fitted, modes, fit, holdout })
 }
 
+/// Corrected standard errors so many times those for white residuals (median) are said.
+const COLOURED: f64 = 5.0;
+/// Controls of one plane that move less than this part of the other's leave their own plane unexcited.
+const UNEXCITED: f64 = 0.2;
+
+/// Says where the residuals are far from white: then something acts that the model does not have.
+fn coloured(fitted: &Fitted) -> Option<String> {
+    let mut ratios: Vec<f64> = fitted.std.iter().zip(&fitted.std_cramer_rao).map(|(std, bound)| std / bound).collect();
+    ratios.retain(|ratio| ratio.is_finite());
+    ratios.sort_by(f64::total_cmp);
+    let ratio = *ratios.get(ratios.len() / 2).filter(|ratio| **ratio > COLOURED)?;
+    Some(format!(
+        "the residuals are far from white: standard errors are {ratio:.0} times what white ones would give, and may still be too \
+         small; something acts that this model does not have (a state, a nonlinearity, gusts, an instrument)"
+    ))
+}
+
+/// Says of a model of both planes which of them no control moved.
+fn unexcited(choice: &Choice, runs: &[Columns]) -> Option<String> {
+    let has = |name: &str| choice.states.iter().any(|state| state == name);
+    let moved = |names: &[&str]| {
+        let of_run = |run: &Columns, name: &str| run.deviations(name).map_or(0.0, |values| square_mean(&values));
+        let all = runs.iter().flat_map(|run| names.iter().map(move |name| of_run(run, name)));
+        libm::sqrt(all.fold(0.0, f64::max))
+    };
+    let longitudinal = moved(&["lon_cyclic", "collective", "elevator", "throttle"]);
+    let lateral = moved(&["lat_cyclic", "pedal", "aileron", "rudder"]);
+    let (axes, plane) = match (has("q") && has("p"), longitudinal < UNEXCITED * lateral, lateral < UNEXCITED * longitudinal) {
+        (true, true, _) => ("X Z M", "longitudinal"),
+        (true, _, true) => ("Y L N", "lateral"),
+        _ => return None,
+    };
+    Some(format!(
+        "{axes}: no {plane} control moved beside the others, so these derivatives hold what was left of that motion in these runs \
+         and are not the aircraft's; fly the {plane} controls too"
+    ))
+}
+
 /// In trim, nothing of a run's own.
 fn still(linear: &Linear) -> Own {
     let (states, outputs) = (linear.structure.states.len(), linear.structure.outputs.len());
@@ -139,14 +179,27 @@ fn flown(run: &Columns, record: Record, predicted: Vec<Vec<f64>>) -> Flown {
     Flown { run: run.run.clone(), record, predicted, scores }
 }
 
-/// What a person would choose who was not asked: the lateral motion with what measures it, or the longitudinal one where that
-/// was excited, over the controls that moved.
+/// What a person would choose who was not asked: of a helicopter all eight states, for its planes are coupled and a model of one
+/// finds the other's derivatives in its own; else the lateral motion with what measures it, or the longitudinal one where that was
+/// excited; over the controls that moved.
 pub fn usual_choice(runs: &[Columns]) -> Choice {
     let all = |name: &str| runs.iter().all(|run| run.has(name));
     let rms = |name: &str| {
         let of_run = |run: &Columns| run.deviations(name).map_or(0.0, |values| square_mean(&values));
         libm::sqrt(runs.iter().map(of_run).fold(0.0, f64::max))
     };
+    let owned = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
+    let moved = |names: &[&str]| -> Vec<String> {
+        let moved = |name: &&&str| all(name) && rms(name) > STILL_RAD;
+        names.iter().filter(moved).map(|&name| name.to_owned()).collect()
+    };
+    if all("lat_cyclic") && MEASURING_ALL.iter().all(|name| all(name)) {
+        return Choice {
+            states: owned(&["u", "w", "q", "theta", "v", "p", "phi", "r"]),
+            inputs: moved(&["lon_cyclic", "collective", "lat_cyclic", "pedal"]),
+            outputs: owned(&MEASURING_ALL),
+        };
+    }
     let longitudinal = rms("q") > rms("p").max(rms("r"));
     let states: &[&str] = match (longitudinal, all("beta"), all("alpha")) {
         (false, true, _) => &["v", "p", "phi", "r"],
@@ -160,18 +213,17 @@ pub fn usual_choice(runs: &[Columns]) -> Choice {
         (true, _, true) => &["alpha", "q", "az"],
         (true, _, false) => &["q"],
     };
-    let places: &[[&str; 2]] = if longitudinal {
-        &[["lon_cyclic", "elevator"], ["collective", "throttle"]]
+    let inputs = if longitudinal {
+        moved(&["lon_cyclic", "elevator", "collective", "throttle"])
     } else {
-        &[["lat_cyclic", "aileron"], ["pedal", "rudder"]]
+        moved(&["lat_cyclic", "aileron", "pedal", "rudder"])
     };
-    let owned = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
     let outputs = outputs.iter().copied().filter(|name| all(name)).collect::<Vec<_>>();
-    let moved = |name: &str| all(name) && rms(name) > STILL_RAD;
-    let inputs = places.iter().flatten().copied().filter(|name| moved(name)).collect::<Vec<_>>();
-    Choice { states: owned(states), inputs: owned(&inputs), outputs: owned(&outputs) }
+    Choice { states: owned(states), inputs, outputs: owned(&outputs) }
 }
 
+/// What measures all eight states and the forces on them.
+const MEASURING_ALL: [&str; 11] = ["tas", "alpha", "q", "theta", "beta", "p", "phi", "r", "ax", "ay", "az"];
 /// A control that moves less than this (rms, rad) stands still.
 const STILL_RAD: f64 = 5e-4;
 

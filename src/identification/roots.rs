@@ -6,8 +6,11 @@
 //!     Pr(unstable) = Phi(Re(lambda)/std(Re(lambda))), Phi the normal distribution function             (2)
 //! with Sigma that of the derivatives and, beside it, the standard errors of the trim, whose numbers stand in A as known.
 //! Names by what the states are: with p, r and sideslip the faster pair is the Dutch roll, the fastest real root the roll, the
-//! slowest the spiral; with q and incidence the faster pair is the short period, a slower one the phugoid. A model that takes
-//! sideslip or incidence as an input has roots that are no modes of the aircraft.
+//! slowest the spiral; with q and incidence the faster pair is the short period, a slower one the phugoid. Of a model of both
+//! planes a root is lateral where the lateral states have more than half of its participation factors,
+//!     p_k = |x_k y_k| / sum_j |x_j y_j|                                                               (3)
+//! A model that takes sideslip or incidence as an input has roots that are no modes of the aircraft.
+//! Source of (3): I. J. Perez-Arriaga, G. C. Verghese, F. C. Schweppe, IEEE Trans. PAS-101(9), 1982.
 //! Numerics: (1) with central differences of the roots over each parameter, a thousandth of its standard error wide, matched
 //! to the nearest root; first order, so fair while standard errors are small beside the roots' distances.
 
@@ -123,7 +126,7 @@ pub fn modes(structure: &Structure, theta: &[f64], cov: &Dense, datum_steps: &[D
             }
         })
         .collect();
-    name(structure, &mut roots);
+    name(structure, &a, &mut roots);
     Ok(roots)
 }
 
@@ -147,30 +150,67 @@ fn upper(a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, String> {
     Ok(roots)
 }
 
-fn name(structure: &Structure, roots: &mut [Root]) {
+fn name(structure: &Structure, a: &DMatrix<f64>, roots: &mut [Root]) {
     let has = |names: &[&str]| structure.states.iter().any(|state| names.contains(&state.as_str()));
     let lateral = has(&["p"]) && has(&["r"]) && has(&["v", "beta"]);
     let longitudinal = has(&["q"]) && has(&["w", "alpha"]);
-    // Of a model with both, the pairs are not told apart here.
-    if lateral == longitudinal {
-        return;
-    }
-    let mut pairs = roots.iter_mut().filter(|root| root.imag > 0.0);
-    let names = if lateral { ["dutch_roll", "lateral_phugoid"] } else { ["short_period", "phugoid"] };
-    for name in names {
-        if let Some(pair) = pairs.next() {
+    let sideways: Vec<bool> = structure.states.iter().map(|state| LATERAL.contains(&state.as_str())).collect();
+    // Of a model of one plane every root is that plane's.
+    let is_lateral: Vec<bool> = roots
+        .iter()
+        .map(|root| {
+            let both = lateral && longitudinal;
+            if both { part(a, Complex::new(root.real, root.imag), &sideways) > 0.5 } else { lateral }
+        })
+        .collect();
+    for (present, plane, names) in
+        [(lateral, true, ["dutch_roll", "lateral_phugoid"]), (longitudinal, false, ["short_period", "phugoid"])]
+    {
+        if !present {
+            continue;
+        }
+        let of_plane = roots.iter_mut().zip(&is_lateral).filter(|(_, own)| **own == plane);
+        let mut own: Vec<&mut Root> = of_plane.map(|(root, _)| root).collect();
+        for (pair, name) in own.iter_mut().filter(|root| root.imag > 0.0).zip(names) {
             pair.name = Some(name);
         }
-    }
-    if lateral {
-        let mut real: Vec<&mut Root> = roots.iter_mut().filter(|root| root.imag <= 0.0).collect();
-        if let Some(slowest) = real.last_mut() {
-            slowest.name = Some("spiral");
+        if plane {
+            let mut real: Vec<&mut &mut Root> = own.iter_mut().filter(|root| root.imag <= 0.0).collect();
+            if let Some(slowest) = real.last_mut() {
+                slowest.name = Some("spiral");
+            }
+            if let Some(fastest) = real.first_mut() {
+                fastest.name = Some("roll");
+            }
         }
-        if let Some(fastest) = real.first_mut() {
-            fastest.name = Some("roll");
-        }
     }
+}
+
+/// States of the lateral motion.
+const LATERAL: [&str; 6] = ["v", "beta", "p", "phi", "r", "psi"];
+/// How far from a root inverse iteration begins, relative.
+const BESIDE: f64 = 1e-7;
+
+/// The part that those states have in a root: (3) summed over them.
+fn part(a: &DMatrix<f64>, root: Complex<f64>, these: &[bool]) -> f64 {
+    let n = a.nrows();
+    let shift = root + Complex::new(BESIDE * (1.0 + root.norm()), 0.0);
+    let beside =
+        DMatrix::from_fn(n, n, |i, j| Complex::new(a[(i, j)], 0.0) - if i == j { shift } else { Complex::new(0.0, 0.0) });
+    let vector = |matrix: DMatrix<Complex<f64>>| {
+        let lu = matrix.lu();
+        let mut x = nalgebra::DVector::from_element(n, Complex::new(1.0, 0.3));
+        for _ in 0..3 {
+            x = lu.solve(&x)?;
+            let length = x.norm();
+            x /= Complex::new(length, 0.0);
+        }
+        Some(x)
+    };
+    let (Some(right), Some(left)) = (vector(beside.clone()), vector(beside.transpose())) else { return 0.0 };
+    let shares: Vec<f64> = right.iter().zip(left.iter()).map(|(x, y)| (x * y).norm()).collect();
+    let own: f64 = shares.iter().zip(these).filter(|(_, own)| **own).map(|(share, _)| share).sum();
+    own / shares.iter().sum::<f64>().max(f64::MIN_POSITIVE)
 }
 
 #[cfg(test)]
@@ -221,6 +261,42 @@ mod tests {
             assert!((above_zero(value, 0.1) - known).abs() < 1e-9, "{value}");
         }
         assert!(above_zero(-0.1, 0.0) < 1e-12 && above_zero(0.1, 0.0) > 0.5);
+    }
+
+    #[test]
+    fn roots_of_both_planes_are_told_apart_by_their_states() {
+        // A fast lateral pair, a slower longitudinal one, weakly coupled; roll and spiral.
+        let a = [
+            [-0.1, 0.0, 0.0, -50.0, 0.02, 0.0],
+            [-0.02, -2.0, 0.0, 0.1, 0.0, 0.01],
+            [0.0, 1.0, -0.02, 0.0, 0.0, 0.0],
+            [0.08, 0.0, 0.0, -0.3, 0.0, 0.01],
+            [0.01, 0.0, 0.0, 0.0, -0.6, 50.0],
+            [0.0, 0.02, 0.0, 0.0, -0.02, -0.7],
+        ];
+        let structure = Structure {
+            states: ["v", "p", "phi", "r", "w", "q"].map(str::to_owned).to_vec(),
+            inputs: vec!["pedal".to_owned()],
+            outputs: Vec::new(),
+            a: a.iter().map(|row| row.iter().map(|&value| fixed(value)).collect()).collect(),
+            b: Vec::new(),
+            c: Vec::new(),
+            d: Vec::new(),
+            state_bias: Vec::new(),
+            output_bias: Vec::new(),
+            initial_state: Vec::new(),
+        };
+        let roots = modes(&structure, &[], &Dense::from_fn(0, 0, |_, _| 0.0), &[]).unwrap();
+        let named = |name: &str| roots.iter().find(|root| root.name == Some(name)).map(|root| (root.real, root.imag));
+        let near = |name: &str, omega: f64| {
+            let (real, imag) = named(name).unwrap();
+            assert!((real.hypot(imag) / omega - 1.0).abs() < 0.1, "{name}: {real} {imag}");
+        };
+        // By each plane alone: sqrt(50 0.08 + 0.03), sqrt(50 0.02 + 0.42), 2, 0.02.
+        near("dutch_roll", 2.007);
+        near("short_period", 1.192);
+        near("roll", 2.0);
+        assert!(named("spiral").is_some_and(|(real, _)| real.abs() < 0.1), "{roots:?}");
     }
 
     #[test]

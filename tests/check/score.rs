@@ -167,7 +167,7 @@ pub(crate) fn score(verdict: &Verdict, errors: &[Effect]) -> Score {
     };
     for error in errors {
         let alone = verdict.corrections.iter().find_map(|one| Some((names(&one.effect, error)?, one.alternatives.is_empty())));
-        let rival = || verdict.corrections.iter().flat_map(|one| &one.alternatives).find_map(|one| names(one, error));
+        let rival = || verdict.corrections.iter().flat_map(|one| &one.alternatives).find_map(|one| names(&one.effect, error));
         match alone.or_else(|| rival().map(|off| (off, false))) {
             Some((off, only)) => {
                 let sized = off < 3.0;
@@ -176,7 +176,10 @@ pub(crate) fn score(verdict: &Verdict, errors: &[Effect]) -> Score {
                 score.among_rivals += usize::from(!only);
                 score.sized += usize::from(sized);
                 if !sized {
-                    let all = verdict.corrections.iter().flat_map(|one| std::iter::once(&one.effect).chain(&one.alternatives));
+                    let all = verdict
+                        .corrections
+                        .iter()
+                        .flat_map(|one| std::iter::once(&one.effect).chain(one.alternatives.iter().map(|other| &other.effect)));
                     let them: Vec<String> = all.map(|one| format!("{:?} +- {:.4}", one.effect, one.std.unwrap())).collect();
                     score.said.push(format!("{error:?} not sized: {them:?}"));
                 }
@@ -190,13 +193,13 @@ pub(crate) fn score(verdict: &Verdict, errors: &[Effect]) -> Score {
         }
     }
     for one in &verdict.corrections {
-        let all = || std::iter::once(&one.effect).chain(&one.alternatives);
+        let all = || std::iter::once(&one.effect).chain(one.alternatives.iter().map(|other| &other.effect));
         if errors.iter().any(|error| all().any(|declared| names(declared, error).is_some())) {
             continue;
         }
         score.wrong += usize::from(one.alternatives.is_empty());
         score.wrong_among_rivals += usize::from(!one.alternatives.is_empty());
-        let others: Vec<String> = one.alternatives.iter().map(|one| format!("{:?}", one.effect)).collect();
+        let others: Vec<String> = one.alternatives.iter().map(|one| format!("{:?}", one.effect.effect)).collect();
         let std = one.effect.std.unwrap();
         score.said.push(format!("{errors:?} gave {:?} +- {std:.4} F {:.0} or {others:?}", one.effect.effect, one.significance));
     }

@@ -57,7 +57,11 @@ fn instruments_of_the_flight_test_file() {
             }
             _ => false,
         };
-        named.push(std::iter::once(&one.effect).chain(&one.alternatives).any(|declared| theirs(&declared.effect)));
+        named.push(
+            std::iter::once(&one.effect)
+                .chain(one.alternatives.iter().map(|other| &other.effect))
+                .any(|declared| theirs(&declared.effect)),
+        );
     }
     let wrong = named.iter().filter(|theirs| !**theirs).count();
     eprintln!("{} findings in {count} flights, {wrong} of them not in the file", named.len());

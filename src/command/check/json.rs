@@ -50,7 +50,17 @@ fn correction(correction: &Correction, controls: ControlNames) -> Value {
     }
     document.insert("partial_f".to_owned(), json!(correction.significance));
     if !correction.alternatives.is_empty() {
-        let alternatives: Vec<Value> = correction.alternatives.iter().map(|one| Value::Object(effect(one, controls))).collect();
+        let alternatives: Vec<Value> = correction
+            .alternatives
+            .iter()
+            .map(|one| {
+                let mut document = effect(&one.effect, controls);
+                if let Some(vane) = one.vane {
+                    document.insert("shown_by".to_owned(), json!(vane.name(controls)));
+                }
+                Value::Object(document)
+            })
+            .collect();
         document.insert("alternatives".to_owned(), Value::Array(alternatives));
         document.insert("split_by".to_owned(), json!(correction.split_by));
     }

@@ -87,7 +87,7 @@ fn wrapped(text: &mut String, head: &str, items: impl Iterator<Item = String>) {
 fn correction(text: &mut String, one: &Correction, info: &RunInfo, controls: ControlNames) {
     let _ = writeln!(text, "  * {}", sentence(&one.effect, one.axis_stds_m, one.vane, controls));
     for other in &one.alternatives {
-        let _ = writeln!(text, "      or {}", sentence(other, [None; 3], None, controls));
+        let _ = writeln!(text, "      or {}", sentence(&other.effect, [None; 3], other.vane, controls));
     }
     if let (Effect::SensorScale { channel: Channel::Tas, factor }, Some(std)) = (one.effect.effect, one.effect.std)
         && let Some(unit) = speed_unit(factor, std)

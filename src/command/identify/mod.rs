@@ -43,8 +43,8 @@ Example:
 Every run goes through the pipeline of `replay` (smoothed states, stepwise regression); then output error finds one linear
 model over all runs: each has its own trim, initial state and biases, and the kinematics that a linear model leaves out are
 taken from the measurements. Standard errors are corrected for the colour of the residuals. What is neither state nor input is
-found in the derivatives of what is: of a helicopter, take all eight states, or the others as inputs. Without --states it takes
-the lateral motion, or the longitudinal one where that was excited. Runs of --holdout are predicted, not fitted.
+found in the derivatives of what is. Without --states it takes all eight of a helicopter whose planes are coupled; else the
+lateral motion, or the longitudinal one where that was excited. Runs of --holdout are predicted, not fitted.
 
 Exit status: 0 done; 1 failed while running; 2 the call or a recording is wrong; 3 done, with rows skipped. With --json - the
 table goes to standard error.";

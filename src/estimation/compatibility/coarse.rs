@@ -23,6 +23,9 @@ const PARTS: usize = 8;
 const A_MIN: f64 = 0.02;
 const CONTRARY: f64 = 0.5;
 const FOLLOWS: f64 = 0.25;
+/// A turned sign makes a up to four: where noise has a part in both, so much before and so little after will do.
+const OPPOSED: f64 = 1.5;
+const FOLLOWS_SOMEWHAT: f64 = 0.6;
 /// Twice a logarithm of odds, as F against ENTER of `select` but for the 40 errors that are tried.
 const TOLD: f64 = 24.0;
 const RIVAL: f64 = 6.0;
@@ -154,7 +157,9 @@ pub fn coarse(record: &Record) -> Option<Told> {
         }
         let after = agreement(record, Some(one));
         let pairs = || none.iter().zip(&after).enumerate().filter_map(|(k, (a, b))| Some((k, (*a)?, (*b)?)));
-        let mended = pairs().filter(|(_, a, b)| *a > CONTRARY && *b < FOLLOWS).max_by(|x, y| (x.1 / x.2).total_cmp(&(y.1 / y.2)));
+        let mended = pairs()
+            .filter(|(_, a, b)| *a > CONTRARY && *b < FOLLOWS || *a > OPPOSED && *b < FOLLOWS_SOMEWHAT && *a > 3.0 * b)
+            .max_by(|x, y| (x.1 / x.2).total_cmp(&(y.1 / y.2)));
         let spoilt = pairs().any(|(_, a, b)| a < FOLLOWS && b > CONTRARY);
         let lost = none.iter().zip(&after).take(OUTPUTS).any(|(a, b)| a.is_some() && b.is_none());
         if let Some((k, a, b)) = mended.filter(|_| !spoilt && !lost) {

@@ -7,6 +7,15 @@ use crate::flight::channel::Channel;
 use crate::flight::effect::{Effect, PositionedSensor};
 use crate::flight::effect_file::DeclaredEffect;
 
+/// What else an error may be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Alternative {
+    /// The effect, with its standard error.
+    pub effect: DeclaredEffect,
+    /// The one vane that it is of, where it is of one.
+    pub vane: Option<Channel>,
+}
+
 /// One instrument's error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Correction {
@@ -19,7 +28,7 @@ pub struct Correction {
     /// F against noise and what is normal.
     pub significance: f64,
     /// What else it may be.
-    pub alternatives: Vec<DeclaredEffect>,
+    pub alternatives: Vec<Alternative>,
     /// What would tell these apart; empty where there is one explanation.
     pub split_by: Vec<&'static str>,
     /// Of the bias of ax or ay: the angle, rad, by which accelerometers that are turned would read so much of gravity.
@@ -68,6 +77,8 @@ pub(super) fn merged(corrections: Vec<Correction>) -> Vec<Correction> {
                 other.axis_stds_m = stds;
                 other.effect = DeclaredEffect { effect: Effect::SensorPosition { sensor, offset_m }, std: stds[largest] };
                 other.alternatives.extend(one.alternatives);
+                // Values by run are of one axis, which would not be said.
+                other.by_run.clear();
                 let split_by = one.split_by.into_iter().filter(|words| !other.split_by.contains(words));
                 let split_by: Vec<&'static str> = split_by.collect();
                 other.split_by.extend(split_by);
@@ -76,29 +87,37 @@ pub(super) fn merged(corrections: Vec<Correction>) -> Vec<Correction> {
         }
     }
     for one in &mut merged {
-        one.alternatives = once(std::mem::take(&mut one.alternatives));
+        one.alternatives = once(one, one.alternatives.clone());
     }
     merged
 }
 
-/// Each explanation once: offsets of one sensor along several axes are one, with the standard error of the largest.
-fn once(explanations: Vec<DeclaredEffect>) -> Vec<DeclaredEffect> {
-    let largest = |offset: &[f64; 3]| offset.iter().fold(0.0f64, |most, part| most.max(part.abs()));
-    let sensor = |effect: &Effect| match effect {
+fn sensor(effect: &Effect) -> Option<PositionedSensor> {
+    match effect {
         Effect::SensorPosition { sensor, .. } => Some(*sensor),
         _ => None,
-    };
-    let alike =
-        |a: &Effect, b: &Effect| a.kind() == b.kind() && a.sensor_channel() == b.sensor_channel() && sensor(a) == sensor(b);
-    let mut all: Vec<DeclaredEffect> = Vec::new();
-    for one in explanations {
-        let same = all.iter_mut().find(|other| alike(&other.effect, &one.effect));
-        match (same, one.effect) {
+    }
+}
+
+/// Each explanation once, and none that is a part of the correction itself: offsets of one sensor along several axes are one, with
+/// the standard error of the largest.
+fn once(correction: &Correction, explanations: Vec<Alternative>) -> Vec<Alternative> {
+    let largest = |offset: &[f64; 3]| offset.iter().fold(0.0f64, |most, part| most.max(part.abs()));
+    let own = sensor(&correction.effect.effect);
+    let mut all: Vec<Alternative> = Vec::new();
+    for one in
+        explanations.into_iter().filter(|one| own.is_none() || sensor(&one.effect.effect) != own || one.vane != correction.vane)
+    {
+        let alike = |other: &&mut Alternative| {
+            let (a, b) = (&other.effect.effect, &one.effect.effect);
+            a.kind() == b.kind() && a.sensor_channel() == b.sensor_channel() && sensor(a) == sensor(b) && other.vane == one.vane
+        };
+        match (all.iter_mut().find(alike), one.effect.effect) {
             (None, _) => all.push(one),
             (Some(other), Effect::SensorPosition { offset_m: added, .. }) => {
-                let Effect::SensorPosition { ref mut offset_m, .. } = other.effect else { continue };
+                let Effect::SensorPosition { ref mut offset_m, .. } = other.effect.effect else { continue };
                 if largest(&added) > largest(offset_m) {
-                    other.std = one.std;
+                    other.effect.std = one.effect.std;
                 }
                 for (part, more) in offset_m.iter_mut().zip(added) {
                     *part = if part.abs() < more.abs() { more } else { *part };

@@ -2,14 +2,16 @@
 
 use super::agreement::agreement;
 use super::alone::Alone;
-use super::correction::{Correction, effect_of, merged, splits};
+use super::coarse::speed_unit;
+use super::correction::{Alternative, Correction, effect_of, merged, splits};
 use super::fit::{Run, parameter_at, place_of};
 use super::observable::{absent, doubted, drowned, idle, idled, motion, turned};
-use super::parameter::{BIAS, Kind, STANDING, Theta};
+use super::parameter::{BIAS, INPUT_CHANNELS, Kind, STANDING, Theta};
 use super::record::Record;
 use super::select::{Fault, Found, is_gusty, is_stirred};
+use super::series::Series;
 use super::verdict::{Fitness, Verdict};
-use crate::flight::channel::Channel;
+use crate::flight::channel::{Channel, ControlNames};
 use crate::flight::effect::Effect;
 use crate::flight::effect_file::DeclaredEffect;
 use crate::flight::unit::STANDARD_GRAVITY;
@@ -20,6 +22,11 @@ const R2_FIT: f64 = 0.9;
 /// far below; and the standard deviation from which an angle moves, rad.
 const R2_CONTRARY: f64 = -0.5;
 const MOVES_RAD: f64 = 0.01;
+/// Factors beyond which no instrument reads.
+const FACTOR_MIN: f64 = 0.5;
+const FACTOR_MAX: f64 = 1.5;
+/// Mean of an accelerometer from which a turned sign makes a bias, m/s^2.
+const TURNED_MEAN: f64 = 0.05;
 /// Standard errors that an error has to exceed in stirred air, where gusts that go with the motion are no noise: flights with
 /// healthy instruments in gusts of 0.3 m/s feigned up to eight.
 const STIRRED_STDS: f64 = 10.0;
@@ -29,6 +36,8 @@ pub(super) fn judged(name: &str, found: &Found, number: usize, names: &[String],
     let run = found.runs.get(number)?;
     let mut corrections: Vec<Correction> = Vec::new();
     let mut doubts: Vec<String> = Vec::new();
+    let mut unfit = None;
+    let mut rough = is_gusty(run);
     for fault in &found.faults {
         let (parameter, own) = parameter_at(fault.name.place);
         if own.is_some_and(|own| own != number) || !run.active.contains(&parameter.index) {
@@ -46,17 +55,23 @@ pub(super) fn judged(name: &str, found: &Found, number: usize, names: &[String],
             doubts.push(doubted(parameter, &reason, fault.value, fault.std));
             continue;
         }
+        // What is told of all runs is told by the roughest of them too.
+        let stirred = is_stirred(run) || own.is_none() && found.runs.iter().any(is_stirred);
         let stands_out = fault.value.abs() > STIRRED_STDS * fault.std;
-        if parameter.is_feigned_by_gusts() && (is_gusty(run) || is_stirred(run) && !stands_out) {
+        if parameter.is_feigned_by_gusts() && (is_gusty(run) || stirred && !stands_out) {
             doubts.push(doubted(parameter, "the air is too rough in this run", fault.value, fault.std));
+            rough = true;
             continue;
         }
         let Some((value, std)) = in_run(found, number, fault) else { continue };
         let Some((effect, vane)) = effect_of(fault.name, value) else { continue };
-        let alternatives: Vec<DeclaredEffect> = fault
+        let alternatives: Vec<Alternative> = fault
             .rivals
             .iter()
-            .filter_map(|&(name, value, std, _)| Some(DeclaredEffect { effect: effect_of(name, value)?.0, std: Some(std) }))
+            .filter_map(|&(name, value, std, _)| {
+                let (effect, vane) = effect_of(name, value)?;
+                Some(Alternative { effect: DeclaredEffect { effect, std: Some(std) }, vane })
+            })
             .collect();
         let by_run = if own.is_none() && parameter.kind != Kind::Bias {
             alone
@@ -67,6 +82,27 @@ pub(super) fn judged(name: &str, found: &Found, number: usize, names: &[String],
         } else {
             Vec::new()
         };
+        // No instrument reads so: something else is wrong with the channel, and a factor fits it best.
+        if let Effect::SensorScale { channel, factor } = effect
+            && !(FACTOR_MIN..=FACTOR_MAX).contains(&factor)
+            && !(channel == Channel::Tas && speed_unit(factor, std).is_some())
+        {
+            doubts.push(doubted(parameter, "no instrument reads so", fault.value, fault.std));
+            unfit = Some(format!(
+                "{} contradicts the others as no error of an instrument does ({factor:.2} times the truth would fit best): a jump, \
+                 damaged samples, or another channel",
+                channel.name(ControlNames::Rotorcraft)
+            ));
+            continue;
+        }
+        if let Effect::SensorBias { channel: channel @ (Channel::Ax | Channel::Ay), value } = effect
+            && reads_turned(run, channel, value, std)
+        {
+            unfit = Some(format!(
+                "{} reads like one with its sign turned: its bias would be twice its mean, which is not told apart",
+                channel.name(ControlNames::Rotorcraft)
+            ));
+        }
         let split_by = splits(fault.name, fault.rivals.iter().map(|rival| rival.0));
         let effect = DeclaredEffect { effect, std: Some(std) };
         let as_turned = match effect.effect {
@@ -93,7 +129,8 @@ pub(super) fn judged(name: &str, found: &Found, number: usize, names: &[String],
     let before = agreement(&run.record, &Theta::NONE);
     let after = agreement(&run.record, &found.point.theta(number));
     let consistency = [0, 1].map(|angle| before[angle].map(|before| (before, after[angle])));
-    let (fitness, reason) = fitness(run, after, corrections.len());
+    let (fitness, reason) =
+        unfit.map_or_else(|| fitness(run, after, corrections.len(), rough), |reason| (Fitness::NotFit, reason));
     let mut not_observable = absent(&run.record);
     not_observable.extend(doubts);
     not_observable.extend(drowned(found, number));
@@ -101,11 +138,20 @@ pub(super) fn judged(name: &str, found: &Found, number: usize, names: &[String],
     Some(Verdict { run: name.to_owned(), fitness, reason, corrections, consistency, not_observable, screened })
 }
 
+/// Whether so large a bias of an accelerometer is that of one with its sign turned, twice what it reads on average.
+fn reads_turned(run: &Run, channel: Channel, bias: f64, std: f64) -> bool {
+    let place = INPUT_CHANNELS.iter().position(|one| *one == channel);
+    let mean = place.and_then(|place| run.record.inputs.get(place)?.as_ref()).map_or(0.0, Series::average);
+    mean.abs() > TURNED_MEAN && (bias - 2.0 * mean).abs() < 3.0 * std
+}
+
 /// Whether a run is fit with that many corrections, R2 of incidence and sideslip after them given, and why.
-fn fitness(run: &Run, after: [Option<f64>; 2], corrections: usize) -> (Fitness, String) {
+fn fitness(run: &Run, after: [Option<f64>; 2], corrections: usize, rough: bool) -> (Fitness, String) {
     let record = &run.record;
+    // Gravity turns the flow by bank and pitch: without both nothing says how the angles must move.
+    let whole = [3, 4].into_iter().all(|output| record.outputs.get(output).is_some_and(Option::is_some));
     let contrary = ["alpha", "beta"].into_iter().zip(after).enumerate().find_map(|(place, (angle, after))| {
-        let after = after.filter(|after| *after < R2_CONTRARY && spread(record, 1 + place) > MOVES_RAD)?;
+        let after = after.filter(|after| whole && *after < R2_CONTRARY && spread(record, 1 + place) > MOVES_RAD)?;
         Some((angle, after))
     });
     if let Some((angle, after)) = contrary {
@@ -118,14 +164,15 @@ fn fitness(run: &Run, after: [Option<f64>; 2], corrections: usize) -> (Fitness, 
     let (angle, place) = if spread(record, 1) > spread(record, 2) { ("alpha", 0) } else { ("beta", 1) };
     // Either angle's kinematics take the other's; and in rough air neither follows from what is measured.
     let both = [1, 2].into_iter().all(|output| record.outputs.get(output).is_some_and(Option::is_some));
-    let rough = is_gusty(run);
-    match after[place].filter(|after| *after < R2_FIT && both && !rough) {
+    match after[place].filter(|after| *after < R2_FIT && both && whole && !is_gusty(run)) {
         Some(after) => (
             Fitness::NotFit,
-            format!("the rate of {angle} does not follow from the accelerometers and gyros (R2 {after:.3}), corrected or not"),
+            format!(
+                "the rate of {angle} does not follow from the accelerometers and gyros (R2 {after:.3}), corrected or not, or the air is too rough"
+            ),
         ),
         None if corrections == 0 => {
-            let scope = match (record.velocities, rough) {
+            let scope = match (record.velocities && whole, rough) {
                 (false, _) => " (attitude and rates only)",
                 (true, true) => " (attitude and rates only: the air is too rough for the rest)",
                 (true, false) => "",

@@ -8,14 +8,18 @@
 //! which the others and it cost least, and the others are looked at anew, until none is left. Of two that differ neither is the
 //! odd one: both go apart.
 
+use super::alone::Alone;
 use super::filter::{Prepared, pass};
-use super::fit::{Run, SHARED};
+use super::fit::{Run, SHARED, parameter_at};
 use super::noise::{first_guess, improve, prior};
+use super::parameter::Kind;
 use super::select::{Found, price, select};
 use super::side_by_side::side_by_side;
 
 /// Normalised (1): healthy runs have -2.5 to 0, one with r or beta 1.15 times the truth in a lateral manoeuvre 20.
 const ODD: f64 = 6.0;
+/// Standard errors of their difference by which two runs' own values of a shared fault are apart.
+const APART: f64 = 5.0;
 /// Sweeps over the variances within which the noise settles.
 const SWEEPS: usize = 8;
 
@@ -51,6 +55,7 @@ pub fn groups(runs: &[Run]) -> Vec<Group> {
             _ => groups.extend(together.drain(..).filter_map(|run| by_itself(run, true))),
         }
     }
+    rejoin(&mut groups, &joint, &alone);
     match found {
         Some(found) if together.len() > 1 => groups.push(Group { members: together, found, apart: false }),
         _ => {
@@ -61,7 +66,19 @@ pub fn groups(runs: &[Run]) -> Vec<Group> {
     groups
 }
 
-/// Whether any run stands out by (1).
+/// Odd runs that are like each other become one group.
+fn rejoin(groups: &mut Vec<Group>, joint: &impl Fn(&[usize]) -> Option<Found>, alone: &[Option<Found>]) {
+    let mut members: Vec<usize> = groups.iter().flat_map(|group| group.members.clone()).collect();
+    members.sort_unstable();
+    if members.len() < 2 {
+        return;
+    }
+    if let Some(found) = joint(&members).filter(|found| !differ(found, &members, alone)) {
+        *groups = vec![Group { members, found, apart: true }];
+    }
+}
+
+/// Whether any run stands out by (1), or contradicts the others in what they are said to share.
 fn differ(joint: &Found, together: &[usize], alone: &[Option<Found>]) -> bool {
     let places: Vec<usize> = (0..together.len()).collect();
     let excess = side_by_side(&places, |&place| {
@@ -70,7 +87,18 @@ fn differ(joint: &Found, together: &[usize], alone: &[Option<Found>]) -> bool {
         let free = freedom(alone).max(1.0);
         Some((shared - cost_alone(alone)? - free) / libm::sqrt(2.0 * free))
     });
-    excess.into_iter().flatten().any(|excess| excess > ODD)
+    excess.into_iter().flatten().any(|excess| excess > ODD) || disagree(joint)
+}
+
+/// Whether the runs' own values of a shared fault are too far apart.
+fn disagree(joint: &Found) -> bool {
+    let each = Alone::each(&joint.runs, &joint.point);
+    let shared = joint.point.free.iter().map(|&place| parameter_at(place)).filter(|(_, own)| own.is_none());
+    shared.map(|(parameter, _)| parameter).filter(|parameter| parameter.kind != Kind::Bias).any(|parameter| {
+        let said: Vec<(f64, f64)> = each.iter().flatten().filter_map(|one| one.says(parameter)).collect();
+        let pairs = said.iter().enumerate().flat_map(|(k, a)| said.iter().skip(k + 1).map(move |b| (a, b)));
+        pairs.into_iter().any(|(a, b)| (a.0 - b.0).abs() > APART * libm::hypot(a.1, b.1))
+    })
 }
 
 /// The run without which the others, fitted anew, and it by itself cost least; with that fit of the others.

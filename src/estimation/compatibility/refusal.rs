@@ -4,7 +4,7 @@ use super::coarse::coarse;
 use super::observable::motion;
 use super::parameter::channel_at;
 use super::record::Record;
-use crate::estimation::screening::beyond;
+use crate::estimation::screening::{Damage, Screened, beyond, jump};
 use crate::flight::channel::{Channel, ControlNames};
 use crate::flight::unit::STANDARD_GRAVITY;
 use crate::telemetry::record::Sample;
@@ -18,7 +18,16 @@ const LOAD_MAX: f64 = 3.0;
 const MOTION_MIN: f64 = 0.004;
 
 /// Why no fit can use a record.
-pub(super) fn refusal(record: &Record, samples: &[Sample]) -> Option<String> {
+pub(super) fn refusal(record: &Record, samples: &[Sample], screened: &[Screened]) -> Option<String> {
+    let refusal = reason(record, samples)?;
+    let standing = screened.iter().filter(|one| one.damage == Damage::Standing).max_by_key(|one| one.count);
+    let because = standing.filter(|_| refusal.contains("gaps") || refusal.contains("too short"));
+    Some(because.map_or(refusal.clone(), |one| {
+        format!("{refusal}, for {} stands still (frozen, clipped or zeroed)", one.channel.name(ControlNames::Rotorcraft))
+    }))
+}
+
+fn reason(record: &Record, samples: &[Sample]) -> Option<String> {
     let too_short = |length_s: f64| format!("too short: {length_s:.1} s, at least {LENGTH_MIN_S:.0} s are needed");
     let ends = samples.first().zip(samples.last());
     let length_s = ends.map_or(0.0, |(first, last)| last.time_s - first.time_s);
@@ -73,6 +82,13 @@ pub(super) fn refusal(record: &Record, samples: &[Sample]) -> Option<String> {
             "reads like {}: put right, {} follows from the other channels (R2 {after:.2} instead of {before:.2})",
             either.join(" or "),
             channel.name(ControlNames::Rotorcraft),
+        ));
+    }
+    if let Some((channel, time_s, by)) = jump(samples) {
+        return Some(format!(
+            "{} jumps by {by:.3} {} at {time_s:.2} s, as nothing that flies does: cut the record there",
+            channel.name(ControlNames::Rotorcraft),
+            channel.si_unit(),
         ));
     }
     if let Some((channel, part)) = beyond(samples) {

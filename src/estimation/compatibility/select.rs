@@ -14,6 +14,7 @@ use super::filter::Noise;
 use super::fit::{LetGo, Local, Point, ROUGH, Run, SHARED, minimise, minimise_to, parameter_at};
 use super::noise::{first_guess, improve};
 use super::parameter::{Kind, OWN, STANDING, TIMING};
+use super::series::Series;
 use super::side_by_side::side_by_side;
 
 /// Entered above this F: 0.02 % of healthy parameters by chance.
@@ -25,8 +26,11 @@ pub const RIVAL: f64 = 12.0;
 /// Spectral density of unexplained acceleration above which the air is rough, m^2/s^3: gusts of about 0.3 m/s.
 const GUSTY: f64 = 0.05;
 
-/// The same above which they feign small ones: flights in gusts of 0.3 m/s have 0.015 to 0.03, calm ones below 0.00001.
-const STIRRED: f64 = 0.012;
+/// The same above which they feign small ones: flights in gusts of 0.3 m/s have 0.015 to 0.03, of 0.2 m/s half of it, calm ones
+/// below 0.00001.
+const STIRRED: f64 = 0.003;
+/// Below this speed, m/s, gusts turn the flow more than they accelerate: their angle goes as the acceleration over V^2.
+const SLOW: f64 = 50.0;
 /// Faults at once.
 const FAULTS_MAX: usize = 8;
 /// Exchanges of a fault for a better rival, and one.
@@ -166,6 +170,9 @@ pub fn is_stirred(run: &Run) -> bool {
 }
 
 fn is_rougher(run: &Run, limit: f64) -> bool {
+    let speed = run.record.outputs.first().and_then(Option::as_ref).map_or(SLOW, Series::average);
+    let slower = (SLOW / speed.max(1.0)).max(1.0);
+    let limit = limit / (slower * slower * slower * slower);
     run.record.velocities && run.noise.input.iter().take(3).any(|density| *density > limit)
 }
 

@@ -59,6 +59,11 @@ impl Series {
         self.times_s.iter().copied().zip(self.values.iter().copied())
     }
 
+    /// Mean of the samples.
+    pub fn average(&self) -> f64 {
+        self.values.iter().sum::<f64>() / self.values.len().max(1) as f64
+    }
+
     /// How many there are.
     pub fn len(&self) -> usize {
         self.times_s.len()

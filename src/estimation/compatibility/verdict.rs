@@ -80,8 +80,8 @@ pub fn check(candidates: &[Candidate]) -> Vec<Verdict> {
         .collect();
     let gathered = candidates.iter().zip(&screened);
     let records: Vec<Record> = gathered.map(|(one, (samples, _))| Record::of(samples, &one.geometry)).collect();
-    let refusals: Vec<Option<String>> =
-        records.iter().zip(&screened).map(|(record, (samples, _))| refusal(record, samples)).collect();
+    let gathered = records.iter().zip(&screened);
+    let refusals: Vec<Option<String>> = gathered.map(|(record, (samples, taken))| refusal(record, samples, taken)).collect();
     let usable: Vec<usize> = (0..records.len()).filter(|&place| refusals.get(place).is_some_and(Option::is_none)).collect();
     let runs: Vec<Run> = usable.iter().filter_map(|&place| records.get(place).cloned()).map(run_of).collect();
     let names: Vec<String> = usable.iter().filter_map(|&place| Some(candidates.get(place)?.name.clone())).collect();
@@ -118,7 +118,10 @@ fn of_group(group: &Group, names: &[String]) -> Vec<(usize, Verdict)> {
     let one = |(number, (&run, name)): (usize, (&usize, &String))| {
         let mut verdict = judged(name, &group.found, number, &names, &alone)?;
         if group.apart {
-            verdict.reason = format!("unlike the other runs, so checked by itself: {}", verdict.reason);
+            let alike = if group.members.len() > 1 { "those it is like" } else { "itself" };
+            let why =
+                if verdict.corrections.is_empty() { " and nothing found that tells why (do not pool it with them)" } else { "" };
+            verdict.reason = format!("unlike the other runs, so checked by {alike}{why}: {}", verdict.reason);
         }
         Some((run, verdict))
     };
