@@ -55,6 +55,15 @@ pub(super) fn judged(name: &str, found: &Found, number: usize, names: &[String],
             doubts.push(doubted(parameter, &reason, fault.value, fault.std));
             continue;
         }
+        // Before the air is blamed: what a turned sign leaves looks like it.
+        if let (Kind::Bias, Some(channel @ (Channel::Ax | Channel::Ay))) = (parameter.kind, parameter.channel())
+            && reads_turned(run, channel, fault.value, fault.std)
+        {
+            unfit = Some(format!(
+                "{} reads like one with its sign turned: its bias would be twice its mean, which is not told apart",
+                channel.name(ControlNames::Rotorcraft)
+            ));
+        }
         // What is told of all runs is told by the roughest of them too.
         let stirred = is_stirred(run) || own.is_none() && found.runs.iter().any(is_stirred);
         let stands_out = fault.value.abs() > STIRRED_STDS * fault.std;
@@ -95,14 +104,6 @@ pub(super) fn judged(name: &str, found: &Found, number: usize, names: &[String],
             ));
             continue;
         }
-        if let Effect::SensorBias { channel: channel @ (Channel::Ax | Channel::Ay), value } = effect
-            && reads_turned(run, channel, value, std)
-        {
-            unfit = Some(format!(
-                "{} reads like one with its sign turned: its bias would be twice its mean, which is not told apart",
-                channel.name(ControlNames::Rotorcraft)
-            ));
-        }
         let split_by = splits(fault.name, fault.rivals.iter().map(|rival| rival.0));
         let effect = DeclaredEffect { effect, std: Some(std) };
         let as_turned = match effect.effect {
@@ -142,7 +143,7 @@ pub(super) fn judged(name: &str, found: &Found, number: usize, names: &[String],
 fn reads_turned(run: &Run, channel: Channel, bias: f64, std: f64) -> bool {
     let place = INPUT_CHANNELS.iter().position(|one| *one == channel);
     let mean = place.and_then(|place| run.record.inputs.get(place)?.as_ref()).map_or(0.0, Series::average);
-    mean.abs() > TURNED_MEAN && (bias - 2.0 * mean).abs() < 3.0 * std
+    mean.abs() > TURNED_MEAN && (bias - 2.0 * mean).abs() < 3.0 * std && bias.abs() > 5.0 * std
 }
 
 /// Whether a run is fit with that many corrections, R2 of incidence and sideslip after them given, and why.
