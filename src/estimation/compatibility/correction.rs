@@ -99,8 +99,8 @@ fn sensor(effect: &Effect) -> Option<PositionedSensor> {
     }
 }
 
-/// Each explanation once, and none that is a part of the correction itself: offsets of one sensor along several axes are one, with
-/// the standard error of the largest.
+/// Each explanation once, and none that is a part of the correction itself: offsets of one sensor along several axes are one,
+/// with the standard error of the largest.
 fn once(correction: &Correction, explanations: Vec<Alternative>) -> Vec<Alternative> {
     let largest = |offset: &[f64; 3]| offset.iter().fold(0.0f64, |most, part| most.max(part.abs()));
     let own = sensor(&correction.effect.effect);

@@ -1,12 +1,12 @@
 //! Runs whose instruments are not those of the others: one bad run is neither hidden among good ones nor blamed on them.
 //!
-//! Consumes runs; produces groups, each with what was found in it: those that share their instruments' errors, and each odd one by
-//! itself. With J_i a run's part of the joint cost at the joint minimum, E_i its evidence by itself, parameters of its own paid for,
-//! and f_i how many parameters that hold over all runs it determines by itself,
+//! Consumes runs; produces groups, each with what was found in it: those that share their instruments' errors, and odd ones. With
+//! J_i a run's part of the joint cost at the joint minimum, E_i its evidence by itself, parameters of its own paid for, and f_i
+//! how many parameters that hold over all runs it determines by itself,
 //!     G_i = J_i - E_i,  in healthy runs f_i (1 - 1/runs) on average                                      (1)
-//! for each of them has lent itself to that run's noise. Where (G_i - f_i)/sqrt(2 f_i) > ODD in any run, that run goes apart without
-//! which the others and it cost least, and the others are looked at anew, until none is left. Of two that differ neither is the
-//! odd one: both go apart.
+//! for each of them has lent itself to that run's noise. Where (G_i - f_i)/sqrt(2 f_i) > ODD in any run, or two runs' own values
+//! of what they are said to share are apart, that run goes apart without which the others and it cost least, and the others are
+//! looked at anew, until none is left. Odd runs that are like each other become one group again.
 
 use super::alone::Alone;
 use super::filter::{Prepared, pass};
