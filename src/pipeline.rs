@@ -153,6 +153,13 @@ impl Pipeline {
         &self.tick
     }
 
+    /// Derivatives and modes from the band of frequencies alone, as everything that came of age tells them.
+    pub fn in_band(&self) -> (DerivativesRecord, ModesRecord) {
+        let derivatives = self.recursive.in_band(self.published_s.unwrap_or(0.0), &self.estimator.instrumentation());
+        let modes = stage::step(&derivatives, None);
+        (derivatives, modes)
+    }
+
     fn publish(&mut self, time_s: f64) {
         let elapsed_s = self.published_s.map_or(0.0, |published_s| (time_s - published_s).max(0.0));
         self.published_s = Some(time_s);

@@ -7,8 +7,8 @@
 use super::clock::monotonic_ns;
 use super::error::BusError;
 use super::payload::{
-    DerivativesPayload, EventPayload, FindingPayload, Header, InnovationsPayload, ModesPayload, Payload, SamplePayload,
-    SmoothedPayload, StatePayload, TakenPayload,
+    DerivativesPayload, EventPayload, FindingPayload, Header, InnovationsPayload, ModesPayload, OutputErrorPayload, Payload,
+    SamplePayload, SmoothedPayload, StatePayload, TakenPayload,
 };
 use super::root::{Role, RoleHeld, Root};
 use iceoryx2::config::Config;
@@ -43,6 +43,7 @@ struct Services {
     _innovation: Open<InnovationsPayload>,
     _derivatives: Open<DerivativesPayload>,
     _modes: Open<ModesPayload>,
+    _output_error: Open<OutputErrorPayload>,
     _event: Open<EventPayload>,
     _finding: Open<FindingPayload>,
     _taken: Open<TakenPayload>,
@@ -79,6 +80,7 @@ impl Bus {
             _innovation: open(&node, &root)?,
             _derivatives: open(&node, &root)?,
             _modes: open(&node, &root)?,
+            _output_error: open(&node, &root)?,
             _event: open(&node, &root)?,
             _finding: open(&node, &root)?,
             _taken: open(&node, &root)?,

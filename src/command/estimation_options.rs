@@ -1,6 +1,8 @@
 //! What `replay`, `estimate` and `live` let a user choose of the state estimation.
 
 use sideslip::estimation::config::RegressionStates;
+use sideslip::flight::run::RunGeometry;
+use sideslip::identification::live::{Config as LiveConfig, Live};
 use sideslip::pipeline::Config;
 
 /// Options of the state estimation.
@@ -13,6 +15,33 @@ pub(crate) struct EstimationOptions {
     /// filter, 0.16 s late; standard errors a fifth to two fifths larger)
     #[arg(long, value_enum, default_value_t = States::Smoothed)]
     states: States,
+    /// Output error beside the regression: never, at the end of each manoeuvre, or twice a second on the growing record too
+    /// [default: manoeuvre in `replay`, streaming elsewhere]
+    #[arg(long, value_enum)]
+    output_error: Option<OutputError>,
+}
+
+/// When output error is fitted.
+#[derive(Clone, Copy, Debug, PartialEq, clap::ValueEnum)]
+pub(crate) enum OutputError {
+    /// Never.
+    Off,
+    /// At the end of each manoeuvre.
+    Manoeuvre,
+    /// While it goes on, too.
+    Streaming,
+}
+
+impl OutputError {
+    /// What fits so, for a run with its instruments there.
+    pub(crate) fn live(self, geometry: RunGeometry) -> Option<Live> {
+        let streaming = match self {
+            OutputError::Off => return None,
+            OutputError::Manoeuvre => false,
+            OutputError::Streaming => true,
+        };
+        Some(Live::new(LiveConfig { streaming, ..LiveConfig::default() }, geometry))
+    }
 }
 
 #[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
@@ -35,11 +64,22 @@ impl EstimationOptions {
         config
     }
 
+    /// When output error is fitted, where it is not said.
+    pub(crate) fn output_error(&self, usual: OutputError) -> OutputError {
+        self.output_error.unwrap_or(usual)
+    }
+
     /// The same options for a call of another command.
     pub(crate) fn call(&self) -> Vec<String> {
         let mut call: Vec<String> = self.trim_window.iter().map(|seconds| format!("--trim-window={seconds}")).collect();
         if self.states == States::Filtered {
             call.push("--states=filtered".into());
+        }
+        match self.output_error {
+            None => {}
+            Some(OutputError::Off) => call.push("--output-error=off".into()),
+            Some(OutputError::Manoeuvre) => call.push("--output-error=manoeuvre".into()),
+            Some(OutputError::Streaming) => call.push("--output-error=streaming".into()),
         }
         call
     }

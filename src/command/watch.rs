@@ -4,13 +4,16 @@ use super::output_file::print_while_read;
 use super::root_path;
 use super::stop::stopped_by_signals;
 use serde_json::{Value, json};
+use sideslip::bus::payload::OutputErrorPayload;
 use sideslip::bus::reader::{Estimate, Reader};
 use sideslip::bus::run_head::newest_head;
 use sideslip::bus::service::Bus;
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::run_file::RunInfo;
+use sideslip::identification::record::OutputErrorRecord;
 use sideslip::outputs::derivatives_json::{RunEstimates, derivatives_json};
+use sideslip::outputs::output_error_text::OutputErrorTable;
 use sideslip::outputs::terminal::{Style, Table};
 use sideslip::outputs::text::StatusText;
 use std::io::IsTerminal;
@@ -58,6 +61,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let stop = stopped_by_signals()?;
     let bus = Bus::enter(&root_path(args.root.as_ref()))?;
     let mut reader = Reader::on(&bus)?;
+    let mut output_errors = bus.subscriber::<OutputErrorPayload>()?;
+    let mut output_error = None;
     // An estimate that was published before comes with the next one.
     let patience = Instant::now() + Duration::from_millis(500);
     while reader.latest()?.is_none() && Instant::now() < patience && !stop.load(Ordering::Relaxed) {
@@ -74,11 +79,14 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         due = (due + args.every).max(now);
         looks += 1;
         let estimate = reader.latest()?;
+        while let Some(newest) = output_errors.receive()? {
+            output_error = Some(newest.record()?);
+        }
         let (name, controls) = run_of(&bus);
         let shown = if args.json {
-            format!("{}\n", line(&name, controls, estimate.as_ref())?)
+            format!("{}\n", line(&name, controls, estimate.as_ref(), output_error.as_ref())?)
         } else {
-            screen(&name, controls, estimate.as_ref())
+            screen(&name, controls, estimate.as_ref(), output_error.as_ref())
         };
         if !print_while_read(&shown)? {
             break;
@@ -95,7 +103,7 @@ fn run_of(bus: &Bus) -> (String, ControlNames) {
     (info.and_then(|info| info.run().map(str::to_owned)).unwrap_or_else(|| "live".to_owned()), controls)
 }
 
-fn screen(name: &str, controls: ControlNames, estimate: Option<&Estimate>) -> String {
+fn screen(name: &str, controls: ControlNames, estimate: Option<&Estimate>, output_error: Option<&OutputErrorRecord>) -> String {
     // A terminal shows the newest only; elsewhere one stands below the other.
     let clear = if std::io::stdout().is_terminal() { "\x1b[H\x1b[2J" } else { "" };
     let Some(estimate) = estimate else { return format!("{clear}no estimate yet\n") };
@@ -103,11 +111,18 @@ fn screen(name: &str, controls: ControlNames, estimate: Option<&Estimate>) -> St
     let Estimate { derivatives, modes, age, sequence, missed, .. } = estimate;
     let style = Style::of_stream(&std::io::stdout());
     let table = Table { controls, derivatives: Some(derivatives), modes: Some(modes), events: &[], notes: &[], style };
+    let now_s = derivatives.time_s;
+    let fitted = output_error.map(|record| OutputErrorTable { record, now_s, controls, style }.to_string()).unwrap_or_default();
     let age_s = age.as_secs_f64();
-    format!("{clear}run {name}, estimate {sequence}, {age_s:.2} s old, {missed} missed: {status}\n{table}\n")
+    format!("{clear}run {name}, estimate {sequence}, {age_s:.2} s old, {missed} missed: {status}\n{table}{fitted}\n")
 }
 
-fn line(name: &str, controls: ControlNames, estimate: Option<&Estimate>) -> Result<Value, Failure> {
+fn line(
+    name: &str,
+    controls: ControlNames,
+    estimate: Option<&Estimate>,
+    output_error: Option<&OutputErrorRecord>,
+) -> Result<Value, Failure> {
     let Some(estimate) = estimate else {
         return Ok(json!({
             "age": null,
@@ -125,6 +140,7 @@ fn line(name: &str, controls: ControlNames, estimate: Option<&Estimate>) -> Resu
         state: None,
         derivatives: Some(&estimate.derivatives),
         modes: Some(&estimate.modes),
+        output_error,
         warnings: &[],
         consistency: [None, None],
         noise: None,

@@ -1,12 +1,14 @@
 //! `derivatives.json`: the estimates of one or several runs, for programs.
 //!
 //! `runs[]` has for each run its name, status, warnings, vane consistency, instrument biases, equations and modes; `modes`
-//! at the top are those of the last run. A number that is not finite and a mode that is not there are null. SI and radians.
+//! and `output_error` at the top are those of the last run; `output_error` is absent where it is not run. A number that is not finite and a mode that is not there are null. SI and radians.
 
 use super::message_json::{EquationsJson, OscillationJson, RootJson, reason_text, status_text};
 use super::noise::NoiseUsed;
+use super::output_error_json::OutputErrorJson;
 use crate::estimation::record::StateRecord;
 use crate::flight::channel::ControlNames;
+use crate::identification::record::OutputErrorRecord;
 use crate::modes::record::ModesRecord;
 use crate::regression::record::{DerivativesRecord, Status};
 use serde::Serialize;
@@ -24,6 +26,8 @@ pub struct RunEstimates<'a> {
     pub derivatives: Option<&'a DerivativesRecord>,
     /// Its last modes.
     pub modes: Option<&'a ModesRecord>,
+    /// Output error as it stands, where it is run.
+    pub output_error: Option<&'a OutputErrorRecord>,
     /// What a reader of the numbers must know, as sentences.
     pub warnings: &'a [String],
     /// Coefficients of determination of the rates of alpha and beta by the kinematics, where they can be told.
@@ -40,10 +44,18 @@ pub fn derivatives_json(runs: &[RunEstimates<'_>]) -> Result<String, serde_json:
     let document = Document {
         runs: runs.iter().map(RunJson::new).collect(),
         modes: runs.last().and_then(|run| run.modes.map(|modes| AllModes::new(modes, run.controls))),
+        output_error: runs.last().and_then(output_error),
     };
     let mut text = serde_json::to_string_pretty(&document)?;
     text.push('\n');
     Ok(text)
+}
+
+/// As of the newest derivatives.
+fn output_error(run: &RunEstimates<'_>) -> Option<OutputErrorJson> {
+    let record = run.output_error?;
+    let time_s = run.derivatives.map_or(record.time_s, |newest| newest.time_s.max(record.time_s));
+    Some(OutputErrorJson::at(record, run.controls, time_s))
 }
 
 /// The status of a run as a whole: that of its furthest equation (converged, converging, stale, exciting, waiting), and
@@ -57,6 +69,8 @@ pub fn run_status(derivatives: Option<&DerivativesRecord>) -> Status {
 struct Document<'a> {
     runs: Vec<RunJson<'a>>,
     modes: Option<AllModes>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    output_error: Option<OutputErrorJson>,
 }
 
 #[derive(Serialize)]
@@ -71,6 +85,8 @@ struct RunJson<'a> {
     noise: Option<NoiseUsed>,
     equations: EquationsJson<'a>,
     modes: Option<AllModes>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    output_error: Option<OutputErrorJson>,
 }
 
 impl<'a> RunJson<'a> {
@@ -89,6 +105,7 @@ impl<'a> RunJson<'a> {
             noise: run.noise,
             equations: EquationsJson { equations, controls },
             modes: run.modes.map(|modes| AllModes::new(modes, controls)),
+            output_error: output_error(run),
         }
     }
 }
@@ -210,6 +227,7 @@ mod tests {
             state: None,
             derivatives: Some(&derivatives),
             modes: Some(&modes),
+            output_error: None,
             warnings: &warnings,
             consistency: [None, Some(0.965)],
             noise: None,

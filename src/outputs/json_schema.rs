@@ -24,6 +24,8 @@ pub enum Topic {
     Derivatives,
     /// The modes so far.
     Modes,
+    /// Output error so far.
+    OutputError,
     /// What the model gets wrong.
     Finding,
     /// What a stage noticed.
@@ -31,7 +33,7 @@ pub enum Topic {
 }
 
 /// How many topics there are.
-pub const TOPICS: usize = 8;
+pub const TOPICS: usize = 9;
 
 impl Topic {
     /// Every topic, in the order of its place.
@@ -42,6 +44,7 @@ impl Topic {
         Topic::Innovation,
         Topic::Derivatives,
         Topic::Modes,
+        Topic::OutputError,
         Topic::Finding,
         Topic::Event,
     ];
@@ -60,6 +63,7 @@ impl Topic {
             Topic::Innovation => "/innovation",
             Topic::Derivatives => "/derivatives",
             Topic::Modes => "/modes",
+            Topic::OutputError => "/output_error",
             Topic::Finding => "/finding",
             Topic::Event => "/event",
         }
@@ -74,6 +78,7 @@ impl Topic {
             Topic::Innovation => "sideslip.Innovation",
             Topic::Derivatives => "sideslip.Derivatives",
             Topic::Modes => "sideslip.Modes",
+            Topic::OutputError => "sideslip.OutputError",
             Topic::Finding => "sideslip.Finding",
             Topic::Event => "sideslip.Event",
         }
@@ -89,6 +94,7 @@ pub fn schema(topic: Topic, head: &LogHead) -> String {
         Topic::Innovation => ("What one aid did at one sample", innovation(), &["time", "aid", "fused"]),
         Topic::Derivatives => ("Stability and control derivatives so far", derivatives(), &["time", "excited", "equations"]),
         Topic::Modes => ("Lateral modes so far", modes(), &["time", "status"]),
+        Topic::OutputError => ("Output error so far", output_error(), &["time", "status", "parameters"]),
         Topic::Finding => ("What the model gets wrong", finding(), &["time", "kind", "statement"]),
         Topic::Event => ("What a stage noticed", event(), &["time", "severity", "kind", "text"]),
     };
@@ -223,6 +229,33 @@ fn derivatives() -> Value {
         "time": time(),
         "excited": flag("whether the aircraft is being excited now"),
         "equations": object("one equation an axis", Value::Object(equations)),
+    })
+}
+
+fn output_error() -> Value {
+    let parameter = json!({
+        "name": text("AXIS_variable"),
+        "value": number("the derivative", "see unit"),
+        "std": number("standard error, for coloured residuals", "see unit"),
+        "std_cramer_rao": number("standard error by the bound, right only for white residuals", "see unit"),
+        "unit": text("unit of value, std and std_cramer_rao"),
+    });
+    let Value::Object(mut fields) = modes() else { return Value::Null };
+    fields.retain(|name, _| !matches!(name.as_str(), "time" | "status" | "reason"));
+    if let Some(pair) = fields.get("dutch_roll").cloned() {
+        fields.insert("short_period".into(), pair);
+    }
+    json!({
+        "time": time(),
+        "fitted": number("time of the newest sample that the numbers rest on; null where there are none", "s"),
+        "age": number("how old they are; null where there are none", "s"),
+        "status": text("waiting, converging, converged, stale, failed"),
+        "reason": text("why there are no new numbers, or what is to be known of them; absent where there is nothing to say"),
+        "parameters": { "type": "array", "items": { "type": "object", "properties": parameter } },
+        "modes": object("modes of the fitted model; each absent where there is no number", Value::Object(fields)),
+        "manoeuvres": { "type": "integer", "description": "manoeuvres that the numbers rest on" },
+        "dropped": { "type": "integer", "description": "manoeuvres left behind because there is no more room" },
+        "samples": { "type": "integer", "description": "samples that the numbers rest on" },
     })
 }
 

@@ -10,6 +10,7 @@
 
 use super::json_schema::{TOPICS, Topic, schema};
 use super::message_json::{DerivativesJson, EventJson, InnovationJson, ModesJson, SampleJson, SmoothedJson, StateJson};
+use super::output_error_json::OutputErrorJson;
 use super::queue::{Entry, Lost};
 use super::record::{EventRecord, Message};
 use crate::flight::channel::ControlNames;
@@ -149,6 +150,9 @@ impl McapLog {
                 self.object(Topic::Derivatives, record.time_s, &DerivativesJson::new(record, controls));
             }
             Message::Modes(record) => self.object(Topic::Modes, record.time_s, &ModesJson::new(record, controls)),
+            Message::OutputError(record) => {
+                self.object(Topic::OutputError, record.time_s, &OutputErrorJson::new(record, controls));
+            }
             Message::Event(record) => self.event(record),
         }
     }
@@ -167,6 +171,9 @@ impl McapLog {
                 self.object(Topic::Derivatives, record.time_s, &DerivativesJson::new(record, controls));
             }
             Entry::Modes(record) => self.object(Topic::Modes, record.time_s, &ModesJson::new(record, controls)),
+            Entry::OutputError(record) => {
+                self.object(Topic::OutputError, record.time_s, &OutputErrorJson::new(record, controls));
+            }
             Entry::Event(record) => self.event(record),
             Entry::Lost(lost) => self.lost(lost),
         }

@@ -23,6 +23,10 @@ mod message_json;
 #[cfg(feature = "std")]
 pub mod noise;
 #[cfg(feature = "std")]
+mod output_error_json;
+#[cfg(feature = "std")]
+pub mod output_error_text;
+#[cfg(feature = "std")]
 pub mod queue;
 #[cfg(feature = "std")]
 pub mod state_file;

@@ -10,6 +10,7 @@
 use super::record::{EventRecord, Message};
 use crate::estimation::record::{Innovation, LaggedRecord, StateRecord};
 use crate::flight::derivative::Axis;
+use crate::identification::record::OutputErrorRecord;
 use crate::modes::record::ModesRecord;
 use crate::regression::record::{DerivativesRecord, EquationRecord, Status};
 use crate::telemetry::record::Sample;
@@ -19,6 +20,9 @@ use std::time::Duration;
 
 /// How many derivative records can be under way at once; at 10 Hz more than three seconds of them.
 pub const DERIVATIVES_IN_FLIGHT: usize = 32;
+
+/// The same of output error: it comes twice a second.
+pub const OUTPUT_ERRORS_IN_FLIGHT: usize = 8;
 
 /// How long a queue that closes waits for room to say what it lost.
 const LAST_WORD: Duration = Duration::from_millis(500);
@@ -56,6 +60,8 @@ pub enum Entry {
     Derivatives(Box<DerivativesRecord>),
     /// Modes.
     Modes(ModesRecord),
+    /// Output error.
+    OutputError(Box<OutputErrorRecord>),
     /// An event.
     Event(EventRecord),
     /// What found no room before this.
@@ -96,6 +102,7 @@ pub struct Sender {
     policy: Policy,
     queue: channel::Sender<Entry>,
     derivatives: Boxes<Box<DerivativesRecord>>,
+    output_errors: Boxes<Box<OutputErrorRecord>>,
     unknown: Boxes<Box<[f64]>>,
     /// Shared with the receiver alone: a count of one says that nobody listens any more.
     listener: Arc<()>,
@@ -108,6 +115,7 @@ pub struct Sender {
 pub struct Receiver {
     queue: channel::Receiver<Entry>,
     derivatives: Boxes<Box<DerivativesRecord>>,
+    output_errors: Boxes<Box<OutputErrorRecord>>,
     unknown: Boxes<Box<[f64]>>,
     _listener: Arc<()>,
 }
@@ -123,6 +131,7 @@ pub fn queue(policy: Policy, capacity: usize, unknown_columns: usize) -> (Sender
         excited: false,
     };
     let derivatives = Boxes::filled(DERIVATIVES_IN_FLIGHT, || Box::new(blank.clone()));
+    let output_errors = Boxes::filled(OUTPUT_ERRORS_IN_FLIGHT, || Box::new(OutputErrorRecord::EMPTY));
     // One box a slot, one in the hand of either end.
     let count = if unknown_columns == 0 { 0 } else { capacity + 2 };
     let unknown = Boxes::filled(count, || vec![f64::NAN; unknown_columns].into_boxed_slice());
@@ -130,10 +139,11 @@ pub fn queue(policy: Policy, capacity: usize, unknown_columns: usize) -> (Sender
     let receiver = Receiver {
         queue: from_estimator,
         derivatives: derivatives.clone(),
+        output_errors: output_errors.clone(),
         unknown: unknown.clone(),
         _listener: Arc::clone(&listener),
     };
-    (Sender { policy, queue: to_writer, derivatives, unknown, listener, pending: None, lost: 0 }, receiver)
+    (Sender { policy, queue: to_writer, derivatives, output_errors, unknown, listener, pending: None, lost: 0 }, receiver)
 }
 
 impl Sender {
@@ -160,6 +170,13 @@ impl Sender {
             Message::Innovation(record) => self.queue_entry(Entry::Innovation(*record), record.time_s),
             Message::Modes(record) => self.queue_entry(Entry::Modes(*record), record.time_s),
             Message::Event(record) => self.queue_entry(Entry::Event(*record), record.time_s),
+            Message::OutputError(record) => match self.take(&self.output_errors) {
+                Some(mut boxed) => {
+                    boxed.as_mut().clone_from(record);
+                    self.queue_entry(Entry::OutputError(boxed), record.time_s);
+                }
+                None => self.lose(record.time_s),
+            },
             Message::Derivatives(record) => match self.take(&self.derivatives) {
                 Some(mut boxed) => {
                     boxed.as_mut().clone_from(record);
@@ -218,6 +235,7 @@ impl Sender {
         match entry {
             Entry::Sample(_, values) if !values.is_empty() => self.unknown.give_back(values),
             Entry::Derivatives(boxed) => self.derivatives.give_back(boxed),
+            Entry::OutputError(boxed) => self.output_errors.give_back(boxed),
             _ => {}
         }
     }
@@ -266,6 +284,7 @@ impl Receiver {
         match entry {
             Entry::Sample(_, values) if !values.is_empty() => self.unknown.give_back(values),
             Entry::Derivatives(boxed) => self.derivatives.give_back(boxed),
+            Entry::OutputError(boxed) => self.output_errors.give_back(boxed),
             _ => {}
         }
     }

@@ -1,6 +1,8 @@
 //! The published vocabulary of outputs: one message, as it goes through the queue to the log and the terminal.
 
 use crate::estimation::record::{EstimationEvent, Innovation, LaggedRecord, StateRecord};
+#[cfg(feature = "std")]
+use crate::identification::record::OutputErrorRecord;
 use crate::modes::record::ModesRecord;
 use crate::regression::record::{DerivativesRecord, RegressionEvent};
 use crate::telemetry::record::Sample;
@@ -39,6 +41,9 @@ pub enum Message {
     Derivatives(DerivativesRecord),
     /// The modes so far.
     Modes(ModesRecord),
+    /// Output error so far.
+    #[cfg(feature = "std")]
+    OutputError(OutputErrorRecord),
     /// An event.
     Event(EventRecord),
 }

@@ -3,6 +3,8 @@
 //! Consumes the run's trim once and a [`SmoothedRecord`] an instant of the grid; produces a [`DerivativesRecord`] whenever
 //! asked, with a status where there is no number.
 
+mod in_band;
+
 use super::candidate::{self, BIAS, REGRESSORS, SIGNALS, STILL, UNMOVED, is_primary, regressor, response};
 use super::colour;
 use super::config::Config;

@@ -8,6 +8,7 @@
 mod derivatives;
 mod event;
 mod modes;
+mod output_error;
 mod sample;
 mod state;
 mod status;
@@ -15,6 +16,7 @@ mod status;
 pub use derivatives::{DerivativesPayload, EquationBody, LateralBody, TermBody};
 pub use event::EventPayload;
 pub use modes::{ModesPayload, OscillationBody, RootBody};
+pub use output_error::{OutputErrorPayload, ParameterBody};
 pub use sample::{OTHERS, SAMPLE, SAMPLE_TO_ACKNOWLEDGE, SamplePayload, THE_END};
 pub use state::{InnovationBody, InnovationsPayload, SmoothedPayload, StateBody, StatePayload};
 pub use status::StatusBody;

@@ -4,7 +4,7 @@ pub(crate) mod outlet;
 mod run;
 mod voice;
 
-use super::estimation_options::EstimationOptions;
+use super::estimation_options::{EstimationOptions, OutputError};
 use super::output_file::write_json;
 use super::stop::{stopped_by_signals, supervised};
 use super::{patience, root_path};
@@ -163,8 +163,9 @@ impl Station<'_> {
             return Ok(());
         }
         self.end_run()?;
+        let when = self.args.estimation.output_error(OutputError::Streaming);
         let telemetry_waits = sample.kind == SAMPLE_TO_ACKNOWLEDGE;
-        self.run = Some(LiveRun::begin(head, &self.config, self.args.out.as_deref(), telemetry_waits, &self.voice)?);
+        self.run = Some(LiveRun::begin(head, &self.config, when, self.args.out.as_deref(), telemetry_waits, &self.voice)?);
         Ok(())
     }
 

@@ -3,10 +3,11 @@
 use sideslip::bus::clock::monotonic_ns;
 use sideslip::bus::error::BusError;
 use sideslip::bus::payload::{
-    DerivativesPayload, EventPayload, Header, InnovationsPayload, ModesPayload, SAMPLE_TO_ACKNOWLEDGE, SamplePayload,
-    SmoothedPayload, StatePayload, THE_END, TakenPayload,
+    DerivativesPayload, EventPayload, Header, InnovationsPayload, ModesPayload, OutputErrorPayload, SAMPLE_TO_ACKNOWLEDGE,
+    SamplePayload, SmoothedPayload, StatePayload, THE_END, TakenPayload,
 };
 use sideslip::bus::service::{Bus, Publisher};
+use sideslip::identification::record::OutputErrorRecord;
 use sideslip::outputs::record::{EventKind, EventRecord};
 use sideslip::pipeline::Tick;
 
@@ -20,6 +21,7 @@ pub(crate) struct Outlet {
     innovation: Publisher<InnovationsPayload>,
     derivatives: Publisher<DerivativesPayload>,
     modes: Publisher<ModesPayload>,
+    output_error: Publisher<OutputErrorPayload>,
     event: Publisher<EventPayload>,
     taken: Publisher<TakenPayload>,
     newest_s: f64,
@@ -35,6 +37,7 @@ impl Outlet {
             innovation: bus.publisher()?,
             derivatives: bus.publisher()?,
             modes: bus.publisher()?,
+            output_error: bus.publisher()?,
             event: bus.publisher()?,
             taken: bus.publisher()?,
             newest_s: 0.0,
@@ -70,6 +73,11 @@ impl Outlet {
             self.event.publish(&(&EventRecord { time_s: self.newest_s, kind }).into(), sampled_ns)?;
         }
         Ok(())
+    }
+
+    /// What output error came to.
+    pub(crate) fn output_error(&mut self, sample: &Header, record: &OutputErrorRecord) -> Result<(), BusError> {
+        self.output_error.publish(&record.into(), Some(sample.sampled_ns)).map(|_| ())
     }
 
     /// Says that a sample was taken: each, where its publisher waits for that; else now and then, as a sign of life.

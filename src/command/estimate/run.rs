@@ -1,5 +1,6 @@
 //! One run as the estimator sees it from the bus: pipeline, log, what it came to.
 
+use super::super::estimation_options::OutputError;
 use super::super::replay::log::{Log, Logged};
 use super::super::replay::sink::Sink;
 use super::outlet::Outlet;
@@ -9,9 +10,12 @@ use sideslip::bus::payload::{Header, SamplePayload};
 use sideslip::error::Failure;
 use sideslip::flight::log_head::LogHead;
 use sideslip::flight::run_file::RunInfo;
+use sideslip::identification::follower::Follower;
+use sideslip::identification::live::Seen;
 use sideslip::outputs::derivatives_json::RunEstimates;
 use sideslip::outputs::event_ring::{FoldedEvent, FoldedText};
 use sideslip::outputs::noise::NoiseUsed;
+use sideslip::outputs::output_error_text::OutputErrorTable;
 use sideslip::outputs::terminal::{Style, Table};
 use sideslip::outputs::text::{Severity, event_severity};
 use sideslip::pipeline::{Config, Pipeline};
@@ -22,12 +26,15 @@ use std::time::{Duration, Instant};
 
 /// The longest wait for a log that does not catch up.
 const CATCHING_UP: Duration = Duration::from_millis(200);
+/// The longest wait for the last fit of output error.
+const LAST_FIT: Duration = Duration::from_secs(3);
 
 /// A run that is being estimated.
 pub(super) struct LiveRun {
     head: LogHead,
     info: RunInfo,
     pipeline: Box<Pipeline>,
+    follower: Option<Follower>,
     sink: Sink,
     log: Option<Log>,
     /// Why there is none, where one was wanted.
@@ -36,6 +43,8 @@ pub(super) struct LiveRun {
     rows: u64,
     first_s: Option<f64>,
     last: Header,
+    /// Samples that output error did not get.
+    unfitted: u64,
 }
 
 /// What a run came to.
@@ -51,6 +60,7 @@ pub(super) struct Ended {
     warnings: Vec<String>,
     log: Option<Logged>,
     unlogged: Option<String>,
+    unfitted: u64,
 }
 
 impl LiveRun {
@@ -61,6 +71,7 @@ impl LiveRun {
     pub(super) fn begin(
         head: LogHead,
         config: &Config,
+        output_error: OutputError,
         out: Option<&Path>,
         telemetry_waits: bool,
         voice: &Voice,
@@ -69,6 +80,13 @@ impl LiveRun {
         let mut info = RunInfo::from_toml(&head.run_toml).map_err(|place| wrong(place.to_string()))?;
         info.set_controls(head.controls);
         let pipeline = Pipeline::new(config, *info.geometry()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
+        let follower = match output_error.live(*info.geometry()).map(Follower::spawn).transpose() {
+            Ok(follower) => follower,
+            Err(error) => {
+                voice.say(format!("sideslip: this run has no output error: no thread to be had: {error}"));
+                None
+            }
+        };
         let mut sink = Sink::new(None);
         let (mut log, mut unlogged) = (None, None);
         if let Some(out) = out {
@@ -88,7 +106,20 @@ impl LiveRun {
         let others = vec![None; head.unknown_columns()];
         let row = Row { number: 0, sample: sideslip::telemetry::record::Sample::new(0.0), others };
         let last = Header { time_s: f64::NEG_INFINITY, ..Header::default() };
-        Ok(LiveRun { head, info, pipeline: Box::new(pipeline), sink, log, unlogged, row, rows: 0, first_s: None, last })
+        Ok(LiveRun {
+            head,
+            info,
+            pipeline: Box::new(pipeline),
+            follower,
+            sink,
+            log,
+            unlogged,
+            row,
+            rows: 0,
+            first_s: None,
+            last,
+            unfitted: 0,
+        })
     }
 
     /// Whether telemetry that began again with that head goes on with this run: the same head, and time goes on.
@@ -111,6 +142,16 @@ impl LiveRun {
         let tick = self.pipeline.step(&self.row.sample);
         outlet.tick(&header, tick)?;
         self.sink.tick(tick);
+        if let Some(follower) = &mut self.follower {
+            follower.sample(&self.row.sample);
+            if let Some(derivatives) = &tick.derivatives {
+                follower.seen(Seen::from(derivatives));
+            }
+            if let Some(record) = follower.next_record() {
+                outlet.output_error(&header, &record)?;
+                self.sink.output_error(&record);
+            }
+        }
         Ok(())
     }
 
@@ -127,6 +168,13 @@ impl LiveRun {
         let tick = self.pipeline.finish();
         outlet.tick(&self.last, tick)?;
         self.sink.tick(tick);
+        if let Some(follower) = self.follower.take() {
+            self.unfitted = follower.lost();
+            if let Some(record) = follower.finish(LAST_FIT) {
+                outlet.output_error(&self.last, &record)?;
+                self.sink.output_error(&record);
+            }
+        }
         self.sink.close();
         let log = self.log.map(Log::finish).transpose()?;
         let events = self.sink.events.entries().to_vec();
@@ -145,6 +193,7 @@ impl LiveRun {
             warnings,
             log,
             unlogged: self.unlogged,
+            unfitted: self.unfitted,
         })
     }
 }
@@ -159,6 +208,13 @@ impl Ended {
         let (derivatives, modes) = (self.sink.derivatives.as_ref(), self.sink.modes.as_ref());
         let table = Table { controls: self.head.controls, derivatives, modes, events: &self.events, notes: &[], style };
         let _ = write!(text, "\n{table}");
+        if let Some(record) = &self.sink.output_error {
+            let now_s = self.range_s.map_or(record.time_s, |(_, to_s)| to_s);
+            let _ = write!(text, "{}", OutputErrorTable { record, now_s, controls: self.head.controls, style });
+        }
+        if self.unfitted > 0 {
+            let _ = writeln!(text, "output error did not keep up: {} samples and publications went by it", self.unfitted);
+        }
         if let Some(noise) = &self.noise {
             let _ = writeln!(text, "{noise}");
         }
@@ -176,6 +232,7 @@ impl Ended {
             state: self.sink.state.as_ref(),
             derivatives: self.sink.derivatives.as_ref(),
             modes: self.sink.modes.as_ref(),
+            output_error: self.sink.output_error.as_ref(),
             warnings: &self.warnings,
             consistency: self.consistency,
             noise: self.noise,
@@ -203,13 +260,14 @@ fn free_name(out: &Path) -> PathBuf {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::estimation_options::OutputError;
     use super::super::outlet::Outlet;
     use super::super::voice::Voice;
     use super::{LiveRun, free_name};
     use crate::allocations::during;
     use sideslip::bus::payload::{
-        DerivativesPayload, EventPayload, InnovationsPayload, ModesPayload, Payload, SAMPLE, SamplePayload, SmoothedPayload,
-        StatePayload,
+        DerivativesPayload, EventPayload, InnovationsPayload, ModesPayload, OutputErrorPayload, Payload, SAMPLE, SamplePayload,
+        SmoothedPayload, StatePayload,
     };
     use sideslip::bus::service::{Bus, Subscriber};
     use sideslip::flight::channel::ControlNames;
@@ -236,10 +294,11 @@ mod tests {
         let (mut states, mut innovations) = (bus.subscriber::<StatePayload>().unwrap(), bus.subscriber().unwrap());
         let (mut derivatives, mut modes) = (bus.subscriber::<DerivativesPayload>().unwrap(), bus.subscriber().unwrap());
         let (mut events, mut smoothed) = (bus.subscriber::<EventPayload>().unwrap(), bus.subscriber().unwrap());
+        let mut output_errors = bus.subscriber::<OutputErrorPayload>().unwrap();
         let head = LogHead::every_channel(String::new(), ControlNames::Rotorcraft);
         let log = folder.join("flight.mcap");
         let voice = Voice::start().unwrap();
-        let mut run = LiveRun::begin(head, &Config::default(), Some(&log), false, &voice).unwrap();
+        let mut run = LiveRun::begin(head, &Config::default(), OutputError::Streaming, Some(&log), false, &voice).unwrap();
         let puma = Path::new(env!("CARGO_MANIFEST_DIR")).join("replay/recordings/puma-100kn-pedal-3211.csv");
         let mut recording = Recording::open(&puma).unwrap();
         let (mut rows, mut sent, mut lagged) = (0, 0, 0);
@@ -254,6 +313,7 @@ mod tests {
                 + heard::<InnovationsPayload>(&mut innovations)
                 + heard(&mut derivatives)
                 + heard::<ModesPayload>(&mut modes)
+                + heard(&mut output_errors)
                 + heard(&mut events);
             // Everybody has found everybody by then.
             if rows > 50 {
@@ -263,7 +323,7 @@ mod tests {
         }
         assert!(sent > 3000 && lagged > 100, "{sent} {lagged}");
         run.end(&mut outlet).unwrap();
-        drop((states, smoothed, innovations, derivatives, modes, events, outlet, bus));
+        drop((states, smoothed, innovations, derivatives, modes, output_errors, events, outlet, bus));
         std::fs::remove_dir_all(&folder).unwrap();
     }
 

@@ -1,6 +1,7 @@
 //! `sideslip identify`: derivatives and modes from whole runs, after the flight.
 
 mod equation;
+mod frequency;
 mod json;
 mod points;
 mod points_chart;
@@ -14,10 +15,11 @@ use super::flight_condition::number;
 use super::mapping_input::read_mapping;
 use super::message;
 use super::output_file::{print, refuse_to_overwrite, write_json, write_whole};
-use super::replay::run::{Files, From, Run};
+use super::replay::run::{Files, From, Played, Run};
 use super::stop::stopped_by_signals;
 use ::replay::Pace;
 use equation::Equation;
+use frequency::{Domain, InBand};
 use points::{TestPoint, test_point};
 use read::read;
 use sideslip::error::{Failure, Outcome};
@@ -28,6 +30,7 @@ use sideslip::identification::test_point::{Condition, test_points};
 use sideslip::outputs::derivatives_json::derivatives_json;
 use sideslip::outputs::terminal::Style;
 use sideslip::pipeline::Config;
+use sideslip::regression::frequency::band::Band;
 use sideslip::regression::output_error::Settings;
 use sideslip::telemetry::mavlink::mapping::Config as Mapping;
 use simulated::Models;
@@ -38,6 +41,7 @@ Example:
   sideslip identify flight.csv
   sideslip identify rud1.csv ail1.csv --states p,r --inputs aileron,rudder,beta
   sideslip identify flight.csv --response Cm --candidates 'alpha;qhat;elevator;alpha*elevator'
+  sideslip identify flight.csv --domain frequency --band 0.1:1.2
   sideslip identify monday/*.csv --holdout tuesday.csv --set vane_position_m=[13.1,0,0] --out result
 
 Every run goes through the pipeline of `replay` (smoothed states, stepwise regression); then output error finds one linear
@@ -94,6 +98,13 @@ pub(crate) struct Args {
     /// A recording with steady-heading sideslips, not fitted: N_v and L_v from what the controls hold; repeatable
     #[arg(long, value_name = "RUN", conflicts_with = "response")]
     sideslips: Vec<PathBuf>,
+    /// What the equations of each run are fitted to; output error is of signals over time in either. The frequency domain brings
+    /// measured frequency responses with coherence besides
+    #[arg(long, value_enum, default_value_t = Domain::Time, conflicts_with = "response")]
+    domain: Domain,
+    /// The band of --domain frequency, Hz [default: 0.1:1.5]
+    #[arg(long, value_name = "LOW:HIGH", value_parser = frequency::band, conflicts_with = "response")]
+    band: Option<Band>,
     /// Which message gives which channel, for recordings of MAVLink (TOML)
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -118,6 +129,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if let Some(both) = args.holdout.iter().find(|file| args.files.contains(file)) {
         return Err(Failure::file(both, "--holdout: expected a run that is not fitted, found it among them"));
     }
+    let band = frequency::asked(args.domain, args.band)?;
     let mapping = read_mapping(args.config.as_deref())?;
     let read_all = |files: &[PathBuf]| {
         files.iter().map(|file| read(file, &args.set, &mapping, args.trim_window)).collect::<Result<Vec<_>, _>>()
@@ -138,6 +150,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     }
     let choice = choice(args, usual_choice(&runs));
     let instruments = if args.doubt_instruments { Instruments::Doubted } else { Instruments::Believed };
+    let in_band = band.map(|band| InBand::of(&runs, &choice, band));
     let wanted = Wanted { choice, only: None, instruments };
     let (sideslips, lost): (Vec<_>, Vec<_>) = read_all(&args.sideslips)?.into_iter().unzip();
     losses.extend(lost);
@@ -145,16 +158,18 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let groups = test_points(&conditions);
     if groups.len() > 1 || !args.model.is_empty() || !sideslips.is_empty() {
         let points = by_test_point(args, &runs, &holdout, &sideslips, &groups, &wanted)?;
-        let by_run = by_run(args, &mapping)?;
-        let document = points_text::document(&points, &by_run).map_err(|error| Failure::Running(error.to_string()))?;
-        say(&points_text::text(&points, style), to_standard_output)?;
+        let by_run = ByRun::of(args, &mapping, band)?;
+        let mut document =
+            points_text::document(&points, &by_run.json()?).map_err(|error| Failure::Running(error.to_string()))?;
+        let besides = by_run.besides(in_band.as_ref(), &mut document, style);
+        say(&format!("{}{besides}", points_text::text(&points, style)), to_standard_output)?;
         if let Some(json) = &args.json {
             write_json(json, &format!("{document:#}\n"))?;
         }
         if let Some(folder) = &args.out {
             std::fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
             write_json(&folder.join("derivatives.json"), &format!("{document:#}\n"))?;
-            let page = points_chart::page(&points).map_err(|error| Failure::Running(error.to_string()))?;
+            let page = points_chart::page(&points, in_band.as_ref()).map_err(|error| Failure::Running(error.to_string()))?;
             write_whole(&folder.join("report.html"), |file| file.write_all(page.as_bytes()))?;
         }
         return Ok(ended(losses));
@@ -162,17 +177,18 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let identified =
         identify(&runs, &holdout, wanted, &Settings::default()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
 
-    let by_run = by_run(args, &mapping)?;
-    let document = json::document(&identified, &by_run).map_err(|error| Failure::Running(error.to_string()))?;
+    let by_run = ByRun::of(args, &mapping, band)?;
+    let mut document = json::document(&identified, &by_run.json()?).map_err(|error| Failure::Running(error.to_string()))?;
+    let besides = by_run.besides(in_band.as_ref(), &mut document, style);
 
-    say(&table::text(&identified, style), to_standard_output)?;
+    say(&format!("{}{besides}", table::text(&identified, style)), to_standard_output)?;
     if let Some(json) = &args.json {
         write_json(json, &format!("{document:#}\n"))?;
     }
     if let Some(folder) = &args.out {
         std::fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
         write_json(&folder.join("derivatives.json"), &format!("{document:#}\n"))?;
-        let page = report::page(&identified).map_err(|error| Failure::Running(error.to_string()))?;
+        let page = report::page(&identified, in_band.as_ref()).map_err(|error| Failure::Running(error.to_string()))?;
         write_whole(&folder.join("report.html"), |file| file.write_all(page.as_bytes()))?;
         if let Some(model) = report::model(&identified, &runs) {
             write_whole(&folder.join("model.toml"), |file| file.write_all(model.as_bytes()))?;
@@ -181,18 +197,41 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(ended(losses))
 }
 
-/// What `replay` says of each run by itself, as JSON.
-fn by_run(args: &Args, mapping: &Mapping) -> Result<String, Failure> {
-    let mut config = Config::default();
-    config.estimation.trim_window_s = args.trim_window;
-    let stop = stopped_by_signals()?;
-    let mut played = Vec::new();
-    for file in &args.files {
-        let files = Files { log: None, smoothed: None };
-        played.push(Run::open(file, &args.set, &config, mapping)?.play(&From::File, Pace::Max, &files, &stop)?);
+/// What each run says by itself.
+struct ByRun {
+    played: Vec<Played>,
+    in_band: bool,
+}
+
+impl ByRun {
+    /// Every run through the pipeline of `replay`.
+    fn of(args: &Args, mapping: &Mapping, band: Option<Band>) -> Result<Self, Failure> {
+        let mut config = Config::default();
+        config.estimation.trim_window_s = args.trim_window;
+        if let Some(band) = band {
+            frequency::whole_record(&mut config, band);
+        }
+        let stop = stopped_by_signals()?;
+        let mut played = Vec::new();
+        for file in &args.files {
+            let files = Files { log: None, smoothed: None };
+            played.push(Run::open(file, &args.set, &config, mapping)?.play(&From::File, Pace::Max, &files, &stop)?);
+        }
+        Ok(ByRun { played, in_band: band.is_some() })
     }
-    let estimates: Vec<_> = played.iter().map(super::replay::run::Played::estimates).collect();
-    derivatives_json(&estimates).map_err(|error| Failure::Running(error.to_string()))
+
+    fn json(&self) -> Result<String, Failure> {
+        let told = |run| if self.in_band { Played::estimates_in_band(run) } else { Played::estimates(run) };
+        let estimates: Vec<_> = self.played.iter().map(told).collect();
+        derivatives_json(&estimates).map_err(|error| Failure::Running(error.to_string()))
+    }
+
+    /// What the frequency domain says besides: into the document, and for a person.
+    fn besides(&self, in_band: Option<&InBand>, document: &mut serde_json::Value, style: Style) -> String {
+        let Some(in_band) = in_band else { return String::new() };
+        in_band.put(document);
+        format!("\n{}", in_band.text(&self.played, style))
+    }
 }
 
 /// Each test point identified, beside the model trimmed there.

@@ -1,5 +1,6 @@
 //! Derivatives and roots against flight path, as the paper's Fig 20: flight with error bars, the simulation as a line.
 
+use super::frequency::InBand;
 use super::points::{Pair, TestPoint};
 use super::points_text::{by_tail_pitch, heading, text};
 use super::report::{escaped, runs_section};
@@ -13,7 +14,7 @@ const ASIDE_DEG: f64 = 0.12;
 const PATH: &str = "flight-path angle, deg";
 
 /// A page without scripts, fonts or network.
-pub(super) fn page(points: &[TestPoint]) -> Result<String, ChartError> {
+pub(super) fn page(points: &[TestPoint], in_band: Option<&InBand>) -> Result<String, ChartError> {
     let mut page = super::report::head("Derivatives against flight path");
     let _ = writeln!(page, "<h1>Derivatives against flight path</h1>\n{}", svg_with_marks(&panels(points))?);
     let _ = writeln!(page, "<pre>{}</pre>", escaped(&text(points, Style::Plain)));
@@ -21,6 +22,7 @@ pub(super) fn page(points: &[TestPoint]) -> Result<String, ChartError> {
         let _ = writeln!(page, "<h2>{}</h2>", escaped(&heading(point)));
         runs_section(&mut page, &point.identified)?;
     }
+    in_band.map_or(Ok(()), |in_band| in_band.section(&mut page))?;
     page.push_str("</body></html>\n");
     Ok(page)
 }

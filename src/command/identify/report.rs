@@ -1,5 +1,6 @@
 //! `report.html` and `model.toml`: the pictures and the model of an identification.
 
+use super::frequency::InBand;
 use super::table;
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::model::{LinearModel, Trim};
@@ -11,10 +12,11 @@ use sideslip::outputs::terminal::Style;
 use std::fmt::Write;
 
 /// A page without scripts, fonts or network: the table, and every run beside its model.
-pub(super) fn page(identified: &Identified) -> Result<String, ChartError> {
+pub(super) fn page(identified: &Identified, in_band: Option<&InBand>) -> Result<String, ChartError> {
     let mut page = head("Identification");
     let _ = writeln!(page, "<h1>Identification</h1>\n<pre>{}</pre>", escaped(&table::text(identified, Style::Plain)));
     runs_section(&mut page, identified)?;
+    in_band.map_or(Ok(()), |in_band| in_band.section(&mut page))?;
     page.push_str("</body></html>\n");
     Ok(page)
 }

@@ -10,6 +10,7 @@ use sideslip::bus::root::Root;
 use sideslip::bus::service::{Bus, Subscriber};
 use sideslip::error::Failure;
 use sideslip::flight::log_head::LogHead;
+use sideslip::identification::record::OutputErrorRecord;
 use sideslip::pipeline::Tick;
 use sideslip::telemetry::record::Sample;
 use sideslip::telemetry::recording::Row;
@@ -114,6 +115,14 @@ impl FromBus {
     pub(super) fn tick(&mut self, tick: &Tick) -> Result<(), Failure> {
         if let Some(current) = &self.current {
             self.outlet.tick(&current.header, tick)?;
+        }
+        Ok(())
+    }
+
+    /// Publishes what output error came to.
+    pub(super) fn output_error(&mut self, record: &OutputErrorRecord) -> Result<(), Failure> {
+        if let Some(current) = &self.current {
+            self.outlet.output_error(&current.header, record)?;
         }
         Ok(())
     }

@@ -6,7 +6,7 @@ pub(super) mod run;
 pub(crate) mod sink;
 mod smoothed;
 
-use super::estimation_options::EstimationOptions;
+use super::estimation_options::{EstimationOptions, OutputError};
 use super::mapping_input::read_mapping;
 use super::message;
 use super::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json};
@@ -87,7 +87,9 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         return Err(Failure::file(json, "--json: expected another file than the log of --out, found the same"));
     }
     let mapping = read_mapping(args.config.as_deref())?;
-    let runs = args.files.iter().map(|file| Run::open(file, &args.set, &config, &mapping)).collect::<Result<Vec<_>, _>>()?;
+    let output_error = args.estimation.output_error(OutputError::Manoeuvre);
+    let open = |file: &PathBuf| Ok(Run::open(file, &args.set, &config, &mapping)?.with_output_error(output_error));
+    let runs = args.files.iter().map(open).collect::<Result<Vec<_>, Failure>>()?;
     log::make_directory(args.out.as_deref(), &logs)?;
     log::make_directory(args.smoothed.as_deref(), &states)?;
     let stop = stopped_by_signals()?;

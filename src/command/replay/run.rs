@@ -1,5 +1,6 @@
 //! One run: a recording through a pipeline of its own, and what it came to.
 
+use super::super::estimation_options::OutputError;
 use super::super::ingest::head_of;
 use super::super::progress::Progress;
 use super::from_bus::FromBus;
@@ -12,15 +13,20 @@ use sideslip::estimation::record::{Aid, EstimationEvent};
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::log_head::LogHead;
 use sideslip::flight::run_file::RunInfo;
+use sideslip::identification::live::{Live, Seen};
+use sideslip::modes::record::ModesRecord;
 use sideslip::outputs::derivatives_json::RunEstimates;
 use sideslip::outputs::event_ring::{FoldedEvent, FoldedText};
 use sideslip::outputs::noise::NoiseUsed;
+use sideslip::outputs::output_error_text::OutputErrorTable;
 use sideslip::outputs::record::EventKind;
 use sideslip::outputs::terminal::{Style, Table};
 use sideslip::outputs::text::{Severity, event_severity};
-use sideslip::pipeline::{Config, Pipeline};
+use sideslip::pipeline::{Config, Pipeline, Tick};
+use sideslip::regression::record::DerivativesRecord;
 use sideslip::telemetry::mavlink::mapping::Config as Mapping;
 use sideslip::telemetry::mavlink::recording::Traffic;
+use sideslip::telemetry::record::Sample;
 use sideslip::telemetry::recording::Recording;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -55,6 +61,7 @@ pub(in super::super) struct Run {
     head: LogHead,
     config: Config,
     pipeline: Box<Pipeline>,
+    live: Option<Live>,
 }
 
 /// What a run came to.
@@ -70,6 +77,7 @@ pub(in super::super) struct Played {
     range_s: Option<(f64, f64)>,
     sink: Sink,
     events: Vec<FoldedEvent>,
+    in_band: (DerivativesRecord, ModesRecord),
     consistency: [Option<f64>; 2],
     noise: Option<NoiseUsed>,
     /// Rows skipped, a file cut short: sentences about the recording itself; the first so many are losses.
@@ -88,7 +96,13 @@ impl Run {
         let recording = Recording::open_with(file, mapping)?;
         let (info, head) = head_of(file, &recording, overrides)?;
         let pipeline = Pipeline::new(config, *info.geometry()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
-        Ok(Run { file: file.into(), recording, info, head, config: *config, pipeline: Box::new(pipeline) })
+        Ok(Run { file: file.into(), recording, info, head, config: *config, pipeline: Box::new(pipeline), live: None })
+    }
+
+    /// The same with output error beside it, in step with the record's own time.
+    pub(in super::super) fn with_output_error(self, when: OutputError) -> Self {
+        let live = when.live(*self.info.geometry());
+        Run { live, ..self }
     }
 
     /// Plays it to its end, or until `stop`. Where reading fails in the middle, the log is closed with what came before.
@@ -147,9 +161,18 @@ impl Run {
                 bus.tick(tick)?;
             }
             sink.tick(tick);
+            if let Some(live) = &mut self.live {
+                follow(live, &sample, tick, &mut sink, &mut bus)?;
+            }
             progress.show(|| progress_line(&name, time_s, &sink));
         };
         sink.tick(self.pipeline.finish());
+        if let Some(live) = &mut self.live {
+            live.finish();
+            if live.is_due() {
+                sink.output_error(live.refit());
+            }
+        }
         sink.close();
         let log = writing.map(Log::finish).transpose()?;
         read?;
@@ -204,6 +227,7 @@ impl Run {
             range_s,
             sink,
             events,
+            in_band: self.pipeline.in_band(),
             consistency,
             noise: NoiseUsed::of(self.pipeline.estimator().noise(), self.pipeline.estimator().instrumentation()),
             warnings: Vec::new(),
@@ -218,6 +242,19 @@ impl Run {
         played.warnings = played.warnings();
         played
     }
+}
+
+/// One sample for output error, and what it brought.
+fn follow(live: &mut Live, sample: &Sample, tick: &Tick, sink: &mut Sink, bus: &mut Option<FromBus>) -> Result<(), Failure> {
+    live.sample(sample);
+    let changed = tick.derivatives.as_ref().and_then(|derivatives| live.seen(&Seen::from(derivatives))).is_some();
+    if live.is_due() {
+        live.refit();
+    } else if !changed {
+        return Ok(());
+    }
+    sink.output_error(live.record());
+    bus.as_mut().map_or(Ok(()), |bus| bus.output_error(live.record()))
 }
 
 /// A vane's disagreement as it stands at the end, not at first sight.
@@ -262,10 +299,17 @@ impl Played {
             state: self.sink.state.as_ref(),
             derivatives: self.sink.derivatives.as_ref(),
             modes: self.sink.modes.as_ref(),
+            output_error: self.sink.output_error.as_ref(),
             warnings: &self.warnings,
             consistency: self.consistency,
             noise: self.noise,
         }
+    }
+
+    /// The same from the band of frequencies alone.
+    pub(in super::super) fn estimates_in_band(&self) -> RunEstimates<'_> {
+        let (derivatives, modes) = &self.in_band;
+        RunEstimates { derivatives: Some(derivatives), modes: Some(modes), ..self.estimates() }
     }
 
     /// What was lost or skipped, a sentence each.
@@ -307,6 +351,10 @@ impl Played {
         let (derivatives, modes) = (self.sink.derivatives.as_ref(), self.sink.modes.as_ref());
         let table = Table { controls: self.controls, derivatives, modes, events: &self.events, notes: &self.notes, style };
         let _ = write!(text, "\n{table}");
+        if let Some(record) = &self.sink.output_error {
+            let now_s = self.range_s.map_or(record.time_s, |(_, to_s)| to_s);
+            let _ = write!(text, "{}", OutputErrorTable { record, now_s, controls: self.controls, style });
+        }
         if let Some(noise) = &self.noise {
             let _ = writeln!(text, "{noise}");
         }

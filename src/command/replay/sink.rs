@@ -1,6 +1,7 @@
 //! Where a run's records go: to the log, and what a reader wants at the end is kept.
 
 use sideslip::estimation::record::{EstimationEvent, StateRecord};
+use sideslip::identification::record::OutputErrorRecord;
 use sideslip::modes::record::ModesRecord;
 use sideslip::outputs::event_ring::EventRing;
 use sideslip::outputs::queue::Sender;
@@ -21,6 +22,7 @@ pub(crate) struct Sink {
     pub(crate) state: Option<StateRecord>,
     pub(crate) derivatives: Option<DerivativesRecord>,
     pub(crate) modes: Option<ModesRecord>,
+    pub(crate) output_error: Option<OutputErrorRecord>,
     pub(crate) events: Box<EventRing<EVENTS>>,
     /// Samples that the estimation dropped for their time, and values that it did not use.
     dropped_samples: u64,
@@ -37,6 +39,7 @@ impl Sink {
             state: None,
             derivatives: None,
             modes: None,
+            output_error: None,
             events: Box::new(EventRing::new()),
             dropped_samples: 0,
             unused_values: 0,
@@ -88,6 +91,12 @@ impl Sink {
             self.modes = Some(modes);
             self.log(|| Message::Modes(modes));
         }
+    }
+
+    /// What output error came to.
+    pub(crate) fn output_error(&mut self, record: &OutputErrorRecord) {
+        self.log(|| Message::OutputError(record.clone()));
+        self.output_error = Some(record.clone());
     }
 
     /// Whether more than half of the queue to the log is taken.

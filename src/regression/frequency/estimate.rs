@@ -42,6 +42,19 @@ pub struct Estimate {
     pub std: [f64; REGRESSORS],
 }
 
+/// One equation's terms with everything that is told of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InFull {
+    /// The terms.
+    pub estimate: Estimate,
+    /// (2) by place in z; zero where a term is not in.
+    pub cov: [[f64; REGRESSORS]; REGRESSORS],
+    /// Part of the response's squares over the band that is left.
+    pub unexplained: f64,
+    /// Intensity S of the error, (3): its variance times the interval of the grid, were it white over all frequencies.
+    pub intensity: f64,
+}
+
 fn real(a: &Spectrum, b: &Spectrum, count: usize) -> f64 {
     a[..count].iter().zip(b).map(|(a, b)| a.re * b.re + a.im * b.im).sum()
 }
@@ -69,6 +82,41 @@ impl Shared {
 
     /// The equation of that axis with those terms; `None` where the band does not tell them apart, or has too little.
     pub fn fit(&self, transforms: &Transforms, axis: Axis, order: &[usize]) -> Option<Estimate> {
+        let solved = self.solved(transforms, axis, order)?;
+        let mut estimate = Estimate { theta: solved.theta, std: [0.0; REGRESSORS] };
+        for &i in order {
+            estimate.std[i] = libm::sqrt(self.covariance(&solved, order, i, i).max(0.0));
+        }
+        let has_numbers = order.iter().all(|&i| estimate.theta[i].is_finite() && estimate.std[i].is_finite());
+        has_numbers.then_some(estimate)
+    }
+
+    /// The same with the covariance and how much of the response is left: what is said of a record after the flight.
+    pub fn fit_in_full(&self, transforms: &Transforms, axis: Axis, order: &[usize]) -> Option<InFull> {
+        let estimate = self.fit(transforms, axis, order)?;
+        let solved = self.solved(transforms, axis, order)?;
+        let mut cov = [[0.0; REGRESSORS]; REGRESSORS];
+        for &i in order {
+            for &j in order {
+                cov[i][j] = self.covariance(&solved, order, i, j);
+            }
+        }
+        Some(InFull { estimate, cov, unexplained: solved.unexplained, intensity: solved.intensity })
+    }
+
+    /// Re X^* X by place in z.
+    pub fn gram(&self) -> &[[f64; REGRESSORS]; REGRESSORS] {
+        &self.gram
+    }
+
+    /// Entry of (2).
+    fn covariance(&self, solved: &Solved, order: &[usize], i: usize, j: usize) -> f64 {
+        let through: f64 = order.iter().map(|&k| solved.dispersion[i][k] * dot(&self.middle[k], &solved.dispersion[j])).sum();
+        solved.intensity * through
+    }
+
+    /// (1) and (3).
+    fn solved(&self, transforms: &Transforms, axis: Axis, order: &[usize]) -> Option<Solved> {
         let count = transforms.band().count();
         let response = transforms.response(axis);
         let mut scale = [0.0; ORDER];
@@ -91,30 +139,28 @@ impl Shared {
                 return None;
             }
         }
-        let mut dispersion = [[0.0; REGRESSORS]; REGRESSORS];
+        let zero = [[0.0; REGRESSORS]; REGRESSORS];
+        let unexplained = swept.at(RESPONSE, RESPONSE);
+        let mut solved = Solved { theta: [0.0; REGRESSORS], dispersion: zero, intensity: 0.0, unexplained };
         for &i in order {
             for &j in order {
-                dispersion[i][j] = -swept.at(i, j) * scale[i] * scale[j];
+                solved.dispersion[i][j] = -swept.at(i, j) * scale[i] * scale[j];
             }
+            solved.theta[i] = swept.at(i, RESPONSE) * scale[i] / scale[RESPONSE];
         }
-        let squares = swept.at(RESPONSE, RESPONSE) / (scale[RESPONSE] * scale[RESPONSE]);
-        let taken: f64 = order.iter().map(|&i| dot(&dispersion[i], &self.middle[i])).sum();
-        let intensity = squares / (self.trace - taken);
-        if !(self.trace - taken > 0.0) || !intensity.is_finite() {
-            return None;
-        }
-        let mut estimate = Estimate { theta: [0.0; REGRESSORS], std: [0.0; REGRESSORS] };
-        for &i in order {
-            let mut variance = 0.0;
-            for &j in order {
-                variance += dispersion[i][j] * dot(&self.middle[j], &dispersion[i]);
-            }
-            estimate.theta[i] = swept.at(i, RESPONSE) * scale[i] / scale[RESPONSE];
-            estimate.std[i] = libm::sqrt((intensity * variance).max(0.0));
-        }
-        let has_numbers = order.iter().all(|&i| estimate.theta[i].is_finite() && estimate.std[i].is_finite());
-        has_numbers.then_some(estimate)
+        let squares = unexplained / (scale[RESPONSE] * scale[RESPONSE]);
+        let taken: f64 = order.iter().map(|&i| dot(&solved.dispersion[i], &self.middle[i])).sum();
+        solved.intensity = squares / (self.trace - taken);
+        (self.trace - taken > 0.0 && solved.intensity.is_finite()).then_some(solved)
     }
+}
+
+/// An equation as (1) and (3) leave it.
+struct Solved {
+    theta: [f64; REGRESSORS],
+    dispersion: [[f64; REGRESSORS]; REGRESSORS],
+    intensity: f64,
+    unexplained: f64,
 }
 
 /// K_- X + K_+ X^conj.

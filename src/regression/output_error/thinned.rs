@@ -17,10 +17,11 @@ pub fn thinned(records: &[Record]) -> Option<Vec<Record>> {
     while block > 1 && shortest / block < BLOCKS {
         block /= 2;
     }
-    (block > 1).then(|| records.iter().map(|record| one(record, block)).collect())
+    (block > 1).then(|| records.iter().map(|record| by_blocks(record, block)).collect())
 }
 
-fn one(record: &Record, block: usize) -> Record {
+/// A record by means of blocks of so many samples.
+pub fn by_blocks(record: &Record, block: usize) -> Record {
     let all = |series: &[Vec<f64>]| series.iter().map(|one| means(one, block)).collect();
     Record { times_s: means(&record.times_s, block), inputs: all(&record.inputs), outputs: all(&record.outputs) }
 }

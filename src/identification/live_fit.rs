@@ -1,0 +1,200 @@
+//! One fit of output error to the manoeuvres that are kept: the structure from the regression's terms, the search, the modes.
+//!
+//! Consumes the samples of each manoeuvre, the terms of every equation and the estimates before; produces derivatives with
+//! standard errors and modes. Lateral and longitudinal motion are taken in where the regression has terms in L or N, and in M, and
+//! their measurements are there: all eight states of a helicopter that couples. Samples go in as means over blocks.
+//! Refused: what [`super::linear`] and output error refuse, as a sentence.
+
+use super::columns::Columns;
+use super::linear::{Choice, Linear};
+use super::live::Config;
+use super::record::{OutputErrorRecord, ParameterRecord};
+use super::roots::{Root, modes};
+use super::start::starts;
+use crate::flight::channel::Channel;
+use crate::flight::derivative::{AXES, Axis, Variable};
+use crate::flight::run::RunGeometry;
+use crate::modes::record::{Oscillation, RealRoot};
+use crate::regression::output_error::thinned::by_blocks;
+use crate::regression::output_error::{Fitted, Record, Settings, Structure, fit as search};
+use crate::telemetry::record::Sample;
+
+/// Relative standard error of omega, and standard error of zeta, below which an oscillation is known.
+const OMEGA_KNOWN: f64 = 0.05;
+const ZETA_KNOWN: f64 = 0.02;
+/// Length of the last step, standard errors: one that is shorter is seen by nobody.
+const TOLERANCE: f64 = 0.02;
+
+const LATERAL: [&str; 4] = ["v", "p", "phi", "r"];
+const LONGITUDINAL: [&str; 4] = ["u", "w", "q", "theta"];
+
+/// What a fit gave.
+pub(super) struct Found {
+    pub(super) record: OutputErrorRecord,
+    /// Whether the search ended by itself.
+    pub(super) searched: bool,
+}
+
+/// Whether its oscillation is known well enough to be told.
+pub(super) fn is_known(record: &OutputErrorRecord) -> bool {
+    let known = |pair: &Oscillation| pair.std_omega < OMEGA_KNOWN * pair.omega && pair.std_zeta < ZETA_KNOWN;
+    record.dutch_roll.as_ref().or(record.short_period.as_ref()).is_some_and(known)
+}
+
+/// Fits those manoeuvres.
+pub(super) fn fit(
+    runs: &[&[Sample]],
+    geometry: RunGeometry,
+    terms: &[u16; AXES],
+    before: &[(Axis, Variable, f64)],
+    config: &Config,
+) -> Result<Found, String> {
+    let columns = runs.iter().enumerate().map(|(place, samples)| columns(place, samples, geometry, config.trim_s));
+    let columns = columns.collect::<Result<Vec<_>, _>>()?;
+    let (choice, only) = structure(&columns, geometry, terms)?;
+    let mut linear = Linear::new(choice, &columns, Some(&only)).map_err(|wrong| wrong.to_string())?;
+    // The airspeed's accelerometer has no state where u is none.
+    linear.notes.clear();
+    let records = columns.iter().map(|run| Ok(thinned(linear.record(run)?, config.rate_hz)));
+    let records = records.collect::<Result<Vec<Record>, super::columns::ColumnError>>().map_err(|wrong| wrong.to_string())?;
+    let settings = Settings { iterations: config.iterations, tolerance: TOLERANCE, ..Settings::default() };
+    let names: Vec<(Axis, Variable)> = linear.derivatives.iter().filter_map(|(axis, name)| placed(*axis, name)).collect();
+    if names.len() != linear.derivatives.len() {
+        return Err("a derivative without a place in the record".to_owned());
+    }
+    let known = names.iter().map(|name| before.iter().find(|one| (one.0, one.1) == *name).map(|one| one.2));
+    let warm: Option<Vec<f64>> = known.collect();
+    let attempt = |values: &[f64]| search(&linear.structure, &linear.parameters(values), &[], &records, &settings);
+    let mut fitted = warm.and_then(|warm| attempt(&warm).ok().filter(|fitted| fitted.converged));
+    if fitted.is_none() {
+        fitted = Some(attempt(&starts(&linear, &records)).map_err(|refused| refused.to_string())?);
+    }
+    let Some(fitted) = fitted else { return Err("no fit".to_owned()) };
+    if fitted.theta.iter().chain(&fitted.std).any(|x| !x.is_finite()) {
+        return Err("the estimates or their errors are no numbers".to_owned());
+    }
+    Ok(told(&linear, &names, &fitted, &records))
+}
+
+/// Axis and variable of a derivative by its name in an identification.
+fn placed(axis: char, name: &str) -> Option<(Axis, Variable)> {
+    Some((Axis::from_name(axis.encode_utf8(&mut [0; 4]))?, Variable::from_name(name)?))
+}
+
+fn columns(place: usize, samples: &[Sample], geometry: RunGeometry, trim_s: f64) -> Result<Columns, String> {
+    let there = Channel::ALL.into_iter().filter(|channel| samples.iter().any(|sample| sample.get(*channel).is_some()));
+    let column = |channel: Channel| {
+        let value = |sample: &Sample| sample.get(channel).filter(|value| value.is_finite()).unwrap_or(f64::NAN);
+        (channel.name(geometry.controls).to_owned(), samples.iter().map(value).collect())
+    };
+    let times_s = samples.iter().map(|sample| sample.time_s).collect();
+    let columns = there.map(column).collect();
+    Columns::new(format!("manoeuvre {}", place + 1), geometry, times_s, columns, trim_s).map_err(|wrong| wrong.to_string())
+}
+
+fn thinned(record: Record, rate_hz: f64) -> Record {
+    let span_s = record.times_s.last().zip(record.times_s.first()).map_or(0.0, |(last, first)| last - first);
+    let rate = (record.times_s.len().max(1) - 1) as f64 / span_s.max(1e-9);
+    let block = libm::floor(rate / rate_hz + 0.1) as usize;
+    if block > 1 { by_blocks(&record, block) } else { record }
+}
+
+type Only = Vec<(char, String)>;
+
+/// States, inputs, outputs and derivatives that the regression's terms ask for and the recording can bear.
+fn structure(runs: &[Columns], geometry: RunGeometry, terms: &[u16; AXES]) -> Result<(Choice, Only), String> {
+    let has = |axis: Axis, variable: Variable| terms.get(axis.index()).is_some_and(|bits| bits & 1 << variable.index() != 0);
+    let any = |axes: &[Axis], variables: &[Variable]| axes.iter().any(|&axis| variables.iter().any(|&one| has(axis, one)));
+    let all = |name: &str| runs.iter().all(|run| run.has(name));
+    let measured = |names: &[&str]| names.iter().all(|name| all(name));
+    let lateral = any(&[Axis::L, Axis::N], &[Variable::V, Variable::P, Variable::R]);
+    let longitudinal = any(&[Axis::M], &[Variable::W, Variable::Q]);
+    if !lateral && !longitudinal {
+        return Err("the regression has no terms yet in L, M or N".to_owned());
+    }
+    let lateral_measured = measured(&["beta", "p", "r", "phi", "tas"]);
+    let longitudinal_measured = measured(&["tas", "alpha", "q", "theta"]);
+    let (lateral, longitudinal) = (lateral && lateral_measured, longitudinal && longitudinal_measured);
+    let (states, outputs): (Vec<&str>, Vec<&str>) = match (lateral, longitudinal) {
+        (false, false) => return Err("needs tas with beta, p, r, phi or with alpha, q, theta".to_owned()),
+        (true, false) => (LATERAL.to_vec(), vec!["beta", "p", "phi", "r", "ay"]),
+        (false, true) => (LONGITUDINAL.to_vec(), vec!["tas", "alpha", "q", "theta", "ax", "az"]),
+        (true, true) => (
+            vec!["u", "v", "w", "p", "q", "r", "phi", "theta"],
+            vec!["tas", "alpha", "beta", "p", "q", "r", "phi", "theta", "ax", "ay", "az"],
+        ),
+    };
+    let own = |axis: Axis| if matches!(axis, Axis::Y | Axis::L | Axis::N) { lateral } else { longitudinal };
+    let name = |variable: Variable| variable.name(geometry.controls);
+    let axes = || Axis::ALL.into_iter().filter(|axis| own(*axis));
+    let inputs: Vec<Variable> =
+        Variable::CONTROLS.into_iter().filter(|&control| all(name(control)) && axes().any(|axis| has(axis, control))).collect();
+    if inputs.is_empty() {
+        return Err("no control is in the regression's equations".to_owned());
+    }
+    let mut only = Only::new();
+    for axis in axes() {
+        let known = |variable: &Variable| states.contains(&name(*variable)) || inputs.contains(variable);
+        for variable in Variable::ALL.into_iter().filter(|one| has(axis, *one) && known(one)) {
+            only.push((axis.name().chars().next().unwrap_or_default(), name(variable).to_owned()));
+        }
+    }
+    let owned = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
+    let outputs: Vec<&str> = outputs.into_iter().filter(|name| all(name)).collect();
+    let inputs: Vec<&str> = inputs.into_iter().map(name).collect();
+    Ok((Choice { states: owned(&states), inputs: owned(&inputs), outputs: owned(&outputs) }, only))
+}
+
+fn told(linear: &Linear, names: &[(Axis, Variable)], fitted: &Fitted, records: &[Record]) -> Found {
+    let mut record = OutputErrorRecord::EMPTY;
+    let numbers = fitted.theta.iter().zip(&fitted.std).zip(&fitted.std_cramer_rao);
+    for (&(axis, variable), ((&value, &std), &std_cramer_rao)) in names.iter().zip(numbers) {
+        let _ = record.parameters.push(ParameterRecord { axis, variable, value, std, std_cramer_rao });
+    }
+    let count = |records: &[Record]| records.iter().map(|record| record.times_s.len()).sum::<usize>();
+    record.manoeuvres = u32::try_from(records.len()).unwrap_or(u32::MAX);
+    record.samples = u32::try_from(count(records)).unwrap_or(u32::MAX);
+    if !fitted.converged {
+        record.explain("the search has not ended within its steps");
+    }
+    let roots = |structure: &Structure| {
+        modes(structure, &fitted.theta, &fitted.cov, &linear.datum.steps(linear.datum_std, &structure.states)).unwrap_or_default()
+    };
+    for part in [LATERAL, LONGITUDINAL] {
+        let Some(part) = subsystem(&linear.structure, &part) else { continue };
+        for root in roots(&part) {
+            match root.name {
+                Some("dutch_roll") => record.dutch_roll = Some(pair(&root)),
+                Some("lateral_phugoid") => record.lateral_phugoid = Some(pair(&root)),
+                Some("roll") => record.roll = Some(RealRoot { value: root.real, std: root.std_real }),
+                Some("spiral") => record.spiral = Some(RealRoot { value: root.real, std: root.std_real }),
+                Some("short_period") => record.short_period = Some(pair(&root)),
+                _ => {}
+            }
+        }
+    }
+    if let Some(alone) = record.dutch_roll.filter(|_| linear.structure.states.len() > LATERAL.len()) {
+        let away = |root: &Root| libm::hypot(root.real - alone.real, root.imag - alone.imag);
+        let all = roots(&linear.structure);
+        let pairs = all.iter().filter(|root| root.imag > 0.0);
+        record.coupled = pairs.min_by(|a, b| away(a).total_cmp(&away(b))).map(pair);
+    }
+    Found { record, searched: fitted.converged }
+}
+
+fn pair(root: &Root) -> Oscillation {
+    let Root { real, imag, omega, zeta, std_omega, std_zeta, .. } = *root;
+    Oscillation { real, imag, omega, zeta, std_omega, std_zeta }
+}
+
+/// The part of the structure that is of those states alone; `None` where one is missing.
+fn subsystem(whole: &Structure, states: &[&str]) -> Option<Structure> {
+    let places = states.iter().map(|name| whole.states.iter().position(|state| state == name));
+    let places = places.collect::<Option<Vec<usize>>>()?;
+    let row = |place: &usize| -> Option<Vec<_>> {
+        let row = whole.a.get(*place)?;
+        places.iter().map(|column| row.get(*column).cloned()).collect()
+    };
+    let a = places.iter().map(row).collect::<Option<Vec<_>>>()?;
+    Some(Structure { states: states.iter().map(|&name| name.to_owned()).collect(), a, ..Structure::default() })
+}

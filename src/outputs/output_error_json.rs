@@ -1,0 +1,88 @@
+//! Output error as a JSON object: the payload of `/output_error`, and `output_error` of `derivatives.json`.
+
+use super::message_json::{OscillationJson, RootJson};
+use super::text::{TermName, derivative_unit};
+use crate::flight::channel::ControlNames;
+use crate::identification::record::OutputErrorRecord;
+use serde::Serialize;
+
+/// A derivative.
+#[derive(Serialize)]
+struct ParameterJson {
+    name: String,
+    value: f64,
+    std: f64,
+    std_cramer_rao: f64,
+    unit: &'static str,
+}
+
+/// The modes that are there.
+#[derive(Serialize)]
+struct ModesJson {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    dutch_roll: Option<OscillationJson>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    roll: Option<RootJson>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    spiral: Option<RootJson>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lateral_phugoid: Option<OscillationJson>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    coupled_dutch_roll: Option<OscillationJson>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    short_period: Option<OscillationJson>,
+}
+
+/// The object.
+#[derive(Serialize)]
+pub(super) struct OutputErrorJson {
+    time: f64,
+    fitted: f64,
+    age: f64,
+    status: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reason: Option<String>,
+    parameters: Vec<ParameterJson>,
+    modes: ModesJson,
+    manoeuvres: u32,
+    dropped: u32,
+    samples: u32,
+}
+
+impl OutputErrorJson {
+    /// The record as of that time, s.
+    pub(super) fn at(record: &OutputErrorRecord, controls: ControlNames, time_s: f64) -> Self {
+        let parameters = record.parameters.iter().map(|one| ParameterJson {
+            name: TermName { axis: one.axis, variable: Some(one.variable), controls }.to_string(),
+            value: one.value,
+            std: one.std,
+            std_cramer_rao: one.std_cramer_rao,
+            unit: derivative_unit(one.axis, Some(one.variable)),
+        });
+        let reason = (!record.reason.is_empty()).then(|| record.reason.as_str().to_owned());
+        OutputErrorJson {
+            time: time_s,
+            fitted: record.fitted_s,
+            age: (time_s - record.fitted_s).max(0.0),
+            status: record.progress.name().to_owned(),
+            reason,
+            parameters: parameters.collect(),
+            modes: ModesJson {
+                dutch_roll: record.dutch_roll.map(Into::into),
+                roll: record.roll.map(Into::into),
+                spiral: record.spiral.map(Into::into),
+                lateral_phugoid: record.lateral_phugoid.map(Into::into),
+                coupled_dutch_roll: record.coupled.map(Into::into),
+                short_period: record.short_period.map(Into::into),
+            },
+            manoeuvres: record.manoeuvres,
+            dropped: record.dropped,
+            samples: record.samples,
+        }
+    }
+
+    /// The record as of its own time.
+    pub(super) fn new(record: &OutputErrorRecord, controls: ControlNames) -> Self {
+        OutputErrorJson::at(record, controls, record.time_s)
+    }
+}
