@@ -71,7 +71,7 @@ fn mean(series: &[(f64, f64)]) -> f64 {
 }
 
 /// (1).
-fn noise(series: &[(f64, f64)]) -> f64 {
+pub(super) fn noise(series: &[(f64, f64)]) -> f64 {
     let mut sizes: Vec<f64> = series
         .windows(3)
         .filter_map(|three| if let [a, b, c] = three { Some(libm::fabs(a.1 - 2.0 * b.1 + c.1)) } else { None })

@@ -4,10 +4,13 @@
 //! trim, with its measured inputs, nothing fitted to it.
 
 use super::columns::{ColumnError, Columns};
+use super::disturbed::disturbances;
 use super::linear::{Choice, Linear, NoModel};
 use super::prediction::{Score, score};
 use super::roots::{Modes, modes};
 use super::start::starts;
+use super::vibration::{residual_colour, without_vibration};
+use crate::regression::filter_error::{self, Found};
 use crate::regression::output_error::{Fitted, Own, Record, Refused, Settings, fit, predict};
 
 /// Whether instruments are believed.
@@ -21,6 +24,18 @@ pub enum Instruments {
     Doubted,
 }
 
+/// By which method the parameters are found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// Noise on the outputs alone.
+    #[default]
+    OutputError,
+    /// Output error, and filter error where its residuals show that the states were disturbed.
+    Auto,
+    /// Gusts and noise of the inputs too.
+    FilterError,
+}
+
 /// What is wanted.
 #[derive(Clone, Debug)]
 pub struct Wanted {
@@ -30,12 +45,14 @@ pub struct Wanted {
     pub only: Option<Vec<(char, String)>>,
     /// Whether instruments are believed.
     pub instruments: Instruments,
+    /// By which method.
+    pub method: Method,
 }
 
 impl From<Choice> for Wanted {
     /// All derivatives, instruments believed.
     fn from(choice: Choice) -> Self {
-        Wanted { choice, only: None, instruments: Instruments::Believed }
+        Wanted { choice, only: None, instruments: Instruments::Believed, method: Method::OutputError }
     }
 }
 
@@ -46,8 +63,10 @@ pub struct Identified {
     pub linear: Linear,
     /// Where output error started, by derivative.
     pub starts: Vec<f64>,
-    /// What it found.
+    /// What it found, or filter error from there.
     pub fitted: Fitted,
+    /// What filter error found besides; `None` where output error answers.
+    pub disturbed: Option<Found>,
     /// The modes, or why there are none.
     pub modes: Modes,
     /// The runs that it was fitted to.
@@ -101,7 +120,21 @@ pub fn identify(runs: &[Columns], holdout: &[Columns], wanted: Wanted, settings:
     }
     let starts = starts(&linear, &records);
     let mut fitted = fit(&linear.structure, &linear.parameters(&starts), &[], &records, settings)?;
-    if wanted.instruments == Instruments::Doubted {
+    let colour = residual_colour(&linear, &records, &fitted);
+    let filtered = match wanted.method {
+        Method::OutputError => false,
+        Method::FilterError => true,
+        Method::Auto => colour.is_some(),
+    };
+    linear.notes.extend(colour.filter(|_| !filtered || wanted.method == Method::Auto));
+    let mut changed = false;
+    if filtered {
+        for (record, own) in records.iter_mut().zip(&fitted.runs) {
+            changed |= without_vibration(&mut linear, record, &own.predicted);
+        }
+    }
+    let doubted = wanted.instruments == Instruments::Doubted;
+    if doubted {
         let own = |run: usize| fitted.runs.get(run).map(|run| run.predicted.as_slice()).unwrap_or_default();
         let late = |(run, record): (usize, Record)| linear.doubted_record(record, own(run));
         records = records.into_iter().enumerate().map(late).collect();
@@ -112,7 +145,21 @@ pub fn identify(runs: &[Columns], holdout: &[Columns], wanted: Wanted, settings:
         });
         kept_back = flown.collect::<Result<_, Refused>>()?;
         linear.doubt();
-        fitted = fit(&linear.structure, &linear.doubted_parameters(&fitted), &[], &records, settings)?;
+    }
+    let parameters = |first: &Fitted| {
+        if doubted { linear.doubted_parameters(first) } else { linear.parameters(&first.theta) }
+    };
+    if doubted || changed {
+        fitted = fit(&linear.structure, &parameters(&fitted), &[], &records, settings)?;
+    }
+    let mut disturbed = None;
+    if filtered {
+        let disturbances = disturbances(&linear, runs, &records)?;
+        // The doubts go on from where they are.
+        let mut parameters = parameters(&fitted);
+        parameters.iter_mut().zip(&fitted.theta).for_each(|(parameter, theta)| parameter.start = *theta);
+        let (better, found) = filter_error::fit(&linear.structure, &parameters, &[], &records, &disturbances, settings, &fitted)?;
+        (fitted, disturbed) = (better, Some(found));
     }
     linear.notes.extend(coloured(&fitted));
     linear.notes.extend(unexcited(&linear.choice, runs));
@@ -127,7 +174,7 @@ pub fn identify(runs: &[Columns], holdout: &[Columns], wanted: Wanted, settings:
         Ok(flown(run, record, predicted))
     });
     let holdout = flown_back.collect::<Result<_, Refused>>()?;
-    Ok(Identified { linear, starts, fitted, modes, fit, holdout })
+    Ok(Identified { linear, starts, fitted, disturbed, modes, fit, holdout })
 }
 
 /// Corrected standard errors so many times those for white residuals (median) are said.

@@ -9,6 +9,7 @@
 
 pub mod columns;
 pub mod datum;
+pub mod disturbed;
 pub mod doubts;
 pub mod effective_damping;
 pub mod follower;
@@ -26,3 +27,4 @@ pub mod start;
 pub mod steady_sideslip;
 pub mod test_point;
 pub mod velocity;
+pub mod vibration;

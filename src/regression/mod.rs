@@ -9,6 +9,8 @@ pub mod candidate;
 pub mod colour;
 pub mod config;
 pub mod excitation;
+#[cfg(feature = "std")]
+pub mod filter_error;
 pub mod frequency;
 pub mod information;
 #[cfg(feature = "std")]

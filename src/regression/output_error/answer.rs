@@ -16,7 +16,7 @@ use super::refused::Refused;
 const GIVEN_BACK: usize = 1;
 
 /// Adds a run's block (theta, own) where it belongs among all unknowns.
-fn add_block(all: &mut Dense, block: &Dense, parameters: usize, from: usize) {
+pub(crate) fn add_block(all: &mut Dense, block: &Dense, parameters: usize, from: usize) {
     let place = |i: usize| if i < parameters { i } else { from + i - parameters };
     let size = block.rows().min(block.columns());
     for i in 0..size {
@@ -26,7 +26,7 @@ fn add_block(all: &mut Dense, block: &Dense, parameters: usize, from: usize) {
     }
 }
 
-fn roots(cov: &Dense) -> Vec<f64> {
+pub(crate) fn roots(cov: &Dense) -> Vec<f64> {
     cov.diagonal().iter().map(|variance| libm::sqrt(*variance)).collect()
 }
 

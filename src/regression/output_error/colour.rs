@@ -139,16 +139,21 @@ fn blocked(rows: Rows, columns: usize, noise: &[f64]) -> (Rows, usize) {
 impl Coloured {
     /// Of a run at the end of the search. `inverse_cov` is R^-1, `noise_cov` R.
     pub fn new(linear: &Linear<'_>, run: &Run, simulated: &Simulated, own: &Own, inverse_cov: &Dense, noise_cov: &Dense) -> Self {
-        let layout = &linear.prepared.layout;
-        let (outputs, columns) = (layout.outputs, layout.columns());
         let rows = weighed_sensitivities(linear, run, simulated, own, inverse_cov);
+        Coloured::of(run, linear.prepared.layout.columns(), &simulated.residuals, rows, noise_cov)
+    }
+
+    /// Of residuals whose sensitivities are given by sample, output and column, already weighed with R^-1.
+    pub(crate) fn of(run: &Run, columns: usize, residuals: &[f64], data: Vec<f64>, noise_cov: &Dense) -> Self {
+        let outputs = noise_cov.rows();
+        let rows = Rows { width: outputs * columns, data };
         let whole = run.counts.iter().all(|&count| count == run.samples);
         let (rows, block) = if whole { blocked(rows, columns, &noise_cov.diagonal()) } else { (rows, 1) };
         let blocks = run.samples / block;
         let lags = (blocks / 4).max(1);
         let transform = Transform::at_least(blocks + lags + 1);
         let column = |o: usize| -> Vec<f64> {
-            let values = simulated.residuals.iter().skip(o).step_by(outputs);
+            let values = residuals.iter().skip(o).step_by(outputs);
             let values: Vec<f64> = values.map(|v| if v.is_finite() { *v } else { 0.0 }).collect();
             values.chunks_exact(block).map(|part| part.iter().sum()).collect()
         };
@@ -156,7 +161,7 @@ impl Coloured {
             if whole {
                 return Vec::new();
             }
-            simulated.residuals.iter().skip(o).step_by(outputs).map(|v| f64::from(u8::from(v.is_finite()))).collect()
+            residuals.iter().skip(o).step_by(outputs).map(|v| f64::from(u8::from(v.is_finite()))).collect()
         };
         let spectra: Vec<(Complex, Complex)> = (0..outputs).map(|o| transform.of_two(&column(o), &sampled(o))).collect();
         let (mut residuals, mut counts) = (Vec::new(), Vec::new());
@@ -353,7 +358,7 @@ impl Coloured {
 }
 
 /// R^-1 S in rows by sample, 0 where an output was not sampled.
-fn weighed_sensitivities(linear: &Linear<'_>, run: &Run, simulated: &Simulated, own: &Own, inverse_cov: &Dense) -> Rows {
+fn weighed_sensitivities(linear: &Linear<'_>, run: &Run, simulated: &Simulated, own: &Own, inverse_cov: &Dense) -> Vec<f64> {
     let layout = &linear.prepared.layout;
     let (outputs, stride, columns) = (layout.outputs, layout.stride(), layout.columns());
     let width = outputs * columns;
@@ -372,7 +377,7 @@ fn weighed_sensitivities(linear: &Linear<'_>, run: &Run, simulated: &Simulated, 
             }
         }
     });
-    Rows { width, data }
+    data
 }
 
 #[cfg(test)]

@@ -181,8 +181,10 @@ pub struct Step {
 /// The matrices at a point.
 #[derive(Clone, Debug)]
 pub struct Point {
-    a: Vec<f64>,
-    b: Vec<f64>,
+    /// A, states x states.
+    pub a: Vec<f64>,
+    /// B, states x inputs.
+    pub b: Vec<f64>,
     /// C, outputs x states.
     pub c: Vec<f64>,
     /// D, outputs x inputs.
@@ -211,9 +213,9 @@ pub struct Prepared<'a> {
     /// Its sizes.
     pub layout: Layout,
     /// Parameters in A, with dA.
-    da: Vec<(usize, Vec<f64>)>,
-    db: Vec<(usize, Vec<f64>)>,
-    dc: Vec<(usize, Vec<f64>)>,
+    pub(crate) da: Vec<(usize, Vec<f64>)>,
+    pub(crate) db: Vec<(usize, Vec<f64>)>,
+    pub(crate) dc: Vec<(usize, Vec<f64>)>,
     dd: Vec<(usize, Vec<f64>)>,
 }
 

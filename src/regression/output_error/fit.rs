@@ -18,6 +18,7 @@ use super::fitted::Fitted;
 use super::model::{Delay, Parameter, Record, Structure};
 use super::own::{Own, inverse_or_names};
 use super::problem::{Place, Problem};
+use super::reduced::Reduced;
 use super::refused::Refused;
 use super::thinned::thinned;
 
@@ -170,46 +171,11 @@ impl Problem<'_> {
 
     /// (3) with every run's own unknowns eliminated.
     fn reduced(&self, place: &Place, information: &[Dense], held: &[usize]) -> Result<Reduced, Refused> {
-        let (p, all) = (self.prepared.layout.parameters, self.prepared.layout.columns());
-        let mut matrix = Dense::zeros(p, p);
-        let mut gradient = vec![0.0; p];
-        let mut runs = Vec::with_capacity(information.len());
-        let mut own_length = 0.0;
-        for (run, one) in information.iter().enumerate() {
-            let inner = one.part(p..all, p..all);
-            // own = base - slope dtheta
-            let right = one.part(p..all, 0..p);
-            let g = one.part(p..all, all..all + 1);
-            let (base, slope) = if all > p {
-                let inverse = inverse_or_names(&inner, &self.prepared.structure.own_names(run))?;
-                (inverse.times(&g), inverse.times(&right))
-            } else {
-                (Dense::zeros(0, 1), Dense::zeros(0, p))
-            };
-            own_length += (0..all - p).map(|i| base[(i, 0)] * g[(i, 0)]).sum::<f64>();
-            for i in 0..p {
-                gradient[i] += one[(i, all)] - (0..all - p).map(|l| right[(l, i)] * base[(l, 0)]).sum::<f64>();
-                for j in 0..p {
-                    matrix[(i, j)] += one[(i, j)] - (0..all - p).map(|l| right[(l, i)] * slope[(l, j)]).sum::<f64>();
-                }
-            }
-            runs.push((base, slope));
-        }
-        for (j, parameter) in self.parameters.iter().enumerate() {
-            if let Some((mean, std)) = parameter.prior {
-                matrix[(j, j)] += 1.0 / (std * std);
-                gradient[j] -= (place.theta[j] - mean) / (std * std);
-            }
-        }
-        for &j in held {
-            for i in 0..p {
-                matrix[(i, j)] = 0.0;
-                matrix[(j, i)] = 0.0;
-            }
-            matrix[(j, j)] = 1.0;
-            gradient[j] = 0.0;
-        }
-        Ok(Reduced { matrix, gradient, runs, own_length })
+        let own_names = |run: usize| self.prepared.structure.own_names(run);
+        let mut reduced = Reduced::of(self.prepared.layout.parameters, information, own_names)?;
+        reduced.with_priors(self.parameters, &place.theta);
+        reduced.hold(held);
+        Ok(reduced)
     }
 
     /// Who it is that nothing tells.
@@ -239,31 +205,5 @@ impl Problem<'_> {
             best = found.unwrap_or(best);
         }
         Ok(best)
-    }
-}
-
-/// (3) without the runs' own unknowns.
-struct Reduced {
-    matrix: Dense,
-    gradient: Vec<f64>,
-    /// By run: its own step is `base - slope dtheta`.
-    runs: Vec<(Dense, Dense)>,
-    /// What the runs' own unknowns alone still lower.
-    own_length: f64,
-}
-
-impl Reduced {
-    /// The damped step, each run's own, and their length in standard errors; none where the matrix is singular.
-    fn step(&self, damping: f64) -> Option<(Vec<f64>, Vec<Vec<f64>>, f64)> {
-        let p = self.gradient.len();
-        let damped = Dense::from_fn(p, p, |i, j| self.matrix[(i, j)] * if i == j { 1.0 + damping } else { 1.0 });
-        let solved = damped.cholesky()?.solve_factored(&Dense::from_fn(p, 1, |i, _| self.gradient[i]));
-        let step: Vec<f64> = (0..p).map(|i| solved[(i, 0)]).collect();
-        let own = |(base, slope): &(Dense, Dense)| -> Vec<f64> {
-            (0..base.rows()).map(|i| base[(i, 0)] - (0..p).map(|j| slope[(i, j)] * step[j]).sum::<f64>()).collect()
-        };
-        let owns = self.runs.iter().map(own).collect();
-        let squared: f64 = self.own_length + step.iter().zip(&self.gradient).map(|(step, g)| step * g).sum::<f64>();
-        Some((step, owns, libm::sqrt(squared.max(0.0))))
     }
 }

@@ -92,7 +92,7 @@ impl Linear<'_> {
 }
 
 /// Adds rows' products, upper triangle by tiles.
-fn add_squares(rows: &[f64], stride: usize, columns: usize, sums: &mut [f64]) {
+pub(crate) fn add_squares(rows: &[f64], stride: usize, columns: usize, sums: &mut [f64]) {
     for top in (0..columns).step_by(TILE) {
         for left in (top..columns).step_by(TILE) {
             let mut tile = [[0.0; TILE]; TILE];

@@ -6,7 +6,7 @@
 //! Assumed: noise on the outputs alone; inputs straight between samples; parameters the same in all runs.
 //! Refused: data that cannot tell the parameters, with the values that say so; nothing is repaired.
 
-mod answer;
+pub(crate) mod answer;
 pub mod colour;
 pub mod delayed;
 pub mod dense;
@@ -17,7 +17,8 @@ pub mod fitted;
 pub mod information;
 pub mod model;
 pub mod own;
-mod problem;
+pub(crate) mod problem;
+pub(crate) mod reduced;
 pub mod refused;
 pub mod simulated;
 pub mod spectrum;

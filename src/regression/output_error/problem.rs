@@ -24,7 +24,7 @@ pub(crate) struct Problem<'a> {
     pub(crate) runs: Vec<Run>,
     noise: Noise,
     /// Least variances.
-    floors: Vec<f64>,
+    pub(crate) floors: Vec<f64>,
     /// By output.
     pub(crate) counts: Vec<f64>,
 }
