@@ -1,6 +1,6 @@
 //! Output error while the flight goes on: which samples are manoeuvres, when they are fitted again, how far the answer is.
 //!
-//! In: every sample, and at each publication of the regression whether the aircraft is excited and which terms its equations have.
+//! In: every sample, and at each publication of the regression whether the aircraft is excited and which terms it has.
 //! Out: an [`OutputErrorRecord`] whenever something was fitted or has grown old. A manoeuvre begins `lead_s` before excitation
 //! was seen and ends with it; each has its own trim, initial state and biases, all have one model.
 //! Time is the samples' own, so that a recording gives the same numbers whenever and however fast it is played.
@@ -36,6 +36,10 @@ pub struct Config {
     pub rate_hz: f64,
     /// Most steps of a fit.
     pub iterations: usize,
+    /// Excitation after which every term is free, not those alone that the regression has selected, s.
+    pub all_terms_s: f64,
+    /// Whether controls are held still where their samples differ by noise only: see [`super::held`].
+    pub hold_controls: bool,
     /// Numbers are stale after so long without excitation, s.
     pub stale_s: f64,
     /// Estimates must have stayed within two standard errors for so long, s.
@@ -54,6 +58,8 @@ impl Default for Config {
             capacity: 16_384,
             rate_hz: 32.0,
             iterations: 12,
+            all_terms_s: 10.0,
+            hold_controls: true,
             stale_s: 10.0,
             settled_s: 2.0,
         }
@@ -94,6 +100,8 @@ pub struct Live {
     open_s: Option<f64>,
     kept: VecDeque<Vec<Sample>>,
     kept_samples: usize,
+    /// Excitation of the longest manoeuvre that is kept, and of the one that goes on, s.
+    longest_s: f64,
     terms: [u16; AXES],
     fitted_s: f64,
     due: bool,
@@ -113,6 +121,7 @@ impl Live {
             open_s: None,
             kept: VecDeque::new(),
             kept_samples: 0,
+            longest_s: 0.0,
             terms: [0; AXES],
             fitted_s: f64::NEG_INFINITY,
             due: false,
@@ -178,6 +187,7 @@ impl Live {
             self.keep_lead(self.current.back().map_or(0.0, |last| last.time_s));
             return;
         }
+        self.longest_s = self.longest_s.max(long_s);
         let over: Vec<Sample> = self.current.drain(..).collect();
         self.kept_samples += over.len();
         self.kept.push_back(over);
@@ -218,8 +228,9 @@ impl Live {
         let Some(time_s) = runs.last().and_then(|last| newest(last)) else { return &self.record };
         self.fitted_s = time_s;
         self.record.time_s = time_s;
+        let excited_s = self.longest_s.max(self.open_s.map_or(0.0, |open_s| time_s - open_s));
         let starts: Vec<_> = self.record.parameters.iter().map(|one| (one.axis, one.variable, one.value)).collect();
-        match live_fit::fit(&runs, self.geometry, &self.terms, &starts, &self.config) {
+        match live_fit::fit(&runs, self.geometry, &self.terms, &starts, excited_s, &self.config) {
             Err(reason) => {
                 self.record.progress = Progress::Failed;
                 self.record.explain(&reason);

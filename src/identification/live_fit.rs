@@ -1,8 +1,10 @@
 //! One fit of output error to the manoeuvres that are kept: the structure from the regression's terms, the search, the modes.
 //!
 //! Consumes the samples of each manoeuvre, the terms of every equation and the estimates before; produces derivatives with
-//! standard errors and modes. Lateral and longitudinal motion are taken in where the regression has terms in L or N, and in M, and
-//! their measurements are there: all eight states of a helicopter that couples. Samples go in as means over blocks.
+//! standard errors and modes. Lateral and longitudinal motion are taken in where the regression has terms in L or N, and in M,
+//! and their measurements are there: all eight states of a helicopter that couples. Samples go in as means over blocks.
+//! A term that the regression has left out is no zero: taken as one it goes into the others, and no standard error knows of it.
+//! So every term is free as soon as a manoeuvre is long enough for that.
 //! Refused: what [`super::linear`] and output error refuse, as a sentence.
 
 use super::columns::Columns;
@@ -41,8 +43,36 @@ pub(super) fn is_known(record: &OutputErrorRecord) -> bool {
     record.dutch_roll.as_ref().or(record.short_period.as_ref()).is_some_and(known)
 }
 
-/// Fits those manoeuvres.
+/// Which derivatives are free.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Terms {
+    /// Those that the regression has: the others are taken as zero.
+    Selected,
+    /// Those of every state and every control that is in any equation: nothing is taken as zero.
+    All,
+}
+
+/// Fits those manoeuvres, of which the longest was excited for so long: with all terms where it is long enough for that, with the
+/// selected ones where it is not, or they cannot be told.
 pub(super) fn fit(
+    runs: &[&[Sample]],
+    geometry: RunGeometry,
+    terms: &[u16; AXES],
+    before: &[(Axis, Variable, f64)],
+    excited_s: f64,
+    config: &Config,
+) -> Result<Found, String> {
+    if excited_s >= config.all_terms_s
+        && let Ok(found) = fit_with(Terms::All, runs, geometry, terms, before, config)
+        && found.searched
+    {
+        return Ok(found);
+    }
+    fit_with(Terms::Selected, runs, geometry, terms, before, config)
+}
+
+fn fit_with(
+    which: Terms,
     runs: &[&[Sample]],
     geometry: RunGeometry,
     terms: &[u16; AXES],
@@ -51,11 +81,17 @@ pub(super) fn fit(
 ) -> Result<Found, String> {
     let columns = runs.iter().enumerate().map(|(place, samples)| columns(place, samples, geometry, config.trim_s));
     let columns = columns.collect::<Result<Vec<_>, _>>()?;
-    let (choice, only) = structure(&columns, geometry, terms)?;
+    let (choice, only) = structure(which, &columns, geometry, terms)?;
     let mut linear = Linear::new(choice, &columns, Some(&only)).map_err(|wrong| wrong.to_string())?;
     // The airspeed's accelerometer has no state where u is none.
     linear.notes.clear();
-    let records = columns.iter().map(|run| Ok(thinned(linear.record(run)?, config.rate_hz)));
+    let records = columns.iter().map(|run| {
+        let mut record = linear.record(run)?;
+        if config.hold_controls {
+            linear.hold_controls(run, &mut record)?;
+        }
+        Ok(thinned(record, config.rate_hz))
+    });
     let records = records.collect::<Result<Vec<Record>, super::columns::ColumnError>>().map_err(|wrong| wrong.to_string())?;
     let settings = Settings { iterations: config.iterations, tolerance: TOLERANCE, ..Settings::default() };
     let names: Vec<(Axis, Variable)> = linear.derivatives.iter().filter_map(|(axis, name)| placed(*axis, name)).collect();
@@ -102,7 +138,7 @@ fn thinned(record: Record, rate_hz: f64) -> Record {
 type Only = Vec<(char, String)>;
 
 /// States, inputs, outputs and derivatives that the regression's terms ask for and the recording can bear.
-fn structure(runs: &[Columns], geometry: RunGeometry, terms: &[u16; AXES]) -> Result<(Choice, Only), String> {
+fn structure(which: Terms, runs: &[Columns], geometry: RunGeometry, terms: &[u16; AXES]) -> Result<(Choice, Only), String> {
     let has = |axis: Axis, variable: Variable| terms.get(axis.index()).is_some_and(|bits| bits & 1 << variable.index() != 0);
     let any = |axes: &[Axis], variables: &[Variable]| axes.iter().any(|&axis| variables.iter().any(|&one| has(axis, one)));
     let all = |name: &str| runs.iter().all(|run| run.has(name));
@@ -135,7 +171,8 @@ fn structure(runs: &[Columns], geometry: RunGeometry, terms: &[u16; AXES]) -> Re
     let mut only = Only::new();
     for axis in axes() {
         let known = |variable: &Variable| states.contains(&name(*variable)) || inputs.contains(variable);
-        for variable in Variable::ALL.into_iter().filter(|one| has(axis, *one) && known(one)) {
+        let free = |variable: &Variable| which == Terms::All || has(axis, *variable);
+        for variable in Variable::ALL.into_iter().filter(|one| free(one) && known(one)) {
             only.push((axis.name().chars().next().unwrap_or_default(), name(variable).to_owned()));
         }
     }

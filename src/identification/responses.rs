@@ -30,8 +30,8 @@ pub struct Response {
     pub input: String,
     /// Length of a segment, s.
     pub segment_s: f64,
-    /// The other input that moves most with this one, and their mean coherence, where that is [`COHERENT`] or better: the response
-    /// then holds what the other does.
+    /// The other input that moves most with this one, and their mean coherence, where that is [`COHERENT`] or better: the
+    /// response then holds what the other does.
     pub together: Option<(String, f64)>,
     /// By frequency, or why there are none.
     pub points: Result<Vec<Point>, String>,

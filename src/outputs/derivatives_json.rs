@@ -1,7 +1,8 @@
 //! `derivatives.json`: the estimates of one or several runs, for programs.
 //!
 //! `runs[]` has for each run its name, status, warnings, vane consistency, instrument biases, equations and modes; `modes`
-//! and `output_error` at the top are those of the last run; `output_error` is absent where it is not run. A number that is not finite and a mode that is not there are null. SI and radians.
+//! and `output_error` at the top are those of the last run; `output_error` is absent where it
+//! is not run. A number that is not finite and a mode that is not there are null. SI and radians.
 
 use super::message_json::{EquationsJson, OscillationJson, RootJson, reason_text, status_text};
 use super::noise::NoiseUsed;

@@ -247,8 +247,8 @@ fn output_error() -> Value {
     }
     json!({
         "time": time(),
-        "fitted": number("time of the newest sample that the numbers rest on; null where there are none", "s"),
-        "age": number("how old they are; null where there are none", "s"),
+        "fitted": number("time of the newest sample that the numbers rest on; absent where there are none", "s"),
+        "age": number("how old they are; absent where there are none", "s"),
         "status": text("waiting, converging, converged, stale, failed"),
         "reason": text("why there are no new numbers, or what is to be known of them; absent where there is nothing to say"),
         "parameters": { "type": "array", "items": { "type": "object", "properties": parameter } },

@@ -37,8 +37,10 @@ struct ModesJson {
 #[derive(Serialize)]
 pub(super) struct OutputErrorJson {
     time: f64,
-    fitted: f64,
-    age: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fitted: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    age: Option<f64>,
     status: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     reason: Option<String>,
@@ -59,11 +61,12 @@ impl OutputErrorJson {
             std_cramer_rao: one.std_cramer_rao,
             unit: derivative_unit(one.axis, Some(one.variable)),
         });
+        let there = |value: f64| value.is_finite().then_some(value);
         let reason = (!record.reason.is_empty()).then(|| record.reason.as_str().to_owned());
         OutputErrorJson {
             time: time_s,
-            fitted: record.fitted_s,
-            age: (time_s - record.fitted_s).max(0.0),
+            fitted: there(record.fitted_s),
+            age: there(time_s - record.fitted_s).map(|age| age.max(0.0)),
             status: record.progress.name().to_owned(),
             reason,
             parameters: parameters.collect(),

@@ -16,6 +16,7 @@ mod filter;
 mod flight;
 mod ledger;
 mod level1;
+mod live;
 mod parts;
 mod peer;
 mod record_length;
@@ -54,6 +55,7 @@ fn main() {
     selection::run(&mut criterion, &ledger, &flight);
     record_length::run(&mut criterion, &ledger, &flight);
     level1::run(&mut criterion, &ledger);
+    live::run(&mut criterion, &ledger);
     criterion.final_summary();
     ledger.print();
 }

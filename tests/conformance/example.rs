@@ -4,6 +4,7 @@ use sideslip::estimation::record::{Aid, EstimationEvent, Innovation, LaggedRecor
 use sideslip::flight::channel::{Channel, ControlNames};
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::log_head::LogHead;
+use sideslip::identification::record::{OutputErrorRecord, ParameterRecord, Progress};
 use sideslip::modes::record::{ModesRecord, Oscillation, RealRoot};
 use sideslip::outputs::mcap_log::{LogSummary, McapLog};
 use sideslip::outputs::record::{EventKind, EventRecord, Message};
@@ -98,6 +99,19 @@ fn modes(time_s: f64, with_numbers: bool) -> Message {
     })
 }
 
+fn output_error(time_s: f64, with_numbers: bool) -> Message {
+    let mut record = OutputErrorRecord { time_s, ..OutputErrorRecord::EMPTY };
+    if with_numbers {
+        record.progress = Progress::Converging;
+        record.fitted_s = time_s - 0.5;
+        record.dutch_roll = Some(Oscillation { real: -0.2, imag: 1.8, omega: 1.81, zeta: 0.11, std_omega: 0.01, std_zeta: 0.02 });
+        record.explain("the search has not ended within its steps");
+        let one = ParameterRecord { axis: Axis::N, variable: Variable::Pedal, value: -1.5, std: 0.1, std_cramer_rao: 0.05 };
+        record.parameters.push(one).unwrap();
+    }
+    Message::OutputError(record)
+}
+
 pub(crate) fn state(time_s: f64) -> Message {
     Message::State(state_record(time_s))
 }
@@ -154,6 +168,7 @@ pub(crate) fn write(path: &Path, rows: &[Row], chunk: usize) -> LogSummary {
             log.message(&smoothed(sample.time_s));
             log.message(&derivatives(sample.time_s));
             log.message(&modes(sample.time_s, k >= 16));
+            log.message(&output_error(sample.time_s, k >= 16));
         }
         if k % 50 == 0 {
             let kind = EventKind::Estimation(EstimationEvent::NotFinite { channel: Channel::Pedal });

@@ -54,6 +54,7 @@ fn the_python_reader_finds_every_message_with_a_schema_that_it_obeys() {
         ("/innovation", 200),
         ("/derivatives", 25),
         ("/modes", 25),
+        ("/output_error", 25),
         ("/finding", 0),
         ("/event", 4),
     ] {
@@ -63,7 +64,7 @@ fn the_python_reader_finds_every_message_with_a_schema_that_it_obeys() {
         assert_eq!((&channel["encoding"], &channel["schema"]), (&"json".into(), &"jsonschema".into()), "{topic}");
         assert_eq!(channel["invalid"], serde_json::json!([]), "{topic}");
     }
-    assert_eq!(summary.written, 679);
+    assert_eq!(summary.written, 704);
     assert_eq!(found["metadata"]["toml"], "run = \"467/10/11\"\naircraft = \"P\u{fc}ma\"\n");
     assert_eq!(found["metadata"]["controls"], "fixed_wing");
     assert_eq!(found["units"]["fuel"].as_str().unwrap().split('[').nth(1), Some("litre]"));

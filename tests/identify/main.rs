@@ -12,4 +12,6 @@ mod program;
 
 mod calls;
 mod flights;
+mod frequency;
+mod live;
 mod recordings;

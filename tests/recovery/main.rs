@@ -12,6 +12,7 @@ mod manoeuvre;
 #[path = "../support/puma.rs"]
 mod puma;
 
+mod live_output_error;
 mod pilot;
 mod puma_100kn;
 mod tlog;

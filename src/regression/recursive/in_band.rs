@@ -1,8 +1,8 @@
 //! The equations from the band of frequencies alone, terms selected there too: a record after its flight.
 //!
 //! Consumes the transforms of all excited instants; produces a [`DerivativesRecord`] of the same form as that over time. Primary
-//! terms enter whatever their F; then, one a step, the term with the largest F on its standard error in the band, while that is above
-//! `f_enter`, and terms leave that fall below `f_remove`, to stay out. With K of `transforms` (4),
+//! terms enter whatever their F; then, one a step, the term with the largest F on its standard error in the band, while that is
+//! above `f_enter`, and terms leave that fall below `f_remove`, to stay out. With K of `transforms` (4),
 //!     samples = 2 (sum_i K_ii)^2/sum_ij |K_ij|^2                                                       (1)
 //! real numbers in the band are independent of each other; R2 and the total F are of the response in the band.
 //! A standard deviation of the residual is that of its part in the band, sqrt(2 S (to - from)).

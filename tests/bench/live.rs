@@ -1,0 +1,63 @@
+//! One fit of output error beside a flight: at 10 s of record, eight states, from the estimates before and from nothing.
+
+use crate::ledger::{Ledger, group};
+use criterion::Criterion;
+use sideslip::flight::control::Control;
+use sideslip::flight::run::RunGeometry;
+use sideslip::identification::live::{Config as LiveConfig, Live, Seen};
+use sideslip::pipeline::{Config, Pipeline};
+use sideslip::simulation::flight_model::{Asked, FlightModel, PUMA};
+use sideslip::simulation::fly::{Flight, uniform_times};
+use sideslip::simulation::input::InputSpec;
+use sideslip::simulation::instrument::Instruments;
+use std::hint::black_box;
+
+const RATE_HZ: f64 = 100.0;
+/// Steady flight before the input, s.
+const LEAD_S: f64 = 2.0;
+
+/// Output error just before a fit, after so many seconds of a pedal 3211 and a lateral cyclic one.
+fn after(seconds: f64, streaming: bool) -> Live {
+    let model = FlightModel::parse(PUMA, &Asked::default()).unwrap();
+    let times_s = uniform_times(0.0, LEAD_S + seconds, RATE_HZ).unwrap();
+    let mut flight = Flight { times_s, instruments: Instruments::flight_quality(1.0), seed: 1, ..model.flight() };
+    for input in ["pedal:3211:0.018:0.7", "lat_cyclic:3211:0.008:0.5:5"] {
+        let spec = InputSpec::parse(input).unwrap();
+        for control in Control::ALL.into_iter().filter(|control| control.channel() == spec.channel) {
+            let history = &mut flight.inputs.controls[control.index()];
+            *history = history.plus(1.0, &spec.deviation(LEAD_S));
+        }
+    }
+    let mut pipeline = Box::new(Pipeline::new(&Config::default(), RunGeometry::default()).unwrap());
+    let mut live = Live::new(LiveConfig { streaming, ..LiveConfig::default() }, RunGeometry::default());
+    for sample in &flight.fly().unwrap().samples {
+        let tick = pipeline.step(sample);
+        live.sample(sample);
+        if let Some(derivatives) = &tick.derivatives {
+            let _ = live.seen(&Seen::from(derivatives));
+        }
+        if streaming && live.is_due() {
+            live.refit();
+        }
+    }
+    live
+}
+
+pub(crate) fn run(criterion: &mut Criterion, ledger: &Ledger) {
+    let mut group = group(criterion, "live");
+    let (warm, cold) = (after(10.0, true), after(10.0, false));
+    let mut say = |name: &'static str, live: &Live| {
+        let mut tried = live.clone();
+        let record = tried.refit();
+        let (progress, parameters, samples) = (record.progress.name(), record.parameters.len(), record.samples);
+        ledger.note(format!("{name}: {progress}, {parameters} derivatives, {samples} samples"));
+        ledger.bench(&mut group, name, || {
+            let mut live = live.clone();
+            black_box(live.refit());
+        });
+        ledger.tell(name, 1.0, " a fit (500 000 000 is the time from one to the next)");
+    };
+    say("live output error: from the fit before", &warm);
+    say("live output error: from nothing", &cold);
+    group.finish();
+}

@@ -1,0 +1,52 @@
+//! Output error beside a replay: in its JSON, its log and its table, the same every time and through shared memory.
+
+use crate::program::{RunFile, ended, folder, path, puma, sideslip};
+use serde_json::Value;
+use std::path::Path;
+
+/// Standard output and JSON of a replay.
+fn replayed(folder: &Path, file: &Path, more: &[&str]) -> (String, String) {
+    let (json, log) = (folder.join("answer.json"), folder.join("log.mcap"));
+    let args = [&["replay", path(file), "--json", path(&json), "--out", path(&log)], more].concat();
+    let (status, out, said) = ended(&sideslip(&args));
+    assert_eq!(status, 0, "{said}");
+    assert!(log.metadata().unwrap().len() > 10_000);
+    (out, std::fs::read_to_string(&json).unwrap())
+}
+
+/// The recording's first ten seconds.
+fn short(folder: &Path) -> std::path::PathBuf {
+    let mut run = RunFile::read(&puma());
+    let place = run.place("time");
+    run.rows.retain(|row| row[place].parse::<f64>().unwrap() < 10.0);
+    let file = folder.join("short.csv");
+    std::fs::write(&file, run.text()).unwrap();
+    file
+}
+
+#[test]
+fn streaming_is_repeatable_byte_for_byte_and_the_same_through_shared_memory() {
+    let folder = folder("identify-live");
+    let file = short(&folder);
+    let streaming = ["--output-error", "streaming"];
+    let first = replayed(&folder, &file, &streaming);
+    assert!(first == replayed(&folder, &file, &streaming), "another answer the second time");
+    let through = replayed(&folder, &file, &[&streaming[..], &["--bus"]].concat());
+    assert!(first == through, "another answer through shared memory: {}", through.0);
+    assert!(first.0.contains("Output error at "), "{}", first.0);
+    let answer: Value = serde_json::from_str(&first.1).unwrap();
+    assert_eq!(answer["output_error"], answer["runs"][0]["output_error"]);
+    assert!(matches!(answer["output_error"]["status"].as_str(), Some("converging" | "converged")));
+    let names: Vec<&str> =
+        answer["output_error"]["parameters"].as_array().unwrap().iter().map(|one| one["name"].as_str().unwrap()).collect();
+    assert!(["N_v", "N_p", "N_r", "N_pedal"].iter().all(|name| names.contains(name)), "{names:?}");
+    assert!(answer["output_error"]["age"].as_f64().unwrap() < 1.0);
+}
+
+#[test]
+fn it_can_be_left_out() {
+    let folder = folder("identify-live-off");
+    let (out, json) = replayed(&folder, &short(&folder), &["--output-error", "off"]);
+    let answer: Value = serde_json::from_str(&json).unwrap();
+    assert!(!out.contains("Output error") && answer.get("output_error").is_none());
+}
