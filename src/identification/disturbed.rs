@@ -4,8 +4,8 @@
 //! in every interval,
 //!     s = sigma^2 T + (u_1 - u_0)^2 T/12     between two samples T apart                               (1)
 //! sigma from the second differences of the samples (`held`). The second term is there where samples are missing only: the
-//! straight line that stands for them is off by a step that may lie anywhere. A control that is held for a time L is wrong by one number,
-//! of variance sigma^2 T/L: for motions slower than L that is the noise as it was, for faster ones it is none, hence
+//! straight line that stands for them is off by a step that may lie anywhere. A control that is held for a time L is wrong by one
+//! number, of variance sigma^2 T/L: for motions slower than L that is the noise as it was, for faster ones it is none, hence
 //!     s = sigma^2 T min(1, [`SETTLED_S`]/L)^2     where it is held                                     (2)
 
 use super::columns::{ColumnError, Columns};

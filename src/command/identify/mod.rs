@@ -51,7 +51,8 @@ taken from the measurements. Standard errors are corrected for the colour of the
 found in the derivatives of what is. Without --states it takes all eight of a helicopter whose planes are coupled; else the
 lateral motion, or the longitudinal one where that was excited. Runs of --holdout are predicted, not fitted.
 Output error takes all noise as the outputs'; where gusts or noisy recorded controls move the aircraft, --method filter-error has
-smaller errors, and says them right. A note says where the residuals show it; scores of the fit are those of a free run.
+smaller errors; in strong gusts its standard errors are still too small. A note says where the residuals show gusts; the scores
+of the fit are those of a free run.
 
 Exit status: 0 done; 1 failed while running; 2 the call or a recording is wrong; 3 done, with rows skipped. With --json - the
 table goes to standard error.";

@@ -107,7 +107,7 @@ fn disturbed(text: &mut String, identified: &Identified) {
         .filter(|gust| gust.density > 0.0)
         .map(|gust| {
             let name = structure.states.get(gust.state).map_or("", String::as_str);
-            format!("{name} {:.2e} (+- {:.0} %)", gust.density.sqrt(), 50.0 * gust.std_log)
+            format!("{name} {:.2e} (+- {:.0} %)", libm::sqrt(gust.density), 50.0 * gust.std_log)
         })
         .collect();
     let none = gusts.is_empty().then(|| "none told".to_owned());
