@@ -3,8 +3,8 @@
 //! Consumes a run's samples; takes out of them, and says, what is
 //! - no finite number, or beyond what any aircraft reaches (the limits of `admission`), unless a twentieth of the channel is:
 //!   then its unit is in question, not its samples;
-//! - a spike: up to [`WIDTH_MAX`] samples that leave both neighbours to one side by more than [`SPIKE_STDS`] standard deviations
-//!   of the channel's noise and [`SPIKE_STEPS`] times what it usually changes, there and in nine of ten steps;
+//! - a spike: up to `WIDTH_MAX` samples that leave both neighbours to one side by more than `SPIKE_STDS` standard deviations
+//!   of the channel's noise and `SPIKE_STEPS` times what it usually changes, there and in nine of ten steps;
 //! - standing still (frozen, clipped, zeroed): n equal values in a row by (1). Not where nothing else moves either, and not of a
 //!   channel that goes in steps, as an altimeter does: its own slow motion stands as well.
 //!
@@ -251,7 +251,7 @@ fn spikes(readings: &Line) -> Vec<usize> {
 }
 
 /// The first instant at which a channel goes to another level from one sample to the next, as nothing that flies does: the channel,
-/// the time and by how much. Levels are means over [`LEVEL`] samples, which have to be apart by what a spike has to stand out by
+/// the time and by how much. Levels are means over `LEVEL` samples, which have to be apart by what a spike has to stand out by
 /// and by far more than the channel changes within either.
 pub fn jump(samples: &[Sample]) -> Option<(Channel, f64, f64)> {
     let slow = [Channel::Altitude, Channel::Ax, Channel::Ay, Channel::Az];

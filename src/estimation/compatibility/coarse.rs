@@ -1,13 +1,13 @@
 //! Coarse errors: a sign turned, another unit, two channels under each other's names. Looked for before anything finer.
 //!
 //! Consumes a record; tries each such error of one channel or of one group of them and asks how the increments of attitude, flow
-//! angles, airspeed and altitude over [`WINDOW_S`] then agree with those that the kinematics give,
+//! angles, airspeed and altitude over `WINDOW_S` then agree with those that the kinematics give,
 //!     a = var(measured - kinematic)/var(measured)        S = sum over outputs of n ln max(a, A_MIN)           (1)
 //! with n windows that do not overlap (variances: constant biases do not count). The part of each accelerometer in its own output
 //! (ax in airspeed, ay in sideslip, az in incidence) is an output of its own: what is measured less what all else gives.
-//! An error is told where putting it right brings S down by more than [`TOLD`], an output that contradicted the kinematics
-//! (a > [`CONTRARY`]) then follows them (a < [`FOLLOWS`]), and none that followed no longer does; with every other one that does
-//! as well within [`RIVAL`].
+//! An error is told where putting it right brings S down by more than `TOLD`, an output that contradicted the kinematics
+//! (a > `CONTRARY`) then follows them (a < `FOLLOWS`), and none that followed no longer does; with every other one that does
+//! as well within `RIVAL`.
 //! Cannot tell what hardly moves: an output counts where its increments exceed their noise.
 
 use super::parameter::{INPUT_CHANNELS, OUTPUT_CHANNELS, OUTPUTS};

@@ -1,11 +1,11 @@
 //! The search for the most likely parameters, gusts and noise: Fisher scoring with damping and step halving.
 //!
 //! Consumes the answer of output error as a start; goes down (1) of `posed` by steps of its (2), each run's own unknowns
-//! eliminated first. It begins with the gusts' strength that is best of [`STRENGTHS`], over the states' own motion in a second:
-//! output error has put the gusts into the noise of the outputs. A gust that falls below [`STILL`] is none.
+//! eliminated first. It begins with the gusts' strength that is best of `STRENGTHS`, over the states' own motion in a second:
+//! output error has put the gusts into the noise of the outputs. A gust that falls below `STILL` is none.
 //! Source: R. V. Jategaonkar, Flight Vehicle System Identification, 2nd ed., 2015, ch. 5, where the noise's densities are found
 //! with the parameters; R is found so too, for where outputs are sampled at different times no steady gain gives it.
-//! Numerics: the logarithms of densities move by no more than [`MOST_LOG`] in one step.
+//! Numerics: the logarithms of densities move by no more than `MOST_LOG` in one step.
 
 use super::disturbance::{Disturbances, Found};
 use super::ended::answer;
