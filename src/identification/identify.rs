@@ -9,7 +9,7 @@ use super::linear::{Choice, Linear, NoModel};
 use super::prediction::{Score, score};
 use super::roots::{Modes, modes};
 use super::start::starts;
-use super::vibration::{residual_colour, without_vibration};
+use super::vibration::without_vibration;
 use crate::regression::filter_error::{self, Found};
 use crate::regression::output_error::{Fitted, Own, Record, Refused, Settings, fit, predict};
 
@@ -30,8 +30,6 @@ pub enum Method {
     /// Noise on the outputs alone.
     #[default]
     OutputError,
-    /// Output error, and filter error where its residuals show that the states were disturbed.
-    Auto,
     /// Gusts and noise of the inputs too.
     FilterError,
 }
@@ -120,13 +118,7 @@ pub fn identify(runs: &[Columns], holdout: &[Columns], wanted: Wanted, settings:
     }
     let starts = starts(&linear, &records);
     let mut fitted = fit(&linear.structure, &linear.parameters(&starts), &[], &records, settings)?;
-    let colour = residual_colour(&linear, &records, &fitted);
-    let filtered = match wanted.method {
-        Method::OutputError => false,
-        Method::FilterError => true,
-        Method::Auto => colour.is_some(),
-    };
-    linear.notes.extend(colour.filter(|_| !filtered || wanted.method == Method::Auto));
+    let filtered = wanted.method == Method::FilterError;
     let mut changed = false;
     if filtered {
         for (record, own) in records.iter_mut().zip(&fitted.runs) {
@@ -160,6 +152,7 @@ pub fn identify(runs: &[Columns], holdout: &[Columns], wanted: Wanted, settings:
         parameters.iter_mut().zip(&fitted.theta).for_each(|(parameter, theta)| parameter.start = *theta);
         let (better, found) = filter_error::fit(&linear.structure, &parameters, &[], &records, &disturbances, settings, &fitted)?;
         (fitted, disturbed) = (better, Some(found));
+        linear.notes.push(NARROW.to_owned());
     }
     linear.notes.extend(coloured(&fitted));
     linear.notes.extend(unexcited(&linear.choice, runs));
@@ -177,6 +170,9 @@ pub fn identify(runs: &[Columns], holdout: &[Columns], wanted: Wanted, settings:
     Ok(Identified { linear, starts, fitted, disturbed, modes, fit, holdout })
 }
 
+/// What is known of filter error's intervals (`tests/paper`).
+const NARROW: &str = "filter error: in still air 91 of 100 intervals of 95 % held the truth in simulated flights, in gusts of 1 m/s 65; \
+                      there take the standard errors twice as large";
 /// Corrected standard errors so many times those for white residuals (median) are said.
 const COLOURED: f64 = 5.0;
 /// Controls of one plane that move less than this part of the other's leave their own plane unexcited.

@@ -10,8 +10,8 @@
 //! themselves.
 
 use super::linear::Linear;
+use crate::regression::output_error::Record;
 use crate::regression::output_error::spectrum::{Complex, Transform};
-use crate::regression::output_error::{Fitted, Record};
 use core::f64::consts::TAU;
 
 /// Least frequency of a vibration, rad/s.
@@ -20,10 +20,6 @@ pub const LEAST_OMEGA: f64 = 25.0;
 pub const LINE: f64 = 40.0;
 /// Length over which amplitude and phase are taken as constant, s.
 pub const WINDOW_S: f64 = 3.0;
-/// What is slow, rad/s.
-pub const SLOW_OMEGA: f64 = 6.3;
-/// Power of slow residuals over that of noise from which on the states count as disturbed.
-pub const DISTURBED: f64 = 10.0;
 /// Most lines of one output.
 const MOST: usize = 8;
 /// Fewer samples tell no line.
@@ -69,34 +65,12 @@ pub fn without_vibration(linear: &mut Linear, record: &mut Record, predicted: &[
     let before = linear.notes.len();
     for ((name, z), y) in linear.structure.outputs.iter().zip(&mut record.outputs).zip(predicted) {
         for Line { omega, rms } in take_out(&record.times_s, z, y) {
-            linear.notes.push(format!("vibration taken out of `{name}`: {omega:.1} rad/s, rms {rms:.2e}"));
+            linear
+                .notes
+                .push(format!("vibration taken out of `{name}`: {omega:.1} rad/s, rms {rms:.2e}, half a hertz about it with it"));
         }
     }
     linear.notes.len() > before
-}
-
-/// What says that the states were disturbed: an output whose residuals have more than [`DISTURBED`] times as much power below
-/// [`SLOW_OMEGA`] as at most frequencies.
-pub fn residual_colour(linear: &Linear, records: &[Record], fitted: &Fitted) -> Option<String> {
-    let mut most: Option<(f64, &String)> = None;
-    for (record, run) in records.iter().zip(&fitted.runs) {
-        for (name, residual) in linear.structure.outputs.iter().zip(&run.residuals) {
-            let series = record.times_s.iter().copied().zip(residual.iter().copied());
-            let series: Vec<(f64, f64)> = series.filter(|(_, e)| e.is_finite()).collect();
-            let Some((power, step)) = power(&series).filter(|_| series.len() >= LEAST_SAMPLES) else { continue };
-            let slow = power.iter().enumerate().skip(1).take_while(|(k, _)| step * *k as f64 <= SLOW_OMEGA);
-            let (sum, count) = slow.fold((0.0, 0.0), |(sum, count), (_, p)| (sum + p, count + 1.0));
-            let ratio = core::f64::consts::LN_2 * sum / (count * median(&power));
-            if ratio > DISTURBED && most.is_none_or(|(most, _)| ratio > most) {
-                most = Some((ratio, name));
-            }
-        }
-    }
-    let (ratio, name) = most?;
-    Some(format!(
-        "the states were disturbed (gusts?): residuals of `{name}` have {ratio:.0} times the power of noise below 1 Hz; filter error \
-         takes it into account, output error does not"
-    ))
 }
 
 /// Power by frequency of a series on its usual interval, tapered, and the step of the frequencies, rad/s.

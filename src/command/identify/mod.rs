@@ -83,8 +83,8 @@ pub(crate) struct Args {
     /// output comes; standard errors then know of it
     #[arg(long, conflicts_with = "response")]
     doubt_instruments: bool,
-    /// How the parameters are found: by output error; by filter error, where gusts and the noise of recorded controls disturb
-    /// the states; or (auto) by filter error only where the residuals of output error show that they did
+    /// How the parameters are found: by output-error; or by filter-error, where gusts and the noise of recorded controls disturb
+    /// the states
     #[arg(long, value_name = "METHOD", value_parser = method, default_value = "output-error", conflicts_with = "response")]
     method: Method,
     /// A recording to be predicted and not fitted; repeatable
@@ -126,10 +126,9 @@ pub(crate) struct Args {
 
 fn method(text: &str) -> Result<Method, String> {
     match text {
-        "auto" => Ok(Method::Auto),
         "output-error" => Ok(Method::OutputError),
         "filter-error" => Ok(Method::FilterError),
-        _ => Err("expected auto, output-error or filter-error".to_owned()),
+        _ => Err("expected output-error or filter-error".to_owned()),
     }
 }
 

@@ -1,5 +1,6 @@
 //! The step of a search from every run's information, each run's own unknowns eliminated first.
 //!
+//! Of the shared unknowns t and a run's own r, information M and gradient g,
 //!     [ M_tt M_tr ; M_rt M_rr ] [dtheta ; dr] = [g_t ; g_r]                                         (1)
 //! M_rr is a run's own and small (Schur complement), so many runs cost no more than their samples.
 
