@@ -70,12 +70,17 @@ fn mean(series: &[(f64, f64)]) -> f64 {
     series.iter().map(|(_, x)| x).sum::<f64>() / series.len().max(1) as f64
 }
 
+/// Two intervals longer than so many usual ones have a gap in them.
+const WHOLE: f64 = 4.0;
+
 /// (1).
 pub(super) fn noise(series: &[(f64, f64)]) -> f64 {
-    let mut sizes: Vec<f64> = series
-        .windows(3)
-        .filter_map(|three| if let [a, b, c] = three { Some(libm::fabs(a.1 - 2.0 * b.1 + c.1)) } else { None })
-        .collect();
+    let mut lengths: Vec<f64> = series.array_windows().map(|[a, b]| b.0 - a.0).collect();
+    lengths.sort_by(f64::total_cmp);
+    let usual = lengths.get(lengths.len() / 2).copied().unwrap_or(0.0);
+    // Over a gap the control may have gone anywhere.
+    let whole = series.array_windows().filter(|[a, _, c]| c.0 - a.0 <= WHOLE * usual);
+    let mut sizes: Vec<f64> = whole.map(|[a, b, c]| libm::fabs(a.1 - 2.0 * b.1 + c.1)).collect();
     sizes.sort_by(f64::total_cmp);
     sizes.get(sizes.len() / 2).map_or(0.0, |middle| middle / (0.6745 * libm::sqrt(6.0)))
 }

@@ -292,7 +292,7 @@ mod tests {
         assert_eq!(live.current.len(), 41, "the lead alone is kept");
         fly(&mut live, 100, 200, true);
         fly(&mut live, 200, 201, false);
-        assert!(live.is_due() && live.kept.len() == 1 && live.kept[0].len() == 142, "{}", live.kept[0].len());
+        assert!(live.is_due() && live.kept.len() == 1 && live.kept[0].len() == 141, "{}", live.kept[0].len());
         fly(&mut live, 201, 210, true);
         fly(&mut live, 210, 300, false);
         assert_eq!(live.kept.len(), 1, "0.9 s are no manoeuvre");

@@ -130,11 +130,12 @@ mod tests {
     use super::*;
     use crate::flight::run::RunGeometry;
 
-    /// r' = -0.8 r + 2 pedal, pedal a sweep, on uneven rows; exact to the step of the integration.
+    /// r' = -0.8 r + 2 pedal, pedal a sweep from well below the band that is compared, on uneven rows; exact to the step of the
+    /// integration.
     fn run() -> Columns {
         let (mut r, mut times, mut pedals, mut rates) = (0.0, Vec::new(), Vec::new(), Vec::new());
         let fine = 1e-3;
-        let sweep = |t: f64| f64::sin(TAU * (0.05 * t + 0.005 * t * t));
+        let sweep = |t: f64| f64::sin(TAU * (0.01 * t + 0.005 * t * t));
         for k in 0..90_000_u32 {
             let t = fine * f64::from(k);
             if k % 20 == 0 || k % 70 == 0 {

@@ -1,12 +1,14 @@
 //! Measured frequency responses with coherence: what a record says of input and output before any model.
 //!
 //! Consumes an input and an output on a uniform grid; produces, at each frequency w asked for, from n segments that overlap by
-//! half, their means taken off, under a Hann window,
+//! three quarters, their means taken off, under a Hann window,
 //!     H = G_xy/G_xx,   G_xy = sum X^conj Y,   coherence = |G_xy|^2/(G_xx G_yy)                         (1)
-//!     std(|H|)/|H| = std(arg H) = sqrt((1 - coherence)/(2 n' coherence)),   n' = n/(1 + 2 (1 - 1/n)/36)  (2)
+//!     std(|H|)/|H| = std(arg H) = sqrt((1 - coherence)/(2 n' coherence)),   n' = n/(1 + 2 sum_j (1 - j/n) rho_j^2)  (2)
 //! Coherence below one is noise, another input, nonlinearity, or a segment too short for the response.
 //! Source: J. S. Bendat and A. G. Piersol, Random Data, 4th ed., 2010, ch. 9 and 11; M. B. Tischler and R. K. Remple, Aircraft
-//! and Rotorcraft System Identification, 2nd ed., 2012, ch. 7. In (2) 1/6 is the correlation of half-overlapped Hann segments.
+//! and Rotorcraft System Identification, 2nd ed., 2012, ch. 7. In (2) rho_1 = 0.659, rho_2 = 1/6 are correlations of Hann segments
+//! a quarter and a half of their length apart. The squares of Hann windows a quarter apart add up to a constant, so that a sweep,
+//! which passes a frequency at one place of each, is not weighted by where that is.
 //! Numerics: a segment of L seconds tells frequencies from about 2/L on, 1/L apart; an output late by t loses about 13 (t/L)^2 of
 //! its coherence.
 
@@ -84,12 +86,13 @@ pub fn frequency_response(
     let window: Vec<f64> =
         (0..segment).map(|k| 0.5 - 0.5 * libm::cos(std::f64::consts::TAU * (k as f64 + 0.5) / segment as f64)).collect();
     let tapered = |signal: &[f64]| -> Vec<Vec<f64>> {
-        let segments = signal.windows(segment).step_by(segment / 2);
+        let segments = signal.windows(segment).step_by(segment / 4);
         segments.map(|part| without_mean(part).zip(&window).map(|(x, w)| x * w).collect()).collect()
     };
     let (inputs, outputs) = (tapered(input), tapered(output));
     let count = inputs.len() as f64;
-    let alone = count / (1.0 + 2.0 * (1.0 - 1.0 / count) / 36.0);
+    let shared: f64 = [0.659_155, 1.0 / 6.0].iter().zip([1.0, 2.0]).map(|(rho, j)| (1.0 - j / count).max(0.0) * rho * rho).sum();
+    let alone = count / (1.0 + 2.0 * shared);
     frequencies
         .iter()
         .map(|&rad_s| {
