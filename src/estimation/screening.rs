@@ -250,9 +250,11 @@ fn spikes(readings: &Line) -> Vec<usize> {
     taken
 }
 
-/// The first instant at which a channel goes to another level from one sample to the next, as nothing that flies does: the channel,
-/// the time and by how much. Levels are means over `LEVEL` samples, which have to be apart by what a spike has to stand out by
-/// and by far more than the channel changes within either.
+/// The first instant at which a channel goes to another level from one sample to the next, as nothing that flies does:
+/// the channel, the time and by how much.
+///
+/// Levels are means over `LEVEL` samples, which have to be apart by what a spike has to stand out by and by far more than the
+/// channel changes within either.
 pub fn jump(samples: &[Sample]) -> Option<(Channel, f64, f64)> {
     let slow = [Channel::Altitude, Channel::Ax, Channel::Ay, Channel::Az];
     SCREENED.into_iter().filter(|channel| !slow.contains(channel)).find_map(|channel| {

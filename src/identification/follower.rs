@@ -1,8 +1,8 @@
 //! Output error on a thread of its own: the sample path hands samples over and takes records back, and never waits.
 //!
-//! Both ways are bounded, and the thread gives way to every other. Where the thread does not keep up, samples find no room and are counted, and the manoeuvre that lacks
-//! them says so by its gap; a thread that hangs or has ended costs its numbers and nothing else: at the end of a run it is
-//! waited for so long and no longer, and then left to itself.
+//! Both ways are bounded, and the thread gives way to every other. Where the thread does not keep up, samples find no room and
+//! are counted, and the manoeuvre that lacks them says so by its gap; a thread that hangs or has ended costs its numbers and
+//! nothing else: at the end of a run it is waited for so long and no longer, and then left to itself.
 
 use super::live::{Live, Seen};
 use super::record::{OutputErrorRecord, Progress};

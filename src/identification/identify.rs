@@ -222,9 +222,9 @@ fn flown(run: &Columns, record: Record, predicted: Vec<Vec<f64>>) -> Flown {
     Flown { run: run.run.clone(), record, predicted, scores }
 }
 
-/// What a person would choose who was not asked: of a helicopter all eight states, for its planes are coupled and a model of one
-/// finds the other's derivatives in its own; else the lateral motion with what measures it, or the longitudinal one where that was
-/// excited; over the controls that moved.
+/// What a person would choose who was not asked: of a helicopter all eight states, for its planes are coupled and a model of
+/// one finds the other's derivatives in its own; else the lateral motion with what measures it, or the longitudinal one where
+/// that was excited; over the controls that moved.
 pub fn usual_choice(runs: &[Columns]) -> Choice {
     let all = |name: &str| runs.iter().all(|run| run.has(name));
     let rms = |name: &str| {

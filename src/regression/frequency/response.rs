@@ -6,9 +6,9 @@
 //!     std(|H|)/|H| = std(arg H) = sqrt((1 - coherence)/(2 n' coherence)),   n' = n/(1 + 2 sum_j (1 - j/n) rho_j^2)  (2)
 //! Coherence below one is noise, another input, nonlinearity, or a segment too short for the response.
 //! Source: J. S. Bendat and A. G. Piersol, Random Data, 4th ed., 2010, ch. 9 and 11; M. B. Tischler and R. K. Remple, Aircraft
-//! and Rotorcraft System Identification, 2nd ed., 2012, ch. 7. In (2) rho_1 = 0.659, rho_2 = 1/6 are correlations of Hann segments
-//! a quarter and a half of their length apart. The squares of Hann windows a quarter apart add up to a constant, so that a sweep,
-//! which passes a frequency at one place of each, is not weighted by where that is.
+//! and Rotorcraft System Identification, 2nd ed., 2012, ch. 7. In (2) rho_1 = 0.659, rho_2 = 1/6 are correlations of Hann
+//! segments a quarter and a half of their length apart. The squares of Hann windows a quarter apart add up to a constant, so that
+//! a sweep, which passes a frequency at one place of each, is not weighted by where that is.
 //! Numerics: a segment of L seconds tells frequencies from about 2/L on, 1/L apart; an output late by t loses about 13 (t/L)^2 of
 //! its coherence.
 
