@@ -16,6 +16,8 @@ pub mod bus;
 #[cfg(feature = "std")]
 pub mod error;
 #[cfg(feature = "std")]
+pub mod diagnosis;
+#[cfg(feature = "std")]
 pub mod identification;
 #[cfg(feature = "std")]
 pub mod simulation;

@@ -33,6 +33,7 @@ enum Command {
     Simulate(command::simulate::Args),
     Linearise(command::linearise::Args),
     Design(command::design::Args),
+    Diagnose(command::diagnose::Args),
     Inspect(command::inspect::Args),
 }
 
@@ -49,6 +50,7 @@ fn main() -> ExitCode {
         Command::Simulate(args) => command::simulate::run(&args),
         Command::Linearise(args) => command::linearise::run(&args),
         Command::Design(args) => command::design::run(&args),
+        Command::Diagnose(args) => command::diagnose::run(&args),
         Command::Inspect(args) => command::inspect::run(&args),
     };
     match ended {

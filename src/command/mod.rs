@@ -3,6 +3,7 @@
 pub(crate) mod check;
 pub(crate) mod demo;
 pub(crate) mod design;
+pub(crate) mod diagnose;
 pub(crate) mod estimate;
 mod estimation_options;
 mod flight_condition;

@@ -13,7 +13,7 @@
 //! scale, bias, noise, word, `dropout`).
 
 pub mod atmosphere;
-mod control_path;
+pub(crate) mod control_path;
 pub mod design;
 pub mod dropout;
 pub mod eigenmodes;

@@ -1,0 +1,79 @@
+//! Vibration at blade passing, followed through the wandering of the rotor's speed and taken out.
+//!
+//! Consumes a channel z(t), the rotor's speed Omega(t), rad/s, and the number of blades b; takes out, with phi = b int Omega dt,
+//!     a(t) cos(phi) + b(t) sin(phi)                                                                  (1)
+//! a and b by least squares in windows of [`WINDOW_S`], weighted by 1 + cos, beside a parabola for the motion; straight lines
+//! between the windows' centres. What goes with it is a band of about 1 Hz about the line, where no motion is.
+//! Where the line is no stronger than noise would make it, nothing is taken out.
+
+use crate::estimation::compatibility::series::Series;
+use nalgebra::{SMatrix, SVector};
+
+/// Length of a window, s.
+const WINDOW_S: f64 = 1.0;
+/// From one window to the next, s.
+const HOP_S: f64 = 0.25;
+/// Regressors of a window.
+const TERMS: usize = 5;
+
+/// The channel without (1).
+pub(super) fn taken_out(series: &Series, rotor: &Series, blades: f64) -> Series {
+    let (Some((first_s, last_s)), Some(interval_s)) = (series.range_s(), series.interval_s()) else { return series.clone() };
+    // Passing at or above the Nyquist frequency comes in under another name, and is not looked for.
+    if !(blades * rotor.average() * interval_s < 0.95 * core::f64::consts::PI) {
+        return series.clone();
+    }
+    let phase = |time_s: f64| blades * rotor.mean(first_s, time_s) * (time_s - first_s);
+    let samples: Vec<(f64, f64, f64)> = series.samples().map(|(time_s, value)| (time_s, value, phase(time_s))).collect();
+    let windows = ((last_s - first_s) / HOP_S) as usize + 1;
+    let lines: Vec<[f64; 2]> = (0..=windows).map(|k| line_at(&samples, first_s + HOP_S * k as f64)).collect();
+    Series::of(samples.iter().map(|&(time_s, value, phase)| {
+        let place = (time_s - first_s) / HOP_S;
+        let before = place as usize;
+        let part = place - before as f64;
+        let at = |k: usize| lines.get(k).copied().unwrap_or([0.0; 2]);
+        let ([a0, b0], [a1, b1]) = (at(before), at(before + 1));
+        let (sin, cos) = libm::sincos(phase);
+        (time_s, value - (a0 + part * (a1 - a0)) * cos - (b0 + part * (b1 - b0)) * sin)
+    }))
+}
+
+/// a and b about one time; nothing where the window is empty.
+fn line_at(samples: &[(f64, f64, f64)], centre_s: f64) -> [f64; 2] {
+    let from = samples.partition_point(|sample| sample.0 < centre_s - 0.5 * WINDOW_S);
+    let to = samples.partition_point(|sample| sample.0 <= centre_s + 0.5 * WINDOW_S);
+    let mut normal = SMatrix::<f64, TERMS, TERMS>::zeros();
+    let mut side = SVector::<f64, TERMS>::zeros();
+    for &(time_s, value, phase) in samples.get(from..to).unwrap_or(&[]) {
+        let s = 2.0 * (time_s - centre_s) / WINDOW_S;
+        let weight = 1.0 + libm::cos(core::f64::consts::PI * s);
+        let (sin, cos) = libm::sincos(phase);
+        let row = SVector::<f64, TERMS>::from([1.0, s, s * s, cos, sin]);
+        normal += weight * row * row.transpose();
+        side += weight * value * row;
+    }
+    match normal.cholesky().map(|factor| factor.solve(&side)) {
+        Some(found) if to.saturating_sub(from) > 4 * TERMS && found.iter().all(|x| x.is_finite()) => [found[3], found[4]],
+        _ => [0.0; 2],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wandering_line_goes_and_the_motion_stays() {
+        let omega = |t: f64| 27.0 * (1.0 + 0.01 * libm::sin(0.5 * t));
+        let turned = |t: f64| 27.0 * (t + 0.01 * (1.0 - libm::cos(0.5 * t)) / 0.5);
+        let rotor = Series::of((0..640).map(|k| (f64::from(k) / 32.0, omega(f64::from(k) / 32.0))));
+        let motion = |t: f64| libm::sin(3.0 * t) + 0.5 * t;
+        let shaken = Series::of((0..2560).map(|k| {
+            let t = f64::from(k) / 128.0;
+            (t, motion(t) + 0.4 * libm::cos(4.0 * turned(t) + 0.7))
+        }));
+        let still = taken_out(&shaken, &rotor, 4.0);
+        let left = still.samples().map(|(t, x)| (x - motion(t)).powi(2)).sum::<f64>() / still.len() as f64;
+        assert!(left.sqrt() < 0.01, "{}", left.sqrt());
+    }
+}

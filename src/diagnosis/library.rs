@@ -1,0 +1,214 @@
+//! The library: every effect that could be the cause, as the data carry it.
+//!
+//! Consumes the runs; produces candidates of every kind for every axis, control and channel that is there. An effect that is
+//! not small in any number (rate limit, dead zone) or whose shape changes with it (lag, delay) stands there several
+//! times, once for each of a few sizes; its column is then what that size changes, and the number it is weighed by a share.
+
+use super::column::Column;
+use super::problem::{Candidate, Problem, moves_blades, output_of};
+use super::record::{OUTPUTS, OUTPUT_CHANNELS, ROTOR, input_channel};
+use crate::flight::channel::Channel;
+use crate::flight::control::Control;
+use crate::flight::derivative::{Axis, Variable};
+use crate::flight::effect::{Effect, EffectKind, PositionedSensor};
+use crate::flight::term::Term;
+
+/// An entry of the library.
+#[derive(Clone, Debug)]
+pub struct Entry {
+    /// The effect, with the number that a share of one stands for; a unit where it is linear.
+    pub effect: Effect,
+    /// Its column.
+    pub candidate: Candidate,
+    /// Component of a position.
+    pub component: usize,
+    /// Whether its number is a share of the effect's.
+    pub shared: bool,
+    /// Standard deviation of its number; `None` where that follows from the axis's forces.
+    pub prior_std: Option<f64>,
+}
+
+/// Sizes of a lag and of a delay, s.
+const LAGS_S: [f64; 2] = [0.06, 0.25];
+const DELAYS_S: [f64; 2] = [0.06, 0.2];
+/// Rates as parts of the control's range a second, and half widths as parts of the range.
+const RATES: [f64; 5] = [0.3, 0.7, 1.5, 3.0, 6.0];
+const WIDTHS: [f64; 4] = [0.08, 0.2, 0.4, 0.7];
+/// Standard deviation of a share.
+const SHARE_STD: f64 = 1.0;
+
+/// Standard deviation that a number has beforehand, of the kinds whose unit says it.
+pub fn prior_std(effect: &Effect) -> Option<f64> {
+    Some(match effect {
+        Effect::ControlEffectiveness { .. } => 0.3,
+        Effect::ActuatorLag { .. } | Effect::TransportDelay { .. } => 0.2,
+        Effect::CrossFeed { .. } => 0.4,
+        Effect::SensorScale { .. } => 0.2,
+        Effect::SensorLag { .. } | Effect::SensorDelay { .. } => 0.2,
+        Effect::SensorPosition { .. } => 5.0,
+        Effect::SensorBias { channel, .. } => match channel {
+            Channel::Ax | Channel::Ay | Channel::Az => 0.5,
+            Channel::P | Channel::Q | Channel::R => 0.02,
+            Channel::Tas => 3.0,
+            Channel::Altitude => 20.0,
+            Channel::RotorSpeed => 0.5,
+            Channel::LonCyclic | Channel::LatCyclic | Channel::Collective | Channel::Pedal => 0.01,
+            _ => 0.03,
+        },
+        _ => return None,
+    })
+}
+
+/// The same cause, whatever its number.
+pub fn same_cause(a: &Effect, b: &Effect) -> bool {
+    cause(a) == cause(b)
+}
+
+/// What a cause is called, without its number.
+pub fn cause(effect: &Effect) -> (EffectKind, [u8; 2], Option<Term>) {
+    let none = u8::MAX;
+    let control = |c: Control| c.index() as u8;
+    let key = match *effect {
+        Effect::Derivative { axis, variable, .. } | Effect::FlightPath { axis, variable, .. } => {
+            return (effect.kind(), [axis.index() as u8, none], Some(Term::Linear(variable)));
+        }
+        Effect::Nonlinear { axis, term, .. } => return (effect.kind(), [axis.index() as u8, none], Some(term)),
+        Effect::ControlEffectiveness { control: c, .. }
+        | Effect::ActuatorLag { control: c, .. }
+        | Effect::TransportDelay { control: c, .. }
+        | Effect::RateLimit { control: c, .. }
+        | Effect::DeadZone { control: c, .. } => [control(c), none],
+        Effect::CrossFeed { from, to, .. } => [control(from), control(to)],
+        Effect::RotorSpeed { axis, .. } | Effect::Unknown { axis } => [axis.index() as u8, none],
+        Effect::SensorBias { channel, .. }
+        | Effect::SensorScale { channel, .. }
+        | Effect::SensorLag { channel, .. }
+        | Effect::SensorDelay { channel, .. } => [channel.index() as u8, none],
+        Effect::SensorPosition { sensor, .. } => [sensor as u8, none],
+        Effect::Turbulence { .. } | Effect::None => [none, none],
+    };
+    (effect.kind(), key, None)
+}
+
+/// Every effect that the data carry, with the effects that are in the model already.
+pub fn library(problem: &Problem, present: &[Effect]) -> Vec<Entry> {
+    let mut entries = Vec::new();
+    let mut plain = |effect: Effect, component: usize| {
+        let candidate = Candidate { column: problem.column_of(&effect, component), moved: Vec::new() };
+        entries.push(Entry { effect, candidate, component, shared: false, prior_std: prior_std(&effect) });
+    };
+    let moved: Vec<Control> = Control::ALL.into_iter().filter(|control| range(problem, control.index()) > 0.0).collect();
+    for axis in Axis::ALL {
+        for variable in Variable::ALL {
+            if !variable.is_control() || moved.iter().any(|control| control.variable() == variable) {
+                plain(Effect::Derivative { axis, variable, delta: 0.0 }, 0);
+            }
+        }
+        for term in Term::library() {
+            plain(Effect::Nonlinear { axis, term, coefficient: 0.0 }, 0);
+        }
+        if problem.has_input(ROTOR) {
+            plain(Effect::RotorSpeed { axis, coefficient: 0.0 }, 0);
+        }
+    }
+    for &control in &moved {
+        plain(Effect::ControlEffectiveness { control, factor: 1.0 }, 0);
+    }
+    for output in 0..OUTPUTS {
+        if !problem.runs.iter().any(|run| run.outputs[output].is_some()) {
+            continue;
+        }
+        let channel = OUTPUT_CHANNELS[output];
+        // Heading and height are told from where a run began.
+        if !matches!(channel, Channel::Psi | Channel::Altitude) {
+            plain(Effect::SensorBias { channel, value: 0.0 }, 0);
+        }
+        if channel != Channel::Altitude {
+            plain(Effect::SensorScale { channel, factor: 1.0 }, 0);
+        }
+        plain(Effect::SensorDelay { channel, delay: 0.0 }, 0);
+    }
+    for sensor in PositionedSensor::ALL {
+        for component in 0..3 {
+            plain(Effect::SensorPosition { sensor, offset_m: [0.0; 3] }, component);
+        }
+    }
+    for &control in &moved {
+        let range = range(problem, control.index());
+        for tau in LAGS_S {
+            shared(problem, present, Effect::ActuatorLag { control, tau }, &mut entries);
+        }
+        for delay in DELAYS_S {
+            shared(problem, present, Effect::TransportDelay { control, delay }, &mut entries);
+        }
+        for rate in RATES {
+            shared(problem, present, Effect::RateLimit { control, rate: rate * range }, &mut entries);
+        }
+        for width in WIDTHS {
+            shared(problem, present, Effect::DeadZone { control, half_width: width * range }, &mut entries);
+        }
+        for &to in &moved_or_still(problem) {
+            if to != control {
+                slope(problem, present, Effect::CrossFeed { from: control, to, gain: 0.0 }, &mut entries);
+            }
+        }
+    }
+    for input in 0..=ROTOR {
+        if !problem.has_input(input) {
+            continue;
+        }
+        let channel = input_channel(input);
+        slope(problem, present, Effect::SensorBias { channel, value: 0.0 }, &mut entries);
+        slope(problem, present, Effect::SensorScale { channel, factor: 1.0 }, &mut entries);
+        slope(problem, present, Effect::SensorDelay { channel, delay: 0.0 }, &mut entries);
+    }
+    entries.retain(|entry| !present.iter().any(|there| same_cause(there, &entry.effect)));
+    entries
+}
+
+/// Controls that act on anything.
+fn moved_or_still(problem: &Problem) -> Vec<Control> {
+    let acts = |control: &Control| Axis::ALL.iter().any(|&axis| problem.aircraft.linear.derivative(axis, control.variable()) != 0.0);
+    Control::ALL.into_iter().filter(acts).collect()
+}
+
+/// Half of what a control moves through, its noise left out; nothing where it stands still.
+fn range(problem: &Problem, place: usize) -> f64 {
+    let mut most = 0.0f64;
+    for run in &problem.runs {
+        let Some(series) = run.inputs.get(place).and_then(Option::as_ref) else { continue };
+        let mut values: Vec<f64> = series.samples().map(|(_, value)| value).collect();
+        values.sort_by(f64::total_cmp);
+        let at = |part: f64| values.get((part * (values.len().saturating_sub(1)) as f64) as usize).copied().unwrap_or(0.0);
+        let span = 0.5 * (at(0.98) - at(0.02));
+        if span > 4.0 * run.input_noise[place].max(1e-6) {
+            most = most.max(span);
+        }
+    }
+    most
+}
+
+/// An effect at one size: its column is what that changes.
+fn shared(problem: &Problem, present: &[Effect], effect: Effect, entries: &mut Vec<Entry>) {
+    let mut with = present.to_vec();
+    with.push(effect);
+    let trim = problem.aircraft.trim();
+    let difference = |run| super::driven::Driven::of(run, trim, &with).less(&super::driven::Driven::of(run, trim, present), 1.0);
+    let moved: Vec<_> = problem.runs.iter().map(difference).collect();
+    if moved.iter().any(super::driven::Driven::moves) {
+        let candidate = Candidate { column: Column::Moved(0), moved };
+        entries.push(Entry { effect, candidate, component: 0, shared: true, prior_std: Some(SHARE_STD) });
+    }
+}
+
+/// An effect on what reaches the blades that is linear in its number.
+fn slope(problem: &Problem, present: &[Effect], effect: Effect, entries: &mut Vec<Entry>) {
+    debug_assert!(moves_blades(&effect) && output_of(&effect).is_none());
+    let mut with = present.to_vec();
+    with.push(effect);
+    let moved = problem.slope_of(&with, present.len());
+    if moved.iter().any(super::driven::Driven::moves) {
+        let candidate = Candidate { column: Column::Moved(0), moved };
+        entries.push(Entry { effect, candidate, component: 0, shared: false, prior_std: prior_std(&effect) });
+    }
+}

@@ -1,0 +1,74 @@
+//! Screening: what each hypothesis of the library would gain, linearised, with everything else free to answer.
+//!
+//! Consumes the neighbourhood of a point; produces for each entry, with A, b of `problem` (1), its column's products c with the
+//! others, I_0 with itself and u_0 with the innovations,
+//!     I = I_0 - c' A^-1 c     u = u_0 - c' A^-1 b     size = u/(I + 1/s^2)                             (1)
+//!     gain = u^2/(I + 1/s^2) - ln(1 + s^2 I)                                                          (2)
+//! (2) is twice the logarithm of what the hypothesis raises the evidence by, s the standard deviation of its number beforehand.
+//! Where the unit says nothing of that, s makes the hypothesis's force as large as the model's own on that axis.
+
+use super::library::Entry;
+use super::problem::Local;
+use crate::flight::derivative::{AXES, Axis};
+use crate::flight::effect::Effect;
+use nalgebra::{DMatrix, DVector};
+
+/// Least information of the data, of what is known beforehand.
+const KNOWN: f64 = 1.0;
+
+/// What an entry would gain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Score {
+    /// Its place in the library.
+    pub entry: usize,
+    /// (2).
+    pub gain: f64,
+    /// (1).
+    pub size: f64,
+    /// Standard error of that.
+    pub std: f64,
+    /// s.
+    pub prior_std: f64,
+}
+
+/// All entries, the greatest gain first.
+pub fn screen(local: &Local, entries: &[Entry], usual: &[f64; AXES]) -> Vec<Score> {
+    let reduced: DMatrix<f64> = local.factor.solve(&local.cross);
+    let answer: DVector<f64> = local.factor.solve(&local.pull);
+    let mut scores: Vec<Score> = entries
+        .iter()
+        .enumerate()
+        .filter_map(|(place, entry)| {
+            let column = local.cross.column(place);
+            let information = local.diagonal.get(place)? - column.dot(&reduced.column(place));
+            let pull = local.candidate_pull.get(place)? - column.dot(&answer);
+            let prior_std = entry.prior_std.or_else(|| {
+                let strength = *local.strength.get(place)?;
+                let axis = axis_of(&entry.effect)?;
+                (strength > 0.0).then(|| usual[axis.index()] / strength)
+            })?;
+            let information = information.max(0.0);
+            // What the data hardly know anything of is nobody's cause.
+            if information * prior_std * prior_std < KNOWN {
+                return None;
+            }
+            let whole = information + 1.0 / (prior_std * prior_std);
+            let gain = pull * pull / whole - libm::log(1.0 + prior_std * prior_std * information);
+            gain.is_finite().then(|| Score { entry: place, gain, size: pull / whole, std: 1.0 / libm::sqrt(whole), prior_std })
+        })
+        .collect();
+    scores.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    scores
+}
+
+/// The axis that an effect adds to.
+pub fn axis_of(effect: &Effect) -> Option<Axis> {
+    match *effect {
+        Effect::Derivative { axis, .. }
+        | Effect::Nonlinear { axis, .. }
+        | Effect::RotorSpeed { axis, .. }
+        | Effect::FlightPath { axis, .. }
+        | Effect::Unknown { axis } => Some(axis),
+        _ => None,
+    }
+}

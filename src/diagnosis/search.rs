@@ -1,0 +1,411 @@
+//! The search: one cause after the other, each fitted with everything else free, until what remains is noise.
+//!
+//! Consumes the problem; produces the point with its causes, the rivals of each with their probabilities, and what is left.
+
+use super::library::{Entry, library, prior_std, same_cause};
+use super::problem::{Hypothesis, Local, Point, Problem, With};
+use super::record::RATE_MAX_HZ;
+use super::screen::{Score, axis_of, screen};
+use crate::flight::derivative::AXES;
+use crate::flight::effect::{Effect, EffectKind};
+
+/// Rounds after which a point has settled, one way or the other.
+const SETTLED: usize = 14;
+
+/// Rounds that every start has.
+const HEAT: usize = 2;
+/// Odds of a screening, far below which a fit brings nothing more.
+const HOPELESS: f64 = -8.0;
+/// Least distance in odds behind the leading one at which a start is given up.
+const IN_THE_RUNNING: f64 = 30.0;
+/// Distance in odds, of the leading ones, within which a finer mesh decides.
+const CLOSE: f64 = 0.1;
+/// Noise of forces, of the least, beyond which gusts are looked for.
+const NOISY: f64 = 3.0;
+
+/// How the search goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Most causes.
+    pub causes: usize,
+    /// How many of the best of a screening are fitted.
+    pub fitted: usize,
+    /// Rounds of a fit.
+    pub rounds: usize,
+    /// Twice the logarithm of the odds against any cause beforehand.
+    pub against: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings { causes: 3, fitted: 6, rounds: 6, against: 10.0 }
+    }
+}
+
+/// A rival for a cause.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rival {
+    /// With its number as fitted, or as screened.
+    pub effect: Effect,
+    /// Standard error of the main number.
+    pub std: f64,
+    /// Twice the logarithm of its odds against nothing.
+    pub odds: f64,
+    /// Whether it was fitted.
+    pub fitted: bool,
+}
+
+/// What came of it.
+#[derive(Clone, Debug)]
+pub struct Searched {
+    /// What noise beyond the least is still worth, by axis: how much the cost rises without it.
+    pub left: [f64; AXES],
+    /// Before any cause.
+    pub base: (Point, Local),
+    /// With all of them.
+    pub point: Point,
+    /// There.
+    pub local: Local,
+    /// By cause, the chosen one first.
+    pub rivals: Vec<Vec<Rival>>,
+}
+
+/// How many causes each kind has in a library, for what each is worth beforehand.
+fn weight(effect: &Effect, entries: &[Entry]) -> f64 {
+    let kinds: Vec<EffectKind> = entries.iter().map(|entry| entry.effect.kind()).collect();
+    let mut different: Vec<EffectKind> = Vec::new();
+    for &kind in &kinds {
+        if !different.contains(&kind) {
+            different.push(kind);
+        }
+    }
+    let mut own: Vec<&Effect> = Vec::new();
+    for entry in entries.iter().filter(|entry| entry.effect.kind() == effect.kind()) {
+        if !own.iter().any(|there| same_cause(there, &entry.effect)) {
+            own.push(&entry.effect);
+        }
+    }
+    -2.0 * libm::log((different.len().max(1) * own.len().max(1)) as f64)
+}
+
+/// Looks for causes.
+pub fn search(problem: &Problem, settings: &Settings) -> Option<Searched> {
+    let (mut point, mut local) = problem.settle(problem.zero(), SETTLED)?;
+    let base = (point.clone(), local.clone());
+    let mut rivals: Vec<Vec<Rival>> = Vec::new();
+    while rivals.len() < settings.causes {
+        let Some((next, there, ranked)) = one_more(problem, &point, &local, settings) else { break };
+        (point, local) = (next, there);
+        rivals.push(ranked);
+    }
+    let left = problem.unexplained(&point)?;
+    Some(Searched { left, base, point, local, rivals })
+}
+
+/// The best cause besides those that are there, where it is worth it.
+fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings) -> Option<(Point, Local, Vec<Rival>)> {
+    let entries = library(problem, &problem.effects(point));
+    let candidates: Vec<_> = entries.iter().map(|entry| entry.candidate.clone()).collect();
+    let wide = problem.linearise(point, &candidates, With::Slopes)?;
+    let scores = screen(&wide, &entries, &usual_forces(problem, point));
+    if std::env::var_os("SIDESLIP_TRACE").is_some() {
+        for score in &scores {
+            if let Effect::SensorDelay { channel, .. } = entries[score.entry].effect {
+                eprintln!("   timing {channel:?} {:.5} +- {:.5}", score.size, score.std);
+            }
+        }
+    }
+    let mut chosen: Vec<(&Entry, Score)> = Vec::new();
+    let mut others: Vec<Rival> = Vec::new();
+    for score in &scores {
+        let entry = &entries[score.entry];
+        if chosen.iter().any(|(other, _)| same_cause(&other.effect, &entry.effect)) {
+            continue;
+        }
+        if chosen.len() < settings.fitted {
+            chosen.push((entry, *score));
+        } else if !others.iter().any(|other| same_cause(&other.effect, &entry.effect)) {
+            let effect = sized(entry, score);
+            let odds = score.gain + weight(&effect, &entries) - settings.against;
+            others.push(Rival { effect, std: score.std, odds, fitted: false });
+        }
+        if others.len() > 20 {
+            break;
+        }
+    }
+    let before = local.evidence();
+    let odds = |there: &Local, effect: &Effect| before - there.evidence() + weight(effect, &entries) - settings.against;
+    // A few rounds for every start, and all for those that are still in the running.
+    let mut fits: Vec<(Point, Local, f64)> = Vec::new();
+    for (entry, score) in chosen {
+        if score.gain + weight(&entry.effect, &entries) - settings.against < HOPELESS {
+            others.push(Rival { effect: sized(entry, &score), std: score.std, odds: score.gain + weight(&entry.effect, &entries) - settings.against, fitted: false });
+            continue;
+        }
+        for effect in starts(entry, &score) {
+            let mut start = point.clone();
+            let prior = entry.prior_std.filter(|_| !entry.shared).or(prior_std(&effect)).unwrap_or(match effect {
+                Effect::RateLimit { rate: number, .. } | Effect::DeadZone { half_width: number, .. } => number,
+                _ => score.prior_std,
+            });
+            start.hypotheses.push(Hypothesis { effect, prior_std: prior });
+            if let Some((there, local)) = problem.settle(start, HEAT) {
+                let odds = odds(&local, &effect);
+                fits.push((there, local, odds));
+            }
+        }
+    }
+    if noisy(problem, point)
+        && let Some((there, local)) = in_gusts(problem, point, settings.rounds)
+    {
+        let odds = odds(&local, &turbulence(problem, &there));
+        fits.push((there, local, odds));
+    }
+    let leading = fits.iter().map(|fit| fit.2).fold(f64::NEG_INFINITY, f64::max);
+    let mut best: Option<(Point, f64)> = None;
+    let (mut ranked, mut fitted) = (Vec::new(), Vec::new());
+    for (mut there, mut local, mut found) in fits {
+        let gusty = there.gust.0 > point.gust.0;
+        if found > leading - (0.5 * leading).max(IN_THE_RUNNING) && !gusty {
+            let Some(settled) = problem.settle(there, settings.rounds) else { continue };
+            (there, local) = settled;
+            found = there.hypotheses.last().map_or(found, |hypothesis| odds(&local, &hypothesis.effect));
+        }
+        let (effect, std) = if gusty {
+            (turbulence(problem, &there), gust_std(problem, &there))
+        } else {
+            let Some(last) = there.hypotheses.last() else { continue };
+            (last.effect, local.std(there.place_of(there.hypotheses.len() - 1)))
+        };
+        ranked.push(Rival { effect, std, odds: found, fitted: true });
+        if best.as_ref().is_none_or(|(_, most)| found > *most) {
+            best = Some((there.clone(), found));
+        }
+        fitted.push((there, found));
+    }
+    ranked.extend(others);
+    ranked.sort_by(|a, b| b.odds.total_cmp(&a.odds));
+    let mut seen: Vec<Effect> = Vec::new();
+    ranked.retain(|rival| {
+        let new = !seen.iter().any(|there| same_cause(there, &rival.effect));
+        seen.push(rival.effect);
+        new
+    });
+    if std::env::var_os("SIDESLIP_TRACE").is_some() {
+        for rival in ranked.iter().take(8) {
+            eprintln!("   {:8.1} {} {:?} +- {:.4}", rival.odds, if rival.fitted { "fit" } else { "   " }, rival.effect, rival.std);
+        }
+    }
+    let (mut point, _) = best.filter(|(_, odds)| *odds > 0.0)?;
+    if let Some(better) = closer_look(problem, &point, &mut ranked, &fitted) {
+        point = better;
+    }
+    let (point, local) = problem.settle(point, SETTLED)?;
+    Some((point, local, ranked))
+}
+
+/// Gusts as they are tried first: standard deviations, m/s, and scale lengths, m.
+const SIGMAS: [f64; 3] = [0.25, 0.6, 1.4];
+const LENGTHS: [f64; 2] = [120.0, 350.0];
+
+/// The point with gusts instead of noise of forces; `None` where there are gusts already.
+fn in_gusts(problem: &Problem, point: &Point, rounds: usize) -> Option<(Point, Local)> {
+    if point.gust.0 > 0.0 {
+        return None;
+    }
+    let airspeed = problem.aircraft.trim().airspeed().max(1.0);
+    let calm = core::array::from_fn(|axis| problem.least[axis] * CALM);
+    let mut best: Option<(Point, f64)> = None;
+    for sigma in SIGMAS {
+        for length in LENGTHS {
+            let there = Point { gust: (sigma, length / airspeed), force: calm, ..point.clone() };
+            let Some(local) = problem.linearise(&there, &[], With::Cost) else { continue };
+            if best.as_ref().is_none_or(|(_, least)| local.cost < *least) {
+                best = Some((there, local.cost));
+            }
+        }
+    }
+    let (mut there, _) = best?;
+    for _ in 0..2 {
+        there = sharpened(problem, problem.settle(there, rounds)?.0)?;
+    }
+    problem.settle(there, 2)
+}
+
+/// Noise of forces in gusts before the innovations say better, of the least.
+const CALM: f64 = 4.0;
+/// Step of the logarithms of a gust's numbers.
+const GUST_STEP: f64 = 0.25;
+
+/// The gust's numbers at the bottom of a parabola each.
+fn sharpened(problem: &Problem, mut point: Point) -> Option<Point> {
+    for number in 0..2 {
+        let (by, _) = bottom(problem, &point, number)?;
+        scale_gust(&mut point, number, by);
+    }
+    Some(point)
+}
+
+fn scale_gust(point: &mut Point, number: usize, by: f64) {
+    let factor = libm::exp(by);
+    if number == 0 {
+        point.gust.0 *= factor;
+    } else {
+        point.gust.1 *= factor;
+    }
+}
+
+/// Where the parabola through three costs along the logarithm of a gust's number has its bottom, and its curvature.
+fn bottom(problem: &Problem, point: &Point, number: usize) -> Option<(f64, f64)> {
+    let cost = |by: f64| {
+        let mut there = point.clone();
+        scale_gust(&mut there, number, by);
+        Some(problem.linearise(&there, &[], With::Cost)?.cost)
+    };
+    let (here, up, down) = (cost(0.0)?, cost(GUST_STEP)?, cost(-GUST_STEP)?);
+    let curvature = (up + down - 2.0 * here) / (GUST_STEP * GUST_STEP);
+    let by = if curvature > 1.0 { 0.5 * (down - up) / GUST_STEP / curvature } else if up < down { GUST_STEP } else { -GUST_STEP };
+    Some((by.clamp(-0.7, 0.7), curvature))
+}
+
+/// The gusts of a point as an effect.
+fn turbulence(problem: &Problem, point: &Point) -> Effect {
+    Effect::Turbulence { sigma: point.gust.0, length: point.gust.1 * problem.aircraft.trim().airspeed().max(1.0) }
+}
+
+/// Standard error of their standard deviation: the cost is minus twice the logarithm of the likelihood.
+fn gust_std(problem: &Problem, point: &Point) -> f64 {
+    bottom(problem, point, 0).filter(|(_, curvature)| *curvature > 0.0).map_or(f64::NAN, |(_, curvature)| {
+        point.gust.0 * libm::sqrt(2.0 / curvature)
+    })
+}
+
+/// Compares the best with those that are nearly as good on a mesh twice as fine, where the shape of a quick motion within a step
+/// counts: a lag is then told from a delay that is shorter than the step. What they are worth there replaces what they were.
+fn closer_look(problem: &Problem, best: &Point, ranked: &mut [Rival], fitted: &[(Point, f64)]) -> Option<Point> {
+    let leading = ranked.first().filter(|first| first.fitted)?.odds;
+    let near = |odds: f64| odds > leading - (CLOSE * leading).max(IN_THE_RUNNING);
+    let mut close: Vec<&(Point, f64)> = fitted.iter().filter(|(_, odds)| near(*odds)).collect();
+    close.sort_by(|a, b| b.1.total_cmp(&a.1));
+    close.truncate(3);
+    if close.len() < 2 || !close.iter().any(|(point, _)| point.hypotheses.last().is_some_and(|h| is_timing(&h.effect))) {
+        return None;
+    }
+    let finer = problem.on_mesh_of(2.0 * RATE_MAX_HZ);
+    let mut looked: Vec<(Point, Rival, f64)> = Vec::new();
+    for (point, _) in close {
+        let (there, local) = finer.settle(point.clone(), HEAT + 1)?;
+        let effect = there.hypotheses.last()?.effect;
+        let std = local.std(there.place_of(there.hypotheses.len() - 1));
+        looked.push((there, Rival { effect, std, odds: leading, fitted: true }, local.evidence()));
+    }
+    let least = looked.iter().map(|look| look.2).fold(f64::INFINITY, f64::min);
+    let mut better = None;
+    for (point, rival, evidence) in looked {
+        let odds = leading - (evidence - least);
+        if let Some(there) = ranked.iter_mut().find(|there| same_cause(&there.effect, &rival.effect)) {
+            *there = Rival { odds, ..rival };
+        }
+        if evidence <= least && point.hypotheses.last().map(|h| h.effect.kind()) != best.hypotheses.last().map(|h| h.effect.kind()) {
+            better = Some(point);
+        }
+    }
+    ranked.sort_by(|a, b| b.odds.total_cmp(&a.odds));
+    better
+}
+
+/// Whether an effect acts by when things happen.
+fn is_timing(effect: &Effect) -> bool {
+    matches!(
+        effect,
+        Effect::SensorLag { .. } | Effect::SensorDelay { .. } | Effect::ActuatorLag { .. } | Effect::TransportDelay { .. }
+    )
+}
+
+/// Whether there is more noise of forces than the controls' own makes.
+fn noisy(problem: &Problem, point: &Point) -> bool {
+    point.force.iter().zip(problem.least).any(|(force, least)| *force > NOISY * least)
+}
+
+/// The effect that an entry's score stands for.
+fn sized(entry: &Entry, score: &Score) -> Effect {
+    let mut effect = entry.effect;
+    if entry.shared {
+        return effect;
+    }
+    match &mut effect {
+        Effect::Derivative { delta: x, .. }
+        | Effect::Nonlinear { coefficient: x, .. }
+        | Effect::RotorSpeed { coefficient: x, .. }
+        | Effect::FlightPath { slope: x, .. }
+        | Effect::CrossFeed { gain: x, .. }
+        | Effect::SensorBias { value: x, .. }
+        | Effect::SensorDelay { delay: x, .. } => *x = score.size,
+        Effect::SensorScale { factor: x, .. } | Effect::ControlEffectiveness { factor: x, .. } => *x = (1.0 + score.size).max(0.1),
+        Effect::SensorPosition { offset_m, .. } => {
+            if let Some(offset) = offset_m.get_mut(entry.component) {
+                *offset = score.size;
+            }
+        }
+        _ => {}
+    }
+    effect
+}
+
+/// Where fits of an entry begin: what delays may also be a lag.
+fn starts(entry: &Entry, score: &Score) -> Vec<Effect> {
+    let effect = sized(entry, score);
+    match effect {
+        Effect::SensorDelay { channel, delay } => {
+            let delay = delay.clamp(-0.4, 0.4);
+            let mut both = vec![Effect::SensorDelay { channel, delay }];
+            if delay > 0.0 {
+                both.push(Effect::SensorLag { channel, tau: delay });
+            }
+            both
+        }
+        Effect::ActuatorLag { control, tau } => {
+            let tau = (tau * score.size.clamp(0.2, 3.0)).max(0.01);
+            vec![Effect::ActuatorLag { control, tau }]
+        }
+        Effect::TransportDelay { control, delay } => {
+            vec![Effect::TransportDelay { control, delay: (delay * score.size.clamp(0.2, 3.0)).max(0.01) }]
+        }
+        _ => vec![effect],
+    }
+}
+
+/// Root mean square of the model's own forces, by axis: what a hypothesis is measured by beforehand.
+fn usual_forces(problem: &Problem, point: &Point) -> [f64; AXES] {
+    let _ = point;
+    let mut usual = [0.3, 0.3, 0.5, 0.05, 0.05, 0.05];
+    for run in &problem.runs {
+        for (axis, usual) in usual.iter_mut().enumerate() {
+            if let Some(series) = run.outputs.get(axis).and_then(Option::as_ref).filter(|_| axis < 3) {
+                let mean = series.average();
+                let square = series.samples().map(|(_, x)| (x - mean) * (x - mean)).sum::<f64>() / series.len() as f64;
+                *usual = f64::max(*usual, libm::sqrt(square));
+            }
+            if let Some(series) = run.outputs.get(axis).and_then(Option::as_ref).filter(|_| axis >= 3) {
+                let step = 0.125;
+                let (from, to) = series.range_s().unwrap_or((0.0, 0.0));
+                let count = ((to - from) / step) as usize;
+                let square = (1..count)
+                    .map(|k| {
+                        let t = from + step * k as f64;
+                        let slope = (series.mean(t, t + step) - series.mean(t - step, t)) / step;
+                        slope * slope
+                    })
+                    .sum::<f64>()
+                    / count.max(1) as f64;
+                *usual = f64::max(*usual, libm::sqrt(square));
+            }
+        }
+    }
+    usual
+}
+
+/// The axis of a cause, for messages.
+pub fn axis_name(effect: &Effect) -> &'static str {
+    axis_of(effect).map_or("", |axis| axis.name())
+}
