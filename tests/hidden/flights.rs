@@ -114,7 +114,7 @@ impl Manoeuvres {
         Manoeuvres { runs, accelerometer_noise, vibration, wander }
     }
 
-    /// Rotor speed of that run, at trim when it begins, rad/s.
+    /// Rotor speed of that run, rad/s: at trim over its first second, then it wanders.
     fn rotor_speed(&self, run: usize, at_trim: f64) -> History {
         let points = (0..=250).map(|step| {
             let time_s = 0.1 * f64::from(step);
@@ -124,7 +124,7 @@ impl Manoeuvres {
                     amplitude * ((core::f64::consts::TAU * time_s / period + phase).sin() - phase.sin())
                 })
                 .sum();
-            (time_s, at_trim + wander)
+            (time_s, at_trim + wander * (0.5 * (time_s - 1.0)).clamp(0.0, 1.0))
         });
         History::through(points.collect()).unwrap()
     }
