@@ -14,6 +14,8 @@ pub mod telemetry;
 #[cfg(feature = "std")]
 pub mod bus;
 #[cfg(feature = "std")]
+pub mod diagnosis;
+#[cfg(feature = "std")]
 pub mod error;
 #[cfg(feature = "std")]
 pub mod diagnosis;

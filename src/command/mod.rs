@@ -1,6 +1,7 @@
 //! The commands, one file each: they join readers, pipeline, simulation and outputs; no mathematics here.
 
 pub(crate) mod check;
+pub(crate) mod compare;
 pub(crate) mod demo;
 pub(crate) mod design;
 pub(crate) mod diagnose;

@@ -26,7 +26,8 @@ use crate::flight::model::Trim;
 /// Velocity, rates, attitude, height, gusts, a lag.
 pub const STATES: usize = 14;
 const LAG: usize = 10;
-const GUST: usize = 11;
+/// Place of the gusts among the states.
+pub const GUST: usize = 11;
 /// States without gusts and lag.
 const CORE: usize = 10;
 /// Standard deviations before the first reading.

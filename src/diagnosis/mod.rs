@@ -1,15 +1,24 @@
 //! What a model gets wrong, and why: the cause named, the model extended, the gain measured on runs that it did not see.
 //!
-//! `record` and `driven` say what was flown, `aircraft` what the model makes of it, `filter` compares the two along a run;
-//! `problem` joins several runs, `library` holds the hypotheses.
+//! In: a model with effects (`simulation::flight_model`), runs as samples with their geometry. `record` and `driven` say what was
+//! flown, `aircraft` what the model makes of it, `filter` compares the two along a run, `problem` joins several runs; `library`
+//! holds the hypotheses, `screen` weighs them all at once, `search` fits the best and looks again; `diagnose` says what came of
+//! it. `free_run` predicts runs, and `gain` says how much better one model predicts than another.
+//! Assumed: body axes, SI; controls in straight lines between samples; a run begins in its own trim.
+//! Refused: a run without rates, one too short, a control that the model answers to and the run lacks.
 
 pub mod aircraft;
 mod blade_passing;
 pub mod column;
+pub mod diagnose;
 pub mod driven;
+pub mod explain;
 pub mod filter;
+pub mod free_run;
+pub mod gain;
 pub mod library;
 pub mod problem;
 pub mod record;
+pub mod residual;
 pub mod screen;
 pub mod search;

@@ -33,6 +33,8 @@ const FIRST_DENSITY: [f64; AXES] = [1e-2, 1e-2, 1e-2, 1e-4, 1e-4, 1e-4];
 const DENSITY_STEP: f64 = 3.0;
 /// Least second derivative by a noise's logarithm.
 const LEAST_CURVATURE: f64 = 0.3;
+/// A control moves that goes through so many times its noise.
+const STILL: f64 = 12.0;
 /// Of a uniform distribution, half width to standard deviation.
 const UNIFORM: f64 = 0.577_350_269_189_625_8;
 
@@ -195,6 +197,18 @@ impl Point {
     /// First place of a hypothesis's parameters.
     pub fn place_of(&self, hypothesis: usize) -> usize {
         self.places().iter().position(|&(number, _)| number == hypothesis).unwrap_or(0)
+    }
+
+    /// The place of a hypothesis's main number.
+    pub fn main_place_of(&self, hypothesis: usize) -> usize {
+        let first = self.place_of(hypothesis);
+        match self.hypotheses.get(hypothesis).map(|hypothesis| hypothesis.effect) {
+            Some(Effect::SensorPosition { offset_m: [x, y, z], .. }) => {
+                let [x, y, z] = [x, y, z].map(libm::fabs);
+                first + if x >= y && x >= z { 0 } else if y >= z { 1 } else { 2 }
+            }
+            _ => first,
+        }
     }
 
     fn number(&self, (hypothesis, component): (usize, usize)) -> f64 {
@@ -561,6 +575,18 @@ impl Problem {
             }
         }
         next
+    }
+
+    /// Whether any control moves by more than its noise.
+    pub fn moves(&self) -> bool {
+        self.runs.iter().any(|run| {
+            run.inputs.iter().zip(run.input_noise).take(CONTROLS).flat_map(|(series, noise)| Some((series.as_ref()?, noise))).any(
+                |(series, noise)| {
+                    let (least, most) = series.samples().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (_, x)| (a.min(x), b.max(x)));
+                    most - least > STILL * noise.max(1e-6)
+                },
+            )
+        })
     }
 
     /// Whether a control or the rotor's speed is recorded.

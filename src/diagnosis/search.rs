@@ -5,7 +5,7 @@
 use super::library::{Entry, library, prior_std, same_cause};
 use super::problem::{Hypothesis, Local, Point, Problem, With};
 use super::record::RATE_MAX_HZ;
-use super::screen::{Score, axis_of, screen};
+use super::screen::{Score, screen};
 use crate::flight::derivative::AXES;
 use crate::flight::effect::{Effect, EffectKind};
 
@@ -68,6 +68,8 @@ pub struct Searched {
     pub local: Local,
     /// By cause, the chosen one first.
     pub rivals: Vec<Vec<Rival>>,
+    /// What was looked at last and refused.
+    pub refused: Vec<Rival>,
 }
 
 /// How many causes each kind has in a library, for what each is worth beforehand.
@@ -93,28 +95,30 @@ pub fn search(problem: &Problem, settings: &Settings) -> Option<Searched> {
     let (mut point, mut local) = problem.settle(problem.zero(), SETTLED)?;
     let base = (point.clone(), local.clone());
     let mut rivals: Vec<Vec<Rival>> = Vec::new();
+    let mut refused = Vec::new();
     while rivals.len() < settings.causes {
-        let Some((next, there, ranked)) = one_more(problem, &point, &local, settings) else { break };
-        (point, local) = (next, there);
+        let (taken, ranked) = one_more(problem, &point, &local, settings)?;
+        let Some(next) = taken else {
+            refused = ranked;
+            break;
+        };
+        (point, local) = next;
         rivals.push(ranked);
     }
+    let local = problem.linearise(&point, &[], With::Traces).unwrap_or(local);
     let left = problem.unexplained(&point)?;
-    Some(Searched { left, base, point, local, rivals })
+    Some(Searched { left, base, point, local, rivals, refused })
 }
 
+/// The next cause, where one is worth it, and everything that was looked at.
+type OneMore = (Option<(Point, Local)>, Vec<Rival>);
+
 /// The best cause besides those that are there, where it is worth it.
-fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings) -> Option<(Point, Local, Vec<Rival>)> {
+fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings) -> Option<OneMore> {
     let entries = library(problem, &problem.effects(point));
     let candidates: Vec<_> = entries.iter().map(|entry| entry.candidate.clone()).collect();
     let wide = problem.linearise(point, &candidates, With::Slopes)?;
-    let scores = screen(&wide, &entries, &usual_forces(problem, point));
-    if std::env::var_os("SIDESLIP_TRACE").is_some() {
-        for score in &scores {
-            if let Effect::SensorDelay { channel, .. } = entries[score.entry].effect {
-                eprintln!("   timing {channel:?} {:.5} +- {:.5}", score.size, score.std);
-            }
-        }
-    }
+    let scores = screen(&wide, &entries, &usual_forces(problem));
     let mut chosen: Vec<(&Entry, Score)> = Vec::new();
     let mut others: Vec<Rival> = Vec::new();
     for score in &scores {
@@ -191,17 +195,11 @@ fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings
         seen.push(rival.effect);
         new
     });
-    if std::env::var_os("SIDESLIP_TRACE").is_some() {
-        for rival in ranked.iter().take(8) {
-            eprintln!("   {:8.1} {} {:?} +- {:.4}", rival.odds, if rival.fitted { "fit" } else { "   " }, rival.effect, rival.std);
-        }
-    }
-    let (mut point, _) = best.filter(|(_, odds)| *odds > 0.0)?;
+    let Some((mut point, _)) = best.filter(|(_, odds)| *odds > 0.0) else { return Some((None, ranked)) };
     if let Some(better) = closer_look(problem, &point, &mut ranked, &fitted) {
         point = better;
     }
-    let (point, local) = problem.settle(point, SETTLED)?;
-    Some((point, local, ranked))
+    Some((problem.settle(point, SETTLED), ranked))
 }
 
 /// Gusts as they are tried first: standard deviations, m/s, and scale lengths, m.
@@ -376,8 +374,7 @@ fn starts(entry: &Entry, score: &Score) -> Vec<Effect> {
 }
 
 /// Root mean square of the model's own forces, by axis: what a hypothesis is measured by beforehand.
-fn usual_forces(problem: &Problem, point: &Point) -> [f64; AXES] {
-    let _ = point;
+fn usual_forces(problem: &Problem) -> [f64; AXES] {
     let mut usual = [0.3, 0.3, 0.5, 0.05, 0.05, 0.05];
     for run in &problem.runs {
         for (axis, usual) in usual.iter_mut().enumerate() {
@@ -403,9 +400,4 @@ fn usual_forces(problem: &Problem, point: &Point) -> [f64; AXES] {
         }
     }
     usual
-}
-
-/// The axis of a cause, for messages.
-pub fn axis_name(effect: &Effect) -> &'static str {
-    axis_of(effect).map_or("", |axis| axis.name())
 }

@@ -16,6 +16,7 @@ use super::motion::Motion;
 use super::pilot::{Holding, Pilot};
 pub use super::refused::Refused;
 use super::turbulence::gusts;
+use super::unmodelled::Unmodelled;
 use super::vibration::Azimuth;
 use crate::flight::channel::Channel;
 use crate::flight::control::{CONTROLS, Control};
@@ -83,6 +84,8 @@ pub struct Flight {
     pub level1: Option<Box<Trimmed>>,
     /// The effects that it is flown with.
     pub effects: Vec<Effect>,
+    /// What acts on it besides and no effect describes, if anything.
+    pub unmodelled: Option<Unmodelled>,
     /// What the pilot does, whatever the aircraft does.
     pub inputs: Inputs,
     /// The pilot who holds the attitude besides, if any.
@@ -118,6 +121,7 @@ impl Flight {
             model,
             level1: None,
             effects: Vec::new(),
+            unmodelled: None,
             pilot: None,
             instruments: Instruments::perfect(),
             times_s: Vec::new(),

@@ -16,6 +16,7 @@ use super::level1::inner::{INNER, Inner};
 use super::level1::trim::Trimmed;
 use super::linear::{forces, state_matrix, trim_specific_force};
 use super::motion::{MOTION_STATES, Motion};
+use super::unmodelled::Unmodelled;
 use crate::flight::control::{CONTROLS, Control};
 use crate::flight::derivative::{AXES, VARIABLES, Variable};
 use crate::flight::model::LinearModel;
@@ -86,6 +87,8 @@ pub(crate) struct Nonlinear<'d> {
 pub(crate) struct State {
     pub(crate) motion: [f64; MOTION_STATES],
     pub(crate) inner: [f64; INNER],
+    /// Of what no effect describes.
+    pub(crate) memory: f64,
 }
 
 /// What holds at one instant.
@@ -96,6 +99,7 @@ struct Moment {
     rotor_speed: Option<f64>,
     rotor: Option<TrueRotor>,
     inner_rates: Inner,
+    memory_rate: f64,
     /// Where the next instant's inflows are looked for.
     guess: Guess,
 }
@@ -111,6 +115,7 @@ pub(crate) struct Drive<'d> {
     pub(crate) controls: &'d [History; CONTROLS],
     pub(crate) gusts: Option<&'d [History; 3]>,
     pub(crate) rotor_speed: Option<&'d History>,
+    pub(crate) unmodelled: Option<&'d Unmodelled>,
 }
 
 /// Mesh points with the halves between: every wanted time, none further apart than the step.
@@ -192,6 +197,7 @@ impl Drive<'_> {
             if self.inner() {
                 along(&mut there.inner, &x.inner, h, &known.inner);
             }
+            there.memory = x.memory + h * known.memory;
             let moment = self.moment(node, &there, *guess)?;
             *guess = moment.guess;
             self.slope_into(found, &moment, &there.motion);
@@ -205,6 +211,7 @@ impl Drive<'_> {
         if self.inner() {
             weighted(&mut x.inner, h, [&k1.inner, &k2.inner, &k3.inner, &k4.inner]);
         }
+        x.memory += h / 6.0 * (k1.memory + 2.0 * (k2.memory + k3.memory) + k4.memory);
         Some(())
     }
 
@@ -220,6 +227,7 @@ impl Drive<'_> {
         if self.inner() {
             slope.inner = moment.inner_rates.to_vector();
         }
+        slope.memory = moment.memory_rate;
     }
 
     /// Everything that holds at a node for this state; the inflows are looked for from `guess` on.
@@ -245,9 +253,19 @@ impl Drive<'_> {
         let Some(Nonlinear { trimmed, equations, effectiveness, added, .. }) = &self.level1 else {
             let mut deviations = deviations();
             controls_into(&mut deviations, moved);
-            let accelerations = forces(self.model, &deviations, deviation(rotor_speed));
+            let mut accelerations = forces(self.model, &deviations, deviation(rotor_speed));
+            let memory_rate = self.unmodelled(&mut accelerations, &deviations, state.memory);
             let inner_rates = Inner::default();
-            return Some(Moment { accelerations, air_velocity, blade, rotor_speed, rotor: None, inner_rates, guess });
+            return Some(Moment {
+                accelerations,
+                air_velocity,
+                blade,
+                rotor_speed,
+                rotor: None,
+                inner_rates,
+                memory_rate,
+                guess,
+            });
         };
         let asked = Situation {
             velocity: air_velocity,
@@ -265,15 +283,31 @@ impl Drive<'_> {
         } else {
             instant.response.torque
         };
+        let mut accelerations = instant.response.accelerations;
+        let mut memory_rate = 0.0;
+        if self.unmodelled.is_some() {
+            let mut deviations = deviations();
+            controls_into(&mut deviations, core::array::from_fn(|place| instant.blade[place] - trim.controls[place]));
+            memory_rate = self.unmodelled(&mut accelerations, &deviations, state.memory);
+        }
         Some(Moment {
-            accelerations: instant.response.accelerations,
+            accelerations,
             air_velocity,
             blade: instant.blade,
             rotor_speed: Some(instant.rotor_speed),
             rotor: Some(TrueRotor { torque, flap: instant.response.flap }),
             inner_rates: instant.rates,
+            memory_rate,
             guess: instant.response.inflows,
         })
+    }
+
+    /// Adds what no effect describes to the accelerations; the rate of its memory.
+    fn unmodelled(&self, accelerations: &mut [f64; AXES], deviations: &[f64; VARIABLES], memory: f64) -> f64 {
+        let Some(law) = self.unmodelled else { return 0.0 };
+        let (added, rate) = law.at(deviations, memory);
+        accelerations.iter_mut().zip(added).for_each(|(acceleration, added)| *acceleration += added);
+        rate
     }
 
     /// What the linear model's deviations add to a Level-1 aircraft.

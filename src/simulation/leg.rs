@@ -74,7 +74,7 @@ impl Course<'_> {
     fn ready(&self, start: Motion) -> Passage {
         let inner = self.level1.map_or([0.0; INNER], |level1| level1.trimmed.inner.to_vector());
         Passage {
-            now: State { motion: start.to_vector(), inner },
+            now: State { motion: start.to_vector(), inner, memory: 0.0 },
             path: ControlPath::new(&self.flight.effects),
             states: Vec::new(),
         }
@@ -98,6 +98,7 @@ impl Course<'_> {
             controls: &controls,
             gusts: self.air,
             rotor_speed: self.flight.inputs.rotor_speed.as_ref(),
+            unmodelled: self.flight.unmodelled.as_ref(),
         };
         drive.fly(&mut passage.now, &mut passage.states)
     }

@@ -33,6 +33,7 @@ pub mod pilot;
 mod prbs;
 pub mod refused;
 pub mod turbulence;
+pub mod unmodelled;
 mod vibration;
 
 #[cfg(test)]

@@ -1,0 +1,230 @@
+//! `sideslip compare`: flight against simulation on the same controls.
+
+mod json;
+mod picture;
+mod table;
+
+use super::flight_condition::{FlightCondition, read_model};
+use super::ingest::head_of;
+use super::mapping_input::read_mapping;
+use super::message;
+use super::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json, write_whole};
+use super::recording_losses::losses;
+use sideslip::diagnosis::free_run::{Prediction, Run, predict};
+use sideslip::diagnosis::gain::{Gain, gain};
+use sideslip::error::{Failure, Outcome};
+use sideslip::flight::control::{CONTROLS, Control};
+use sideslip::flight::effect::Effect;
+use sideslip::flight::run_file::RunInfo;
+use sideslip::outputs::terminal::Style;
+use sideslip::simulation::flight_model::{Asked, FlightModel};
+use sideslip::telemetry::mavlink::mapping::Config as Mapping;
+use sideslip::telemetry::record::Sample;
+use sideslip::telemetry::recording::Recording;
+use std::path::{Path, PathBuf};
+
+const EXAMPLE: &str = "\
+Example:
+  sideslip compare flight.csv --model replay/models/puma-like.toml --svg flight.svg
+  sideslip compare monday/*.csv --model puma --speed 51.4 --out pictures --json -
+  sideslip compare holdout.csv --model model.toml --beside extended.toml
+
+The model starts in its own trim and flies each run's measured controls (and rotor speed) as they move about the run's own trim, the
+mean over the trim window; nothing is fitted. Its effects are flown too, those on instruments in what is read; gusts are not.
+Errors are of deviations from trim; of a channel that a model gives a bias, of absolute values. TIC is Theil's inequality coefficient,
+0 perfect to 1; VAF the variance accounted for, 1 perfect, negative where the mean would have done better. Pooled: root of the mean
+over channels of the squared rms over noise, airspeed and altitude apart. In brackets 95 % of the moving-block bootstrap.
+
+Exit status: 0 done, a model that diverges is a result; 1 failed while running; 2 the call, a recording or a model is wrong; 3 done,
+rows were skipped. With --json the table goes to standard error.";
+
+/// Fly a model on the measured controls of runs: pictures of both, rms, Theil's coefficient, VAF
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLE)]
+pub(crate) struct Args {
+    /// Recordings, a run each; their format is told by their content
+    #[arg(required = true, value_name = "RUN")]
+    files: Vec<PathBuf>,
+    #[command(flatten)]
+    condition: FlightCondition,
+    /// Another model beside it, such as the extended one: its figures, and what is gained by it
+    #[arg(long, value_name = "FILE")]
+    beside: Option<PathBuf>,
+    /// Length of the window at a run's start whose mean is its trim, s
+    #[arg(long, value_name = "S", default_value_t = 1.0)]
+    trim_window: f64,
+    /// Take a control as still where runs have no column of it; repeatable
+    #[arg(long, value_name = "CONTROL")]
+    still: Vec<String>,
+    /// Which message gives which channel, for recordings of MAVLink (TOML)
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Write the answer as JSON to this file, or to standard output with -
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Draw every run, measured and simulated, into this file
+    #[arg(long, value_name = "FILE")]
+    svg: Option<PathBuf>,
+    /// Draw each run into a file of its own in this folder, with compare.json beside
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// A run as it was read.
+struct Read {
+    name: String,
+    info: RunInfo,
+    samples: Vec<Sample>,
+    losses: Vec<String>,
+}
+
+/// One run with the free runs of the model and of the other beside it.
+struct Compared {
+    name: String,
+    info: RunInfo,
+    samples: Vec<Sample>,
+    model: Prediction,
+    beside: Option<Prediction>,
+}
+
+impl Compared {
+    /// The model's, and what stands beside it: itself where nothing else does.
+    fn pair(&self) -> (&Prediction, &Prediction) {
+        (&self.model, self.beside.as_ref().unwrap_or(&self.model))
+    }
+}
+
+/// Every run, and all of them together.
+struct Answer {
+    runs: Vec<(Compared, Gain)>,
+    all: Gain,
+    beside: bool,
+}
+
+/// Reads runs and models, flies and tells.
+pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+    refuse_wrong_outputs(args)?;
+    if !(args.trim_window > 0.0 && args.trim_window.is_finite()) {
+        return Err(Failure::Input(format!("--trim-window: expected more than 0 s, found {}", args.trim_window)));
+    }
+    let still = still(&args.still)?;
+    let mapping = read_mapping(args.config.as_deref())?;
+    let (of_run, of_model): (Vec<String>, Vec<String>) =
+        args.condition.set.iter().cloned().partition(|set| RunInfo::is_known(set.split('=').next().unwrap_or_default().trim()));
+    let model = args.condition.fly(of_model, &format!("; or a key of the run ({})", RunInfo::known_keys()))?;
+    let beside = args.beside.as_ref().map(|path| read_model(path, &Asked::default(), "")).transpose()?;
+    let read = args.files.iter().map(|file| read(file, &of_run, &mapping)).collect::<Result<Vec<_>, _>>()?;
+    refuse_two_aircraft(&read, &args.files)?;
+    let losses: Vec<String> = read.iter().flat_map(|one| one.losses.clone()).collect();
+    let mut runs = Vec::new();
+    for (one, file) in read.into_iter().zip(&args.files) {
+        let Read { name, info, samples, .. } = one;
+        let run = Run { trim_window_s: args.trim_window, still, ..Run::of(&samples, info.geometry()) };
+        let fly = |model: &FlightModel| predict(model, &effects(model), &run).map_err(|why| Failure::file(file, why));
+        let (model, beside) = (fly(&model)?, beside.as_ref().map(fly).transpose()?);
+        if model.channels.is_empty() {
+            return Err(Failure::file(file, "expected a channel that the model predicts, such as p, r or ay, found none"));
+        }
+        let compared = Compared { name, model, beside, info, samples };
+        let figures = gain(&[compared.pair()]);
+        runs.push((compared, figures));
+    }
+    let pairs: Vec<(&Prediction, &Prediction)> = runs.iter().map(|(one, _)| one.pair()).collect();
+    let all = gain(&pairs);
+    tell(args, &Answer { all, runs, beside: beside.is_some() })?;
+    for loss in &losses {
+        message(format_args!("sideslip: {loss}"));
+    }
+    Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })
+}
+
+fn effects(model: &FlightModel) -> Vec<Effect> {
+    model.file.effects.iter().map(|declared| declared.effect).collect()
+}
+
+/// Tables, pictures and the document, each where it was asked for.
+fn tell(args: &Args, answer: &Answer) -> Result<(), Failure> {
+    let drawn = |error: sideslip::outputs::chart::ChartError| Failure::Running(error.to_string());
+    let style = if args.json.is_some() { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
+    let text = table::text(answer, style);
+    let document = format!("{:#}\n", json::document(answer));
+    if let Some(path) = &args.svg {
+        let all: Vec<&Compared> = answer.runs.iter().map(|(one, _)| one).collect();
+        let text = picture::svg(&all).map_err(drawn)?;
+        write_whole(path, |file| file.write_all(text.as_bytes()))?;
+    }
+    if let Some(folder) = &args.out {
+        std::fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
+        for (place, (one, _)) in answer.runs.iter().enumerate() {
+            let text = picture::svg(&[one]).map_err(drawn)?;
+            write_whole(&folder.join(format!("{}.svg", file_name(answer, place))), |file| file.write_all(text.as_bytes()))?;
+        }
+        write_whole(&folder.join("compare.json"), |file| file.write_all(document.as_bytes()))?;
+    }
+    match &args.json {
+        None => print(&text),
+        Some(path) => {
+            message(format_args!("{}", text.trim_end()));
+            write_json(path, &document)
+        }
+    }
+}
+
+/// The run's name as a file's; numbered where two runs have one name.
+fn file_name(answer: &Answer, place: usize) -> String {
+    let plain = |name: &str| -> String { name.chars().map(|c| if c.is_alphanumeric() || c == '-' { c } else { '_' }).collect() };
+    let names: Vec<String> = answer.runs.iter().map(|(one, _)| plain(&one.name)).collect();
+    let own = names.get(place).cloned().unwrap_or_default();
+    let twice = names.iter().filter(|name| **name == own).count() > 1 || own.is_empty();
+    if twice { format!("{own}-{}", place + 1) } else { own }
+}
+
+fn refuse_wrong_outputs(args: &Args) -> Result<(), Failure> {
+    let inputs: Vec<PathBuf> = args.files.iter().chain([&args.condition.model]).chain(&args.beside).cloned().collect();
+    let json = args.json.as_ref().filter(|json| json.as_os_str() != "-");
+    for (option, output) in [("--json", json), ("--svg", args.svg.as_ref())] {
+        if let Some(output) = output {
+            refuse_to_overwrite(option, output, &inputs)?;
+            refuse_without_folder(option, output)?;
+        }
+    }
+    if let Some(folder) = args.out.as_ref().filter(|folder| folder.exists() && !folder.is_dir()) {
+        return Err(Failure::file(folder, "--out: expected a folder, found a file"));
+    }
+    for (place, file) in args.files.iter().enumerate() {
+        if args.files.iter().take(place).any(|other| same_place(other, file)) {
+            return Err(Failure::file(file, "expected each run once, found the same file twice"));
+        }
+    }
+    Ok(())
+}
+
+fn still(names: &[String]) -> Result<[bool; CONTROLS], Failure> {
+    let mut still = [false; CONTROLS];
+    for name in names {
+        let what = || Failure::Input(format!("--still: expected a control, such as pedal or throttle, found `{name}`"));
+        let control = Control::from_name(name).ok_or_else(what)?;
+        still[control.index()] = true;
+    }
+    Ok(still)
+}
+
+fn refuse_two_aircraft(read: &[Read], files: &[PathBuf]) -> Result<(), Failure> {
+    let mut named = read.iter().zip(files).filter_map(|(one, file)| Some((one.info.aircraft()?, file)));
+    let Some((first, _)) = named.next() else { return Ok(()) };
+    match named.find(|(other, _)| *other != first) {
+        Some((other, file)) => Err(Failure::file(file, format!("expected runs of one aircraft, `{first}`, found `{other}`"))),
+        None => Ok(()),
+    }
+}
+
+fn read(file: &Path, overrides: &[String], mapping: &Mapping) -> Result<Read, Failure> {
+    let mut recording = Recording::open_with(file, mapping)?;
+    let (info, _) = head_of(file, &recording, overrides)?;
+    let mut samples = Vec::new();
+    while let Some(row) = recording.next_row()? {
+        samples.push(row.sample);
+    }
+    let losses = losses(file, &recording, samples.len());
+    Ok(Read { name: info.run().unwrap_or_default().to_owned(), info, samples, losses })
+}

@@ -1,0 +1,26 @@
+//! Hidden causes: flights that a seed draws, with an effect in them that only the case knows.
+//!
+//! `case` has the sealed case, `draw` what is hidden in it and how large, `outside` the causes that no effect describes,
+//! `flights` what is flown and through which instruments, `motion` how much that moves, `written` the case as files,
+//! `generator` the proof of the generator itself.
+//! Nothing here imports what looks for causes: it shares the vocabulary of models and effects only.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stderr,
+    reason = "a test fails by panicking and says what it measured"
+)]
+
+#[path = "../support/manoeuvre.rs"]
+mod manoeuvre;
+#[path = "../support/uniform.rs"]
+mod uniform;
+
+mod case;
+mod draw;
+mod flights;
+mod generator;
+mod motion;
+mod outside;
+mod written;
