@@ -18,6 +18,16 @@ pub const INPUTS: usize = INPUT_CHANNELS.len();
 pub const OUTPUTS: usize = OUTPUT_CHANNELS.len();
 /// Inputs and outputs.
 pub const MEASURED: usize = INPUTS + OUTPUTS;
+/// All of them, inputs first.
+pub const CHANNELS: [Channel; MEASURED] = {
+    let mut all = [INPUT_CHANNELS[0]; MEASURED];
+    let mut k = 0;
+    while k < MEASURED {
+        all[k] = if k < INPUTS { INPUT_CHANNELS[k] } else { OUTPUT_CHANNELS[k - INPUTS] };
+        k += 1;
+    }
+    all
+};
 /// Number of parameters of one run.
 pub const PARAMETERS: usize = 4 * MEASURED + 21;
 
@@ -75,13 +85,13 @@ pub struct Parameter {
     pub index: usize,
     /// Its sort.
     pub kind: Kind,
-    /// The channel, as a place among [`INPUT_CHANNELS`] and then [`OUTPUT_CHANNELS`]; places have none.
+    /// The channel, as a place among [`CHANNELS`]; places have none.
     pub measured: Option<usize>,
 }
 
 /// The channel at a place among inputs, then outputs.
 pub fn channel_at(measured: usize) -> Option<Channel> {
-    INPUT_CHANNELS.iter().chain(&OUTPUT_CHANNELS).nth(measured).copied()
+    CHANNELS.get(measured).copied()
 }
 
 impl Parameter {
