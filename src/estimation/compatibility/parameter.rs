@@ -158,12 +158,15 @@ impl Parameter {
         })
     }
 
-    /// Whether gusts feign it: accelerations answer the gust that moves the vanes, and velocities drift with it.
+    /// Whether gusts feign it: accelerations answer the gust that moves the vanes, and velocities drift with it; a bias of bank
+    /// or pitch shows by the part of gravity that it turns into them.
     pub fn is_feigned_by_gusts(self) -> bool {
         let air = matches!(self.channel(), Some(Channel::Tas | Channel::Alpha | Channel::Beta));
         let force = matches!(self.channel(), Some(Channel::Ax | Channel::Ay | Channel::Az));
+        let level = matches!(self.channel(), Some(Channel::Phi | Channel::Theta));
         match self.kind {
-            Kind::Timing | Kind::Scale | Kind::Bias => air || force,
+            Kind::Bias => air || force || level,
+            Kind::Timing | Kind::Scale => air || force,
             Kind::AlphaPlace(_) | Kind::BetaPlace(_) | Kind::VanePlace(_) | Kind::AccelerometerPlace(_) => true,
             Kind::Flow(_) | Kind::Turned(_) => false,
         }
