@@ -43,7 +43,7 @@ fn a_turned_sideways_accelerometer_is_told_by_gravity_where_nothing_else_moves()
     let turned = |number| changed(3, 70 + number, |channel, _, value| if channel == Ay { -value } else { value });
     for verdict in over_seeds(4, |number| check(&[turned(number)]).remove(0)) {
         assert!(verdict.reason.contains("ay ") && verdict.reason.contains("sign turned"), "{verdict:?}");
-        assert!(verdict.corrections.is_empty(), "{verdict:?}");
+        assert!(verdict.fitness == Fitness::NotFit || verdict.corrections.is_empty(), "{verdict:?}");
     }
 }
 
