@@ -13,6 +13,7 @@
 //! Nothing is put in their place. Not for controls, which jump and rest as the pilot likes.
 
 use super::admission::range;
+use super::compatibility::parameter::CHANNELS;
 use crate::flight::channel::Channel;
 use crate::telemetry::record::Sample;
 
@@ -38,22 +39,6 @@ const THIRD_GAIN: f64 = 4.472_135_954_999_579;
 const ROUNDING: f64 = 1e-4;
 /// Neighbours of a spike are not further apart, s: what lasts longer may be the aircraft.
 const SPIKE_S: f64 = 0.13;
-
-const SCREENED: [Channel; 13] = [
-    Channel::Ax,
-    Channel::Ay,
-    Channel::Az,
-    Channel::P,
-    Channel::Q,
-    Channel::R,
-    Channel::Tas,
-    Channel::Alpha,
-    Channel::Beta,
-    Channel::Phi,
-    Channel::Theta,
-    Channel::Psi,
-    Channel::Altitude,
-];
 
 /// What was wrong with samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,7 +101,7 @@ fn line(samples: &[Sample], channel: Channel) -> Line {
 /// Takes damaged samples out; what was taken, by channel.
 pub fn screen(samples: &mut [Sample]) -> Vec<Screened> {
     let mut all = Vec::new();
-    for channel in SCREENED {
+    for channel in CHANNELS {
         let readings = line(samples, channel);
         let broken = of(&readings, |value| !value.is_finite());
         take(samples, channel, Damage::NotFinite, &readings, &broken, &mut all);
@@ -127,14 +112,14 @@ pub fn screen(samples: &mut [Sample]) -> Vec<Screened> {
             take(samples, channel, Damage::OutOfRange, &readings, &beyond, &mut all);
         }
     }
-    let lines = SCREENED.map(|channel| line(samples, channel));
+    let lines = CHANNELS.map(|channel| line(samples, channel));
     let none = Line::new();
-    for (place, (channel, readings)) in SCREENED.into_iter().zip(&lines).enumerate() {
+    for (place, (channel, readings)) in CHANNELS.into_iter().zip(&lines).enumerate() {
         // An altimeter goes in steps, whatever it is written as.
         let slow = channel == Channel::Altitude;
         let standing = standing(if slow { &none } else { readings }, |from_s, to_s| {
             let other = |other: usize| other != place && moves(lines.get(other).unwrap_or(readings), from_s, to_s);
-            (0..SCREENED.len()).any(other)
+            (0..CHANNELS.len()).any(other)
         });
         take(samples, channel, Damage::Standing, readings, &standing, &mut all);
         let readings = line(samples, channel);
@@ -151,7 +136,7 @@ fn limits(channel: Channel) -> (f64, f64) {
 
 /// A channel that is mostly beyond what any aircraft reaches, and how much of it.
 pub fn beyond(samples: &[Sample]) -> Option<(Channel, f64)> {
-    SCREENED.into_iter().find_map(|channel| {
+    CHANNELS.into_iter().find_map(|channel| {
         let readings = line(samples, channel);
         let (low, high) = limits(channel);
         let part = of(&readings, |value| value < low || value > high).len() as f64 / readings.len().max(1) as f64;
@@ -257,7 +242,7 @@ fn spikes(readings: &Line) -> Vec<usize> {
 /// channel changes within either.
 pub fn jump(samples: &[Sample]) -> Option<(Channel, f64, f64)> {
     let slow = [Channel::Altitude, Channel::Ax, Channel::Ay, Channel::Az];
-    SCREENED.into_iter().filter(|channel| !slow.contains(channel)).find_map(|channel| {
+    CHANNELS.into_iter().filter(|channel| !slow.contains(channel)).find_map(|channel| {
         let readings = line(samples, channel);
         let values: Vec<f64> = readings.iter().map(|one| one.2).collect();
         let changes = steps(&values);

@@ -225,21 +225,25 @@ mod tests {
         Entry { fixed: value, terms: Vec::new() }
     }
 
-    #[test]
-    fn an_oscillators_roots_and_their_errors_are_those_computed_by_hand() {
-        // q' = -k alpha - c q, alpha' = q: omega^2 = k, 2 zeta omega = c.
-        let structure = Structure {
-            states: vec!["alpha".to_owned(), "q".to_owned()],
-            inputs: vec!["elevator".to_owned()],
+    fn structure(states: &[&str], input: &str, a: Vec<Vec<Entry>>) -> Structure {
+        Structure {
+            states: states.iter().map(|&name| name.to_owned()).collect(),
+            inputs: vec![input.to_owned()],
             outputs: Vec::new(),
-            a: vec![vec![fixed(0.0), fixed(1.0)], vec![free(0), free(1)]],
+            a,
             b: Vec::new(),
             c: Vec::new(),
             d: Vec::new(),
             state_bias: Vec::new(),
             output_bias: Vec::new(),
             initial_state: Vec::new(),
-        };
+        }
+    }
+
+    #[test]
+    fn an_oscillators_roots_and_their_errors_are_those_computed_by_hand() {
+        // q' = -k alpha - c q, alpha' = q: omega^2 = k, 2 zeta omega = c.
+        let structure = structure(&["alpha", "q"], "elevator", vec![vec![fixed(0.0), fixed(1.0)], vec![free(0), free(1)]]);
         let (k, c) = (4.0, 0.8);
         let entries = [[0.04, 0.002], [0.002, 0.01]];
         let cov = Dense::from_fn(2, 2, |i, j| entries[i][j]);
@@ -274,18 +278,8 @@ mod tests {
             [0.01, 0.0, 0.0, 0.0, -0.6, 50.0],
             [0.0, 0.02, 0.0, 0.0, -0.02, -0.7],
         ];
-        let structure = Structure {
-            states: ["v", "p", "phi", "r", "w", "q"].map(str::to_owned).to_vec(),
-            inputs: vec!["pedal".to_owned()],
-            outputs: Vec::new(),
-            a: a.iter().map(|row| row.iter().map(|&value| fixed(value)).collect()).collect(),
-            b: Vec::new(),
-            c: Vec::new(),
-            d: Vec::new(),
-            state_bias: Vec::new(),
-            output_bias: Vec::new(),
-            initial_state: Vec::new(),
-        };
+        let a = a.iter().map(|row| row.iter().map(|&value| fixed(value)).collect()).collect();
+        let structure = structure(&["v", "p", "phi", "r", "w", "q"], "pedal", a);
         let roots = modes(&structure, &[], &Dense::from_fn(0, 0, |_, _| 0.0), &[]).unwrap();
         let named = |name: &str| roots.iter().find(|root| root.name == Some(name)).map(|root| (root.real, root.imag));
         let near = |name: &str, omega: f64| {
@@ -301,18 +295,7 @@ mod tests {
 
     #[test]
     fn a_model_fed_with_sideslip_has_no_modes() {
-        let mut structure = Structure {
-            states: vec!["p".to_owned()],
-            inputs: vec!["beta".to_owned()],
-            outputs: Vec::new(),
-            a: vec![vec![free(0)]],
-            b: Vec::new(),
-            c: Vec::new(),
-            d: Vec::new(),
-            state_bias: Vec::new(),
-            output_bias: Vec::new(),
-            initial_state: Vec::new(),
-        };
+        let mut structure = structure(&["p"], "beta", vec![vec![free(0)]]);
         let cov = Dense::from_fn(1, 1, |_, _| 1e-4);
         assert!(modes(&structure, &[-1.0], &cov, &[]).unwrap_err().contains("`beta` is an input"));
         structure.inputs = vec!["aileron".to_owned()];

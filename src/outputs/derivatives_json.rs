@@ -4,7 +4,8 @@
 //! and `output_error` at the top are those of the last run; `output_error` is absent where it
 //! is not run. A number that is not finite and a mode that is not there are null. SI and radians.
 
-use super::message_json::{EquationsJson, OscillationJson, RootJson, reason_text, status_text};
+use super::message_json::{EquationsJson, reason_text, status_text};
+use super::modes_json::{OscillationJson, RootJson};
 use super::noise::NoiseUsed;
 use super::output_error_json::OutputErrorJson;
 use crate::estimation::record::StateRecord;

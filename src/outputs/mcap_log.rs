@@ -9,7 +9,8 @@
 //! time and for one that is no number, `i64::MAX` at most. The exact time stands in the payload.
 
 use super::json_schema::{TOPICS, Topic, schema};
-use super::message_json::{DerivativesJson, EventJson, InnovationJson, ModesJson, SampleJson, SmoothedJson, StateJson};
+use super::message_json::{DerivativesJson, EventJson, InnovationJson, SampleJson, SmoothedJson, StateJson};
+use super::modes_json::ModesJson;
 use super::output_error_json::OutputErrorJson;
 use super::queue::{Entry, Lost};
 use super::record::{EventRecord, Message};

@@ -11,7 +11,6 @@ use super::text::{
 use crate::estimation::record::{Innovation, LaggedRecord, StateRecord};
 use crate::flight::channel::{Channel, ControlNames};
 use crate::flight::log_head::{ColumnTarget, LogHead};
-use crate::modes::record::{ModesRecord, Oscillation, RealRoot};
 use crate::regression::record::{DerivativesRecord, EquationRecord, Status, TermRecord};
 use crate::telemetry::record::Sample;
 use serde::ser::{Serialize, SerializeMap, Serializer};
@@ -316,71 +315,6 @@ impl<'a> DerivativesJson<'a> {
     pub(super) fn new(record: &'a DerivativesRecord, controls: ControlNames) -> Self {
         let equations = EquationsJson { equations: &record.equations, controls };
         DerivativesJson { time: record.time_s, excited: record.excited, equations }
-    }
-}
-
-/// A complex pair.
-#[derive(serde::Serialize)]
-pub(super) struct OscillationJson {
-    real: f64,
-    imag: f64,
-    omega: f64,
-    zeta: f64,
-    std_omega: f64,
-    std_zeta: f64,
-}
-
-impl From<Oscillation> for OscillationJson {
-    fn from(o: Oscillation) -> Self {
-        let Oscillation { real, imag, omega, zeta, std_omega, std_zeta } = o;
-        OscillationJson { real, imag, omega, zeta, std_omega, std_zeta }
-    }
-}
-
-/// A real root.
-#[derive(serde::Serialize)]
-pub(super) struct RootJson {
-    value: f64,
-    std: f64,
-}
-
-impl From<RealRoot> for RootJson {
-    fn from(RealRoot { value, std }: RealRoot) -> Self {
-        RootJson { value, std }
-    }
-}
-
-/// Modes as the object of `/modes`; an absent mode is left out.
-#[derive(serde::Serialize)]
-pub(super) struct ModesJson {
-    time: f64,
-    status: String,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    reason: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    dutch_roll: Option<OscillationJson>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    roll: Option<RootJson>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    spiral: Option<RootJson>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    lateral_phugoid: Option<OscillationJson>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    coupled_dutch_roll: Option<OscillationJson>,
-}
-
-impl ModesJson {
-    pub(super) fn new(record: &ModesRecord, controls: ControlNames) -> Self {
-        ModesJson {
-            time: record.time_s,
-            status: status_text(record.status, controls),
-            reason: reason_text(record.status, controls),
-            dutch_roll: record.dutch_roll.map(Into::into),
-            roll: record.roll.map(Into::into),
-            spiral: record.spiral.map(Into::into),
-            lateral_phugoid: record.lateral_phugoid.map(Into::into),
-            coupled_dutch_roll: record.coupled.map(Into::into),
-        }
     }
 }
 

@@ -21,6 +21,8 @@ pub mod mcap_log;
 #[cfg(feature = "std")]
 mod message_json;
 #[cfg(feature = "std")]
+mod modes_json;
+#[cfg(feature = "std")]
 pub mod noise;
 #[cfg(feature = "std")]
 mod output_error_json;

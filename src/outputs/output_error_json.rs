@@ -1,6 +1,6 @@
 //! Output error as a JSON object: the payload of `/output_error`, and `output_error` of `derivatives.json`.
 
-use super::message_json::{OscillationJson, RootJson};
+use super::modes_json::{OscillationJson, RootsJson};
 use super::text::{TermName, derivative_unit};
 use crate::flight::channel::ControlNames;
 use crate::identification::record::OutputErrorRecord;
@@ -18,17 +18,9 @@ struct ParameterJson {
 
 /// The modes that are there.
 #[derive(Serialize)]
-struct ModesJson {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    dutch_roll: Option<OscillationJson>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    roll: Option<RootJson>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    spiral: Option<RootJson>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    lateral_phugoid: Option<OscillationJson>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    coupled_dutch_roll: Option<OscillationJson>,
+struct AllModes {
+    #[serde(flatten)]
+    roots: RootsJson,
     #[serde(skip_serializing_if = "Option::is_none")]
     short_period: Option<OscillationJson>,
 }
@@ -45,7 +37,7 @@ pub(super) struct OutputErrorJson {
     #[serde(skip_serializing_if = "Option::is_none")]
     reason: Option<String>,
     parameters: Vec<ParameterJson>,
-    modes: ModesJson,
+    modes: AllModes,
     manoeuvres: u32,
     dropped: u32,
     samples: u32,
@@ -70,14 +62,7 @@ impl OutputErrorJson {
             status: record.progress.name().to_owned(),
             reason,
             parameters: parameters.collect(),
-            modes: ModesJson {
-                dutch_roll: record.dutch_roll.map(Into::into),
-                roll: record.roll.map(Into::into),
-                spiral: record.spiral.map(Into::into),
-                lateral_phugoid: record.lateral_phugoid.map(Into::into),
-                coupled_dutch_roll: record.coupled.map(Into::into),
-                short_period: record.short_period.map(Into::into),
-            },
+            modes: AllModes { roots: record.into(), short_period: record.short_period.map(Into::into) },
             manoeuvres: record.manoeuvres,
             dropped: record.dropped,
             samples: record.samples,

@@ -37,6 +37,16 @@ fn a_turned_sign_is_named() {
     assert!(verdict.fitness == Fitness::NotFit && verdict.reason.contains("az is 9."), "{verdict:?}");
 }
 
+/// Where only the collective moves, rough air would explain a sideways accelerometer with its sign turned: gravity does not.
+#[test]
+fn a_turned_sideways_accelerometer_is_told_by_gravity_where_nothing_else_moves() {
+    let turned = |number| changed(3, 70 + number, |channel, _, value| if channel == Ay { -value } else { value });
+    for verdict in over_seeds(4, |number| check(&[turned(number)]).remove(0)) {
+        assert!(verdict.reason.contains("ay ") && verdict.reason.contains("sign turned"), "{verdict:?}");
+        assert!(verdict.fitness == Fitness::NotFit || verdict.corrections.is_empty(), "{verdict:?}");
+    }
+}
+
 #[test]
 fn another_unit_is_named() {
     let degrees = 180.0 / std::f64::consts::PI;

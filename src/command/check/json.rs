@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json};
 use sideslip::estimation::compatibility::correction::Correction;
 use sideslip::estimation::compatibility::verdict::Verdict;
 use sideslip::estimation::screening::Screened;
-use sideslip::flight::channel::ControlNames;
+use sideslip::flight::channel::{Channel, ControlNames};
 use sideslip::flight::effect_file::{DeclaredEffect, EffectValue};
 
 /// The whole answer.
@@ -41,26 +41,14 @@ fn screened(one: &Screened, controls: ControlNames) -> Value {
 }
 
 fn correction(correction: &Correction, controls: ControlNames) -> Value {
-    let mut document = effect(&correction.effect, controls);
-    if let Some(vane) = correction.vane {
-        document.insert("shown_by".to_owned(), json!(vane.name(controls)));
-    }
+    let mut document = effect(&correction.effect, correction.vane, controls);
     if correction.axis_stds_m.iter().any(Option::is_some) {
         document.insert("std_m".to_owned(), json!(correction.axis_stds_m));
     }
     document.insert("partial_f".to_owned(), json!(correction.significance));
     if !correction.alternatives.is_empty() {
-        let alternatives: Vec<Value> = correction
-            .alternatives
-            .iter()
-            .map(|one| {
-                let mut document = effect(&one.effect, controls);
-                if let Some(vane) = one.vane {
-                    document.insert("shown_by".to_owned(), json!(vane.name(controls)));
-                }
-                Value::Object(document)
-            })
-            .collect();
+        let alternatives: Vec<Value> =
+            correction.alternatives.iter().map(|one| Value::Object(effect(&one.effect, one.vane, controls))).collect();
         document.insert("alternatives".to_owned(), Value::Array(alternatives));
         document.insert("split_by".to_owned(), json!(correction.split_by));
     }
@@ -74,11 +62,13 @@ fn correction(correction: &Correction, controls: ControlNames) -> Value {
     Value::Object(document)
 }
 
-fn effect(effect: &DeclaredEffect, controls: ControlNames) -> Map<String, Value> {
+/// An effect as model files have it, and the one vane that shows it.
+fn effect(effect: &DeclaredEffect, vane: Option<Channel>, controls: ControlNames) -> Map<String, Value> {
     let value = |value| match value {
         EffectValue::Name(name) => json!(name),
         EffectValue::Number(number) => json!(number),
         EffectValue::Vector(vector) => json!(vector),
     };
-    effect.entries(controls).into_iter().map(|(key, entry)| (key.to_owned(), value(entry))).collect()
+    let entries = effect.entries(controls).into_iter().map(|(key, entry)| (key.to_owned(), value(entry)));
+    entries.chain(vane.map(|vane| ("shown_by".to_owned(), json!(vane.name(controls))))).collect()
 }

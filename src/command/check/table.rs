@@ -117,13 +117,16 @@ fn correction(text: &mut String, one: &Correction, info: &RunInfo, controls: Con
     }
 }
 
+/// A value and its standard error.
+fn with_error(value: f64, std: f64, unit: &str) -> String {
+    let (value, std) = measured(value, std);
+    format!("{value} +- {std} {unit}").trim_end().to_owned()
+}
+
 /// One correction in words.
 fn sentence(declared: &DeclaredEffect, axis_stds_m: [Option<f64>; 3], vane: Option<Channel>, controls: ControlNames) -> String {
     let std = declared.std.unwrap_or(f64::NAN);
-    let with = |value: f64, factor: f64, unit: &str| {
-        let (value, std) = measured(value * factor, std * factor);
-        format!("{value} +- {std} {unit}").trim_end().to_owned()
-    };
+    let with = |value: f64, factor: f64, unit: &str| with_error(value * factor, std * factor, unit);
     let scaled = |channel: Channel| match channel.si_unit() {
         "rad" => (1.0 / DEGREE, "deg"),
         "rad/s" => (1.0 / DEGREE, "deg/s"),
@@ -157,13 +160,7 @@ fn sentence(declared: &DeclaredEffect, axis_stds_m: [Option<f64>; 3], vane: Opti
             for ((part, own), (positive, negative)) in axes {
                 let way = if *part > 0.0 { positive } else { negative };
                 let known = own.or((part.abs() >= largest).then_some(std));
-                let size = known.map_or_else(
-                    || format!("{:.1} m", part.abs()),
-                    |std| {
-                        let (value, std) = measured(part.abs(), std);
-                        format!("{value} +- {std} m")
-                    },
-                );
+                let size = known.map_or_else(|| format!("{:.1} m", part.abs()), |std| with_error(part.abs(), std, "m"));
                 parts.push(format!("{size} {way}"));
             }
             format!("{what} measured {} where the run says", parts.join(", "))

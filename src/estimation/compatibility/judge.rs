@@ -2,6 +2,7 @@
 
 use super::agreement::agreement;
 use super::alone::Alone;
+use super::balance::unbalanced;
 use super::coarse::speed_unit;
 use super::correction::{Alternative, Correction, effect_of, merged, splits};
 use super::fit::{Run, parameter_at, place_of};
@@ -174,9 +175,12 @@ fn fitness(run: &Run, after: [Option<f64>; 2], corrections: usize, rough: bool) 
         ),
         None if corrections == 0 => {
             let scope = match (record.velocities && whole, rough) {
-                (false, _) => " (attitude and rates only)",
-                (true, true) => " (attitude and rates only: the air is too rough for the rest)",
-                (true, false) => "",
+                (false, _) => " (attitude and rates only)".to_owned(),
+                (true, true) => {
+                    let but = unbalanced(run).map_or(String::new(), |what| format!("; but {what}"));
+                    format!(" (attitude and rates only: the air is too rough for the rest{but})")
+                }
+                (true, false) => String::new(),
             };
             (Fitness::Fit, format!("its instruments agree with each other{scope}"))
         }

@@ -7,6 +7,7 @@
 
 pub mod agreement;
 pub mod alone;
+pub mod balance;
 #[cfg(test)]
 mod checks;
 pub mod coarse;

@@ -30,34 +30,67 @@ pub struct Group {
     pub members: Vec<usize>,
     /// What came of them, in that order.
     pub found: Found,
+    /// What each says alone of what holds over all of them, where it is not the only one.
+    pub alone: Vec<Option<Alone>>,
     /// Whether it was taken out from among others.
     pub apart: bool,
 }
 
+/// A run taken by itself.
+struct ByItself {
+    found: Found,
+    /// E of (1).
+    cost: Option<f64>,
+    /// f of (1).
+    freedom: f64,
+}
+
+impl ByItself {
+    fn of(run: &Run) -> Option<ByItself> {
+        let found = select(vec![run.clone()])?;
+        let settled = settled(&found, 0);
+        let cost = settled.map(|cost| cost + found.point.prior_cost() + price(&found.point, &found.local));
+        Some(ByItself { cost, freedom: freedom(&found), found })
+    }
+
+    fn group(&self, run: usize, apart: bool) -> Group {
+        Group { members: vec![run], found: self.found.clone(), alone: Vec::new(), apart }
+    }
+}
+
 /// The groups of runs; one whose motion cannot be followed is in none.
 pub fn groups(runs: &[Run]) -> Vec<Group> {
-    let alone: Vec<Option<Found>> = side_by_side(runs, |run| select(vec![run.clone()]));
-    let mut together: Vec<usize> = (0..runs.len()).filter(|&run| alone.get(run).is_some_and(Option::is_some)).collect();
-    let by_itself =
-        |run: usize, apart: bool| alone.get(run).cloned().flatten().map(|found| Group { members: vec![run], found, apart });
+    if let [run] = runs {
+        let found = select(vec![run.clone()]);
+        return found.into_iter().map(|found| Group { members: vec![0], found, alone: Vec::new(), apart: false }).collect();
+    }
+    let itself: Vec<Option<ByItself>> = side_by_side(runs, ByItself::of);
+    let mut together: Vec<usize> = (0..runs.len()).filter(|&run| itself.get(run).is_some_and(Option::is_some)).collect();
+    let by_itself = |run: usize, apart: bool| itself.get(run)?.as_ref().map(|one| one.group(run, apart));
     let joint = |these: &[usize]| select(these.iter().filter_map(|&run| runs.get(run).cloned()).collect());
     let mut groups = Vec::new();
-    let mut found = joint(&together);
+    let mut rest = (together.len() > 1).then(|| joint(&together)).flatten();
+    let mut agreed = None;
     while together.len() > 1 {
-        match &found {
-            Some(joint) if !differ(joint, &together, &alone) => break,
-            _ if together.len() > 2 => {
-                let Some((run, rest)) = odd_one(&together, &alone, joint) else { break };
-                groups.extend(by_itself(run, true));
-                together.retain(|one| *one != run);
-                found = Some(rest);
-            }
-            _ => groups.extend(together.drain(..).filter_map(|run| by_itself(run, true))),
+        agreed = rest.as_ref().and_then(|joint| agreeing(joint, &together, &itself));
+        if agreed.is_some() {
+            break;
+        }
+        if together.len() == 2 {
+            groups.extend(together.drain(..).filter_map(|run| by_itself(run, true)));
+        } else {
+            let Some((run, others)) = odd_one(&together, &itself, joint) else { break };
+            groups.extend(by_itself(run, true));
+            together.retain(|one| *one != run);
+            rest = Some(others);
         }
     }
-    rejoin(&mut groups, &joint, &alone);
-    match found {
-        Some(found) if together.len() > 1 => groups.push(Group { members: together, found, apart: false }),
+    rejoin(&mut groups, &joint, &itself);
+    match rest {
+        Some(found) if together.len() > 1 => {
+            let alone = agreed.unwrap_or_else(|| Alone::each(&found.runs, &found.point));
+            groups.push(Group { members: together, found, alone, apart: false });
+        }
         _ => {
             let first = groups.is_empty();
             groups.extend(together.pop().and_then(|run| by_itself(run, !first)));
@@ -67,47 +100,51 @@ pub fn groups(runs: &[Run]) -> Vec<Group> {
 }
 
 /// Odd runs that are like each other become one group.
-fn rejoin(groups: &mut Vec<Group>, joint: &impl Fn(&[usize]) -> Option<Found>, alone: &[Option<Found>]) {
+fn rejoin(groups: &mut Vec<Group>, joint: &impl Fn(&[usize]) -> Option<Found>, itself: &[Option<ByItself>]) {
     let mut members: Vec<usize> = groups.iter().flat_map(|group| group.members.clone()).collect();
     members.sort_unstable();
     if members.len() < 2 {
         return;
     }
-    if let Some(found) = joint(&members).filter(|found| !differ(found, &members, alone)) {
-        *groups = vec![Group { members, found, apart: true }];
+    let Some(found) = joint(&members) else { return };
+    if let Some(alone) = agreeing(&found, &members, itself) {
+        *groups = vec![Group { members, found, alone, apart: true }];
     }
 }
 
-/// Whether any run stands out by (1), or contradicts the others in what they are said to share.
-fn differ(joint: &Found, together: &[usize], alone: &[Option<Found>]) -> bool {
+/// What each run says alone; `None` where one stands out by (1), or contradicts the others in what they are said to share.
+fn agreeing(joint: &Found, together: &[usize], itself: &[Option<ByItself>]) -> Option<Vec<Option<Alone>>> {
     let places: Vec<usize> = (0..together.len()).collect();
     let excess = side_by_side(&places, |&place| {
-        let alone = alone.get(*together.get(place)?)?.as_ref()?;
+        let itself = itself.get(*together.get(place)?)?.as_ref()?;
         let shared = settled(joint, place)? + joint.point.own_prior_cost(place);
-        let free = freedom(alone).max(1.0);
-        Some((shared - cost_alone(alone)? - free) / libm::sqrt(2.0 * free))
+        let free = itself.freedom.max(1.0);
+        Some((shared - itself.cost? - free) / libm::sqrt(2.0 * free))
     });
-    excess.into_iter().flatten().any(|excess| excess > ODD) || disagree(joint)
+    if excess.into_iter().flatten().any(|excess| excess > ODD) {
+        return None;
+    }
+    let alone = Alone::each(&joint.runs, &joint.point);
+    (!disagree(joint, &alone)).then_some(alone)
 }
 
 /// Whether the runs' own values of a shared fault are too far apart.
-fn disagree(joint: &Found) -> bool {
-    let each = Alone::each(&joint.runs, &joint.point);
+fn disagree(joint: &Found, alone: &[Option<Alone>]) -> bool {
     let shared = joint.point.free.iter().map(|&place| parameter_at(place)).filter(|(_, own)| own.is_none());
     shared.map(|(parameter, _)| parameter).filter(|parameter| parameter.kind != Kind::Bias).any(|parameter| {
-        let said: Vec<(f64, f64)> = each.iter().flatten().filter_map(|one| one.says(parameter)).collect();
+        let said: Vec<(f64, f64)> = alone.iter().flatten().filter_map(|one| one.says(parameter)).collect();
         let pairs = said.iter().enumerate().flat_map(|(k, a)| said.iter().skip(k + 1).map(move |b| (a, b)));
         pairs.into_iter().any(|(a, b)| (a.0 - b.0).abs() > APART * libm::hypot(a.1, b.1))
     })
 }
 
 /// The run without which the others, fitted anew, and it by itself cost least; with that fit of the others.
-fn odd_one(together: &[usize], alone: &[Option<Found>], joint: impl Fn(&[usize]) -> Option<Found>) -> Option<(usize, Found)> {
+fn odd_one(together: &[usize], itself: &[Option<ByItself>], joint: impl Fn(&[usize]) -> Option<Found>) -> Option<(usize, Found)> {
     let mut best: Option<(f64, usize, Found)> = None;
     for &run in together {
         let rest: Vec<usize> = together.iter().copied().filter(|other| *other != run).collect();
-        let (Some(found), Some(by_itself)) = (joint(&rest), alone.get(run).and_then(Option::as_ref)) else { continue };
-        let Some(own) = cost_alone(by_itself) else { continue };
+        let Some(own) = itself.get(run).and_then(|one| one.as_ref()?.cost) else { continue };
+        let Some(found) = joint(&rest) else { continue };
         let shared: Option<f64> = (0..rest.len()).map(|place| settled(&found, place)).sum();
         let Some(shared) = shared else { continue };
         let cost = own + shared + found.point.prior_cost() + price(&found.point, &found.local);
@@ -116,11 +153,6 @@ fn odd_one(together: &[usize], alone: &[Option<Found>], joint: impl Fn(&[usize])
         }
     }
     best.map(|(_, run, found)| (run, found))
-}
-
-/// E of a run by itself.
-fn cost_alone(alone: &Found) -> Option<f64> {
-    Some(settled(alone, 0)? + alone.point.prior_cost() + price(&alone.point, &alone.local))
 }
 
 /// A run's cost where the parameters stand, with the noise that is most likely there: else one fit's noise would be compared with

@@ -18,6 +18,16 @@ pub const INPUTS: usize = INPUT_CHANNELS.len();
 pub const OUTPUTS: usize = OUTPUT_CHANNELS.len();
 /// Inputs and outputs.
 pub const MEASURED: usize = INPUTS + OUTPUTS;
+/// All of them, inputs first.
+pub const CHANNELS: [Channel; MEASURED] = {
+    let mut all = [INPUT_CHANNELS[0]; MEASURED];
+    let mut k = 0;
+    while k < MEASURED {
+        all[k] = if k < INPUTS { INPUT_CHANNELS[k] } else { OUTPUT_CHANNELS[k - INPUTS] };
+        k += 1;
+    }
+    all
+};
 /// Number of parameters of one run.
 pub const PARAMETERS: usize = 4 * MEASURED + 21;
 
@@ -75,13 +85,13 @@ pub struct Parameter {
     pub index: usize,
     /// Its sort.
     pub kind: Kind,
-    /// The channel, as a place among [`INPUT_CHANNELS`] and then [`OUTPUT_CHANNELS`]; places have none.
+    /// The channel, as a place among [`CHANNELS`]; places have none.
     pub measured: Option<usize>,
 }
 
 /// The channel at a place among inputs, then outputs.
 pub fn channel_at(measured: usize) -> Option<Channel> {
-    INPUT_CHANNELS.iter().chain(&OUTPUT_CHANNELS).nth(measured).copied()
+    CHANNELS.get(measured).copied()
 }
 
 impl Parameter {
@@ -148,12 +158,15 @@ impl Parameter {
         })
     }
 
-    /// Whether gusts feign it: accelerations answer the gust that moves the vanes, and velocities drift with it.
+    /// Whether gusts feign it: accelerations answer the gust that moves the vanes, and velocities drift with it; a bias of bank
+    /// or pitch shows by the part of gravity that it turns into them.
     pub fn is_feigned_by_gusts(self) -> bool {
         let air = matches!(self.channel(), Some(Channel::Tas | Channel::Alpha | Channel::Beta));
         let force = matches!(self.channel(), Some(Channel::Ax | Channel::Ay | Channel::Az));
+        let level = matches!(self.channel(), Some(Channel::Phi | Channel::Theta));
         match self.kind {
-            Kind::Timing | Kind::Scale | Kind::Bias => air || force,
+            Kind::Bias => air || force || level,
+            Kind::Timing | Kind::Scale => air || force,
             Kind::AlphaPlace(_) | Kind::BetaPlace(_) | Kind::VanePlace(_) | Kind::AccelerometerPlace(_) => true,
             Kind::Flow(_) | Kind::Turned(_) => false,
         }

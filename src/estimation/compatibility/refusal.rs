@@ -19,16 +19,12 @@ const MOTION_MIN: f64 = 0.004;
 
 /// Why no fit can use a record.
 pub(super) fn refusal(record: &Record, samples: &[Sample], screened: &[Screened]) -> Option<String> {
-    let refusal = reason(record, samples)?;
+    // What stood still was taken out, which may be why so little is left.
     let standing = screened.iter().filter(|one| one.damage == Damage::Standing).max_by_key(|one| one.count);
-    let because = standing.filter(|_| refusal.contains("gaps") || refusal.contains("too short"));
-    Some(because.map_or(refusal.clone(), |one| {
-        format!("{refusal}, for {} stands still (frozen, clipped or zeroed)", one.channel.name(ControlNames::Rotorcraft))
-    }))
-}
-
-fn reason(record: &Record, samples: &[Sample]) -> Option<String> {
-    let too_short = |length_s: f64| format!("too short: {length_s:.1} s, at least {LENGTH_MIN_S:.0} s are needed");
+    let because = standing.map_or(String::new(), |one| {
+        format!(", for {} stands still (frozen, clipped or zeroed)", one.channel.name(ControlNames::Rotorcraft))
+    });
+    let too_short = |length_s: f64| format!("too short: {length_s:.1} s, at least {LENGTH_MIN_S:.0} s are needed{because}");
     let ends = samples.first().zip(samples.last());
     let length_s = ends.map_or(0.0, |(first, last)| last.time_s - first.time_s);
     if (0.0..LENGTH_MIN_S).contains(&length_s) {
@@ -68,7 +64,7 @@ fn reason(record: &Record, samples: &[Sample]) -> Option<String> {
         return Some("no attitude and no air data to compare the rates with".to_owned());
     }
     if record.gaps() as f64 > record.length_s() / LENGTH_MIN_S {
-        return Some(format!("{} gaps in {:.0} s: no stretch is long enough", record.gaps(), record.length_s()));
+        return Some(format!("{} gaps in {:.0} s: no stretch is long enough{because}", record.gaps(), record.length_s()));
     }
     let moved = record.inputs.iter().skip(3).flatten().map(motion);
     let most = moved.fold(0.0, f64::max);

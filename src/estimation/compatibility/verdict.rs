@@ -3,7 +3,6 @@
 //! Damaged samples are screened, coarse errors looked for, runs that no fit can use refused; the others are fitted together, but
 //! for those whose instruments are not those of the others.
 
-use super::alone::Alone;
 use super::correction::Correction;
 use super::fit::Run;
 use super::judge::judged;
@@ -113,10 +112,9 @@ pub fn check(candidates: &[Candidate]) -> Vec<Verdict> {
 
 /// The verdicts on a group's runs, by their places among all.
 fn of_group(group: &Group, names: &[String]) -> Vec<(usize, Verdict)> {
-    let alone = Alone::each(&group.found.runs, &group.found.point);
     let names: Vec<String> = group.members.iter().filter_map(|&run| names.get(run).cloned()).collect();
     let one = |(number, (&run, name)): (usize, (&usize, &String))| {
-        let mut verdict = judged(name, &group.found, number, &names, &alone)?;
+        let mut verdict = judged(name, &group.found, number, &names, &group.alone)?;
         if group.apart {
             let alike = if group.members.len() > 1 { "those it is like" } else { "itself" };
             let why =

@@ -19,6 +19,7 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "tests" / "bench"))
 
+import printed  # noqa: E402
 import pypi  # noqa: E402
 
 sys.path.pop(0)  # its folders have names of modules
@@ -70,9 +71,7 @@ def theirs(module):
 
 def ours():
     """Simulated seconds a second, the same with every instrument read, milliseconds a linearisation."""
-    command = ["cargo", "bench", "--quiet", "--bench", "level1_rate"]
-    done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
-    numbers = dict(line.split() for line in done.stdout.splitlines() if len(line.split()) == 2)
+    numbers = printed.by("level1_rate")
     keys = ["simulated_seconds_per_second", "with_instruments", "milliseconds_per_linearisation"]
     return [float(numbers[key]) for key in keys]
 

@@ -14,13 +14,13 @@ with 0 where pip cannot bring numpy; ends with 1 where the target is missed to e
 import argparse
 import pathlib
 import statistics
-import subprocess
 import sys
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "tests" / "bench"))
 
+import printed  # noqa: E402
 import pypi  # noqa: E402
 
 sys.path.pop(0)  # its folders have names of modules
@@ -95,11 +95,9 @@ def gauss_newton(np, start, u, z, h, together=True):
     return theta, np.sqrt(np.diag(np.linalg.inv(m))), cost, iterations
 
 
-def ours(write=False):
+def ours(*arguments):
     """What the program beside this one prints."""
-    command = ["cargo", "bench", "--quiet", "--bench", "output_error_rate"] + (["--", str(DATA)] if write else [])
-    done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
-    return {key: float(value) for key, value in (line.split() for line in done.stdout.splitlines() if len(line.split()) == 2)}
+    return {key: float(value) for key, value in printed.by("output_error_rate", *arguments).items()}
 
 
 def main():
@@ -109,7 +107,7 @@ def main():
     np = pypi.module("numpy")
     if np is None:
         return 0
-    said = ours(write=True)
+    said = ours(DATA)
     lines = DATA.read_text().splitlines()
     start = np.array([float(x) for x in lines[0].split(",")])
     data = np.array([[float(x) for x in line.split(",")] for line in lines[2:]])

@@ -13,13 +13,13 @@ missed or the answers differ.
 import argparse
 import pathlib
 import statistics
-import subprocess
 import sys
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "tests" / "bench"))
 
+import printed  # noqa: E402
 import pypi  # noqa: E402
 
 sys.path.pop(0)  # its folders have names of modules
@@ -27,13 +27,6 @@ sys.path.pop(0)  # its folders have names of modules
 PROBLEM = ROOT / "target" / "recursive-problem.csv"
 TARGET_RATIO = 0.05
 LAMBDA = 0.999
-
-
-def ours():
-    """What the benchmark prints, by name."""
-    command = ["cargo", "bench", "--quiet", "--bench", "recursive_rate", "--", str(PROBLEM)]
-    done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
-    return dict(line.split() for line in done.stdout.splitlines() if len(line.split()) == 2)
 
 
 def theirs(padasip, x, y):
@@ -54,7 +47,7 @@ def main():
         return 0
     import numpy as np
 
-    first = ours()
+    first = printed.by("recursive_rate", PROBLEM)
     problem = np.loadtxt(PROBLEM, delimiter=",")
     x, y = problem[:, :-1].copy(), problem[:, -1].copy()
     solution = np.array([float(value) for value in first["solution"].split(",")])
@@ -65,7 +58,7 @@ def main():
     print("round   padasip RLS ns   our update ns   ratio   update and solution ns   ratio")
     ratios, solved_ratios = [], []
     for count in range(rounds):
-        numbers, (their, last) = ours(), theirs(padasip, x, y)
+        numbers, (their, last) = printed.by("recursive_rate", PROBLEM), theirs(padasip, x, y)
         update, solved = float(numbers["update_ns"]), float(numbers["update_and_solution_ns"])
         ratios.append(update / their)
         solved_ratios.append(solved / their)

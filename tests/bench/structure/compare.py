@@ -12,13 +12,13 @@ SKIPPED and ends with 0 where pip cannot bring numpy; ends with 1 where the targ
 import argparse
 import pathlib
 import statistics
-import subprocess
 import sys
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "tests" / "bench"))
 
+import printed  # noqa: E402
 import pypi  # noqa: E402
 
 sys.path.pop(0)  # its folders have names of modules
@@ -84,13 +84,6 @@ def theirs(np, x, y):
     return statistics.median(times)
 
 
-def ours():
-    """What the benchmark prints, by name."""
-    command = ["cargo", "bench", "--quiet", "--bench", "structure_rate", "--", str(PROBLEM)]
-    done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
-    return dict(line.split() for line in done.stdout.splitlines() if len(line.split()) == 2)
-
-
 def main():
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--rounds", type=int, default=5)
@@ -98,7 +91,7 @@ def main():
     np = pypi.module("numpy")
     if np is None:
         return 0
-    first = ours()
+    first = printed.by("structure_rate", PROBLEM)
     problem = np.loadtxt(PROBLEM, delimiter=",")
     x, y = problem[:, :-1], problem[:, -1]
     squares, places = best_of(np, x, y, 4)
@@ -109,7 +102,7 @@ def main():
     print("round   numpy stepwise us   our subsets us   ratio   our stepwise us   ratio")
     ratios, stepwise_ratios = [], []
     for count in range(rounds):
-        numbers, their = ours(), theirs(np, x, y)
+        numbers, their = printed.by("structure_rate", PROBLEM), theirs(np, x, y)
         subsets, own = float(numbers["subsets_us"]), float(numbers["stepwise_us"])
         ratios.append(subsets / their)
         stepwise_ratios.append(own / their)
