@@ -4,15 +4,16 @@
 //! each known beforehand to [`SCALE`], [`SPEED`], [`INCIDENCE`] or [`LATENESS_S`] about nothing:
 //!     beta = (1 + k_beta) (v/V0 + ..)     alpha = (1 + k_alpha) (w/u0 + ..)                            (1)
 //!     V0 (1 + k_V) and alpha0 + d_alpha for V0 and alpha0 in the kinematics' rows and in v/V0, w/u0    (2)
-//!     y_read = y - tau dy/dt     for every output, dy/dt that of the first fit's prediction            (3)
-//! to first order. The kinematics are what tells them: v' = ay + w p - u r + g phi holds whatever the aircraft, and phi' = p.
+//!     y_read = y late by tau, a part s of it a lag and the rest a delay, for every output              (3)
+//! (1) and (2) to first order, (3) as (2) of `lateness` says, about the lateness of the fit before: from none at first. The
+//! kinematics are what tells them: v' = ay + w p - u r + g phi holds whatever the aircraft, and phi' = p.
 //! A vane that reads 2 % too much, or a gyro 8 ms late, is else found in the derivatives, and no standard error knows of it. What
 //! all outputs have in common of (3) is as much the controls' own lag: they are recorded where they are measured.
-//! Source: R. V. Jategaonkar, Flight Vehicle System Identification, 2006, ch. 10; the linearised delay is ours.
-//! Numerics: (3) is good while tau times the fastest root is small; a first-order lag is a delay to that order.
+//! Source: R. V. Jategaonkar, Flight Vehicle System Identification, 2006, ch. 10; (3) is ours.
 
+use super::lateness::Late;
 use super::linear::Linear;
-use crate::regression::output_error::{Entry, Fitted, Parameter, Record};
+use crate::regression::output_error::{Entry, Fitted, Own, Parameter, Record, Refused, predict};
 
 /// Standard deviation of a vane's scale about one.
 pub const SCALE: f64 = 0.03;
@@ -24,13 +25,20 @@ pub const INCIDENCE: f64 = 0.01;
 pub const LATENESS_S: f64 = 0.02;
 /// See [`LATENESS_S`].
 pub const LATENESS_OF_AIRSPEED_S: f64 = 0.4;
+/// Mean and standard deviation of the part of a lateness that is a lag: 1 a first-order filter, 0 a delay.
+pub const LAG_PART: (f64, f64) = (0.5, 0.5);
+
+/// Inputs of [`Late`] by output.
+const LATE: [&str; 3] = ["lateness of", "lateness by time of", "lateness by lag of"];
 
 /// One of these parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Doubt {
-    /// `beta_scale`, `alpha_scale`, `tas_scale`, `alpha_trim`, `late_p`.
+    /// `beta_scale`, `alpha_scale`, `tas_scale`, `alpha_trim`, `late_p`, `lag_part_p`.
     pub name: String,
-    /// Its standard deviation beforehand, about zero: a scale is over one.
+    /// Its mean beforehand: a scale is over one.
+    pub prior_mean: f64,
+    /// Its standard deviation beforehand.
     pub prior_std: f64,
     /// Unit.
     pub unit: &'static str,
@@ -79,17 +87,21 @@ impl Linear {
         }
         for (row, output) in outputs.iter().enumerate() {
             let std = if output == "tas" { LATENESS_OF_AIRSPEED_S } else { LATENESS_S };
-            let place = self.add(format!("late_{output}"), std, "s");
-            self.structure.inputs.push(format!("rate of {output}"));
-            self.structure.b.iter_mut().for_each(|b| b.push(Entry::default()));
+            let places = [self.add(format!("late_{output}"), std, "s"), self.add(format!("lag_part_{output}"), LAG_PART.1, "")];
+            if let Some(part) = self.doubts.last_mut() {
+                part.prior_mean = LAG_PART.0;
+            }
+            self.structure.inputs.extend(LATE.map(|what| format!("{what} {output}")));
+            self.structure.b.iter_mut().for_each(|b| b.extend(LATE.map(|_| Entry::default())));
             for (other, d) in self.structure.d.iter_mut().enumerate() {
-                d.push(if other == row { Entry { fixed: 0.0, terms: vec![(place, -1.0)] } } else { Entry::default() });
+                let own = [Entry::fixed(1.0), Entry::free(places[0]), Entry::free(places[1])];
+                d.extend(if other == row { own } else { Default::default() });
             }
         }
     }
 
     fn add(&mut self, name: String, prior_std: f64, unit: &'static str) -> usize {
-        self.doubts.push(Doubt { name, prior_std, unit });
+        self.doubts.push(Doubt { name, prior_mean: 0.0, prior_std, unit });
         self.derivatives.len() + self.doubts.len() - 1
     }
 
@@ -108,23 +120,40 @@ impl Linear {
         }
     }
 
-    /// The parameters of a second fit, which starts where the first one ended.
-    pub fn doubted_parameters(&self, first: &Fitted) -> Vec<Parameter> {
-        let mut parameters = self.parameters(&first.theta);
+    /// The parameters of the next fit, which starts where the last one ended.
+    pub fn doubted_parameters(&self, last: &Fitted) -> Vec<Parameter> {
+        let mut parameters = self.parameters(&last.theta);
         parameters.extend(self.doubts.iter().map(|doubt| Parameter {
             name: doubt.name.clone(),
-            start: 0.0,
-            prior: Some((0.0, doubt.prior_std)),
+            start: doubt.prior_mean,
+            prior: Some((doubt.prior_mean, doubt.prior_std)),
         }));
+        // Of the first fit there are none yet.
+        parameters.iter_mut().zip(&last.theta).for_each(|(parameter, theta)| parameter.start = *theta);
         parameters
     }
 
-    /// A record with the rates of change of what the first fit predicts behind its inputs, by output.
-    pub fn doubted_record(&self, mut record: Record, predicted: &[Vec<f64>]) -> Record {
-        let rates = predicted.iter().map(|values| rates(&record.times_s, values));
-        let rates: Vec<Vec<f64>> = rates.collect();
-        record.inputs.extend(rates);
-        record
+    /// A record with (3) behind its inputs, of what a fit predicts of it; `theta` of a fit without doubts knows of no lateness.
+    ///
+    /// # Errors
+    /// As for [`predict`].
+    pub fn doubted_record(&self, mut record: Record, theta: &[f64], own: &Own) -> Result<Record, Refused> {
+        let outputs = self.structure.outputs.len();
+        let from = self.structure.inputs.len() - LATE.len() * outputs;
+        record.inputs.truncate(from);
+        let (samples, first) = (record.times_s.len(), self.doubts.len() - 2 * outputs + self.derivatives.len());
+        record.inputs.resize(self.structure.inputs.len(), vec![0.0; samples]);
+        let mut all: Vec<f64> =
+            self.derivatives.iter().map(|_| 0.0).chain(self.doubts.iter().map(|one| one.prior_mean)).collect();
+        all.iter_mut().zip(theta).for_each(|(slot, theta)| *slot = *theta);
+        let predicted = predict(&self.structure, &all, &[], &record, own)?;
+        record.inputs.truncate(from);
+        for (values, found) in predicted.iter().zip(all.get(first..).unwrap_or_default().chunks_exact(2)) {
+            let (late_s, part) = found.first().copied().zip(found.get(1).copied()).unwrap_or((0.0, LAG_PART.0));
+            let Late { offset, by_tau, by_part } = Late::about(&record.times_s, values, late_s, part.clamp(0.0, 1.0));
+            record.inputs.extend([offset, by_tau, by_part]);
+        }
+        Ok(record)
     }
 }
 
@@ -132,39 +161,5 @@ impl Linear {
 fn follow(entry: &mut Entry, parameter: usize, factor: f64) {
     if factor != 0.0 {
         entry.terms.push((parameter, factor));
-    }
-}
-
-/// Slope at every time: of the parabola through a point and its neighbours, one-sided at the ends.
-fn rates(times_s: &[f64], values: &[f64]) -> Vec<f64> {
-    let count = times_s.len().min(values.len());
-    let slope = |i: usize, j: usize| match (times_s.get(i), times_s.get(j), values.get(i), values.get(j)) {
-        (Some(t0), Some(t1), Some(x0), Some(x1)) if t1 > t0 => Some(((x1 - x0) / (t1 - t0), t1 - t0)),
-        _ => None,
-    };
-    let at = |k: usize| {
-        let before = k.checked_sub(1).and_then(|before| slope(before, k));
-        match (before, slope(k, k + 1)) {
-            (Some((left, h0)), Some((right, h1))) => (left * h1 + right * h0) / (h0 + h1),
-            (Some((one, _)), None) | (None, Some((one, _))) => one,
-            (None, None) => 0.0,
-        }
-    };
-    (0..count).map(at).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::rates;
-
-    #[test]
-    fn a_parabola_has_its_own_slope_whatever_the_intervals() {
-        let times = [0.0, 0.1, 0.25, 0.3, 0.5];
-        let values: Vec<f64> = times.iter().map(|t| 3.0 - 2.0 * t + 4.0 * t * t).collect();
-        let found = rates(&times, &values);
-        for (t, slope) in times.iter().zip(&found).skip(1).take(3) {
-            assert!((slope - (8.0 * t - 2.0)).abs() < 1e-12, "{t}: {slope}");
-        }
-        assert!((found[0] - (8.0 * 0.05 - 2.0)).abs() < 1e-12 && rates(&[], &[]).is_empty());
     }
 }

@@ -16,6 +16,7 @@ pub mod follower;
 pub mod held;
 pub mod identify;
 pub mod kinematics;
+mod lateness;
 pub mod linear;
 pub mod live;
 mod live_fit;

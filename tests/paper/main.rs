@@ -14,6 +14,7 @@ mod paper_cases;
 #[path = "../support/program.rs"]
 mod program;
 
+mod collapse;
 mod flown;
 mod monte_carlo;
 mod path;

@@ -6,6 +6,8 @@
 //! turbulence, beside output error. The long form, some minutes on two cores:
 //!
 //!     SIDESLIP_SEEDS=300 cargo test --release --test paper monte_carlo -- --nocapture
+//!
+//! Limits are those for 300 seeds and more, wider by two standard deviations of what so many seeds can tell.
 
 use crate::manoeuvre::{over_seeds, seeds};
 use crate::program::own;
@@ -193,13 +195,13 @@ fn intervals_hold_the_truth_as_often_as_they_say() {
             one.scatter
         );
         assert!(one.scatter < (1.15 + chance(0.08)) * one.bound, "{name}: {} {}", one.scatter, one.bound);
-        assert!(one.held > 0.85 - chance(0.04), "{name}: {} of the intervals", one.held);
+        assert!((0.91 - chance(0.03)..0.985 + chance(0.015)).contains(&one.held), "{name}: {} of the intervals", one.held);
         if !(0.91..0.985).contains(&one.held) {
             missed.push(name);
         }
     }
     eprintln!("  wanted: 93.5 to 96.5 % pooled, each 91 to 98.5 %; not so of {missed:?}");
-    assert!(pooled > 0.9 - chance(0.015), "{pooled}");
+    assert!((0.935 - chance(0.01)..0.965 + chance(0.01)).contains(&pooled), "{pooled}");
 }
 
 /// Gusts of 1 m/s: output error takes them for noise of the instruments. The intervals of filter error still hold the truth too

@@ -55,6 +55,18 @@ fn three_paths_are_three_test_points_beside_the_simulation() {
     }
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();
     assert!(["N_v", "N_p", "L_p", "flight-path angle, deg", "Dutch roll: real part"].into_iter().all(|text| page.contains(text)));
+    // The model of every test point is flown.
+    for case in PAPER {
+        let model = out.join(format!("model-{}-pedal-3.toml", case.name));
+        let (status, text, said) = ended(&sideslip(&["linearise", "--model", path(&model), "--json", "-"]));
+        assert_eq!(status, 0, "{said}");
+        let written: Value = serde_json::from_str(&text).unwrap();
+        let point = answer["test_points"].as_array().unwrap().iter().find(|point| {
+            let value = number(&derivative(point, "N_r")["value"]);
+            (number(&written["derivatives"]["N"]["r"]) - value).abs() < 1e-3 * value.abs()
+        });
+        assert!(point.is_some(), "{}: {written}", case.name);
+    }
     // The long form: linear models have their own trims, and each test point takes the nearest.
     if seeds(0) == 0 {
         return;

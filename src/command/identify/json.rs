@@ -28,7 +28,7 @@ pub(super) fn output_error(identified: &Identified) -> Value {
     let name = |place: usize| identified.linear.name(place);
     let doubts = identified.linear.doubts.iter().enumerate().map(|(place, doubt)| {
         let at = |values: &[f64]| values.get(identified.linear.derivatives.len() + place).copied();
-        json!({ "name": doubt.name, "value": at(&fitted.theta), "std": at(&fitted.std), "prior_std": doubt.prior_std, "runs": "all" })
+        json!({ "name": doubt.name, "value": at(&fitted.theta), "std": at(&fitted.std), "prior": doubt.prior_mean, "prior_std": doubt.prior_std, "runs": "all" })
     });
     parameters.extend(doubts);
     let pairs = fitted.correlated.iter();

@@ -119,7 +119,8 @@ pub(crate) struct Args {
     /// Write the answer as JSON to this file, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Write report.html, derivatives.json and model.toml to this directory
+    /// Write report.html, derivatives.json and model.toml to this directory; of several test points model-RUN.toml each, after
+    /// its first run
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -187,6 +188,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             write_json(&folder.join("derivatives.json"), &format!("{document:#}\n"))?;
             let page = points_chart::page(&points, in_band.as_ref()).map_err(|error| Failure::Running(error.to_string()))?;
             write_whole(&folder.join("report.html"), |file| file.write_all(page.as_bytes()))?;
+            for (name, (group, point)) in report::model_names(&groups, &runs).into_iter().zip(groups.iter().zip(&points)) {
+                if let Some(model) = report::model(&point.identified, &of_group(group, &runs)) {
+                    write_whole(&folder.join(name), |file| file.write_all(model.as_bytes()))?;
+                }
+            }
         }
         return Ok(ended(losses));
     }
@@ -250,6 +256,11 @@ impl ByRun {
     }
 }
 
+/// The runs at those places.
+fn of_group(group: &[usize], runs: &[Columns]) -> Vec<Columns> {
+    group.iter().filter_map(|&place| runs.get(place).cloned()).collect()
+}
+
 /// Each test point identified, beside the model trimmed there.
 fn by_test_point(
     args: &Args,
@@ -260,7 +271,7 @@ fn by_test_point(
     wanted: &Wanted,
 ) -> Result<Vec<TestPoint>, Failure> {
     let models = Models::new(&args.model, args.density);
-    let of = |group: &[usize]| group.iter().filter_map(|&place| runs.get(place).cloned()).collect::<Vec<_>>();
+    let of = |group: &[usize]| of_group(group, runs);
     let conditions: Vec<Condition> =
         groups.iter().map(|group| Condition::mean(&of(group).iter().map(Condition::of).collect::<Vec<_>>())).collect();
     let at = |run: &Columns, place: usize| conditions.get(place).is_some_and(|one| one.is_near(&Condition::of(run)));

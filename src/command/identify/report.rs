@@ -71,6 +71,22 @@ pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
+/// What the model of every test point's file is called: `model.toml` where there is one, else after the test point's first run.
+pub(super) fn model_names(groups: &[Vec<usize>], runs: &[Columns]) -> Vec<String> {
+    if groups.len() < 2 {
+        return vec!["model.toml".to_owned()];
+    }
+    let mut names: Vec<String> = Vec::new();
+    for (place, group) in groups.iter().enumerate() {
+        let run = group.first().and_then(|&first| runs.get(first)).map(|run| run.run.as_str()).unwrap_or_default();
+        let plain = |letter: char| if letter.is_alphanumeric() || matches!(letter, '_' | '-' | '.') { letter } else { '-' };
+        let name: String = run.chars().map(plain).collect();
+        let alone = format!("model-{name}.toml");
+        names.push(if name.is_empty() || names.contains(&alone) { format!("model-{name}-{}.toml", place + 1) } else { alone });
+    }
+    names
+}
+
 /// The model as a file that `simulate` flies; `None` where a derivative's variable is none of a model file's.
 pub(super) fn model(identified: &Identified, runs: &[Columns]) -> Option<String> {
     let (linear, theta) = (&identified.linear, &identified.fitted.theta);

@@ -9,6 +9,9 @@ use std::fmt::Write;
 /// Correlation above which two derivatives are not told apart: what their model leaves out moves both far.
 const INSEPARABLE: f64 = 0.97;
 
+/// A doubt whose standard error is below this part of what it was beforehand was learned of.
+const TOLD: f64 = 0.8;
+
 /// Derivatives, modes, fit and prediction.
 pub(super) fn text(identified: &Identified, style: Style) -> String {
     let (linear, fitted) = (&identified.linear, &identified.fitted);
@@ -54,8 +57,12 @@ pub(super) fn text(identified: &Identified, style: Style) -> String {
     for (place, doubt) in linear.doubts.iter().enumerate() {
         let at = |values: &[f64]| values.get(linear.derivatives.len() + place).copied().unwrap_or(f64::NAN);
         let (value, std) = measured(at(&fitted.theta), at(&fitted.std));
-        let Doubt { name, prior_std, unit } = doubt;
-        let _ = writeln!(text, "  {name:<14} {value:>12} {std:>10}   (0 +- {prior_std} beforehand) {unit}");
+        let Doubt { name, prior_mean, prior_std, unit } = doubt;
+        // Whether lag or delay is seen at steps only; most runs tell nothing of most outputs.
+        if name.starts_with("lag_part") && !(at(&fitted.std) < TOLD * prior_std) {
+            continue;
+        }
+        let _ = writeln!(text, "  {name:<14} {value:>12} {std:>10}   ({prior_mean} +- {prior_std} beforehand) {unit}");
     }
     disturbed(&mut text, identified);
     match &identified.modes {
