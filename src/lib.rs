@@ -18,8 +18,6 @@ pub mod diagnosis;
 #[cfg(feature = "std")]
 pub mod error;
 #[cfg(feature = "std")]
-pub mod diagnosis;
-#[cfg(feature = "std")]
 pub mod identification;
 #[cfg(feature = "std")]
 pub mod simulation;

@@ -148,9 +148,7 @@ fn slope(term: Term, variable: Variable, deviations: &[f64; VARIABLES]) -> f64 {
         Term::Linear(x) => f64::from(u8::from(x == variable)),
         Term::SignedSquare(x) if x == variable => 2.0 * libm::fabs(at(x)),
         Term::Cube(x) if x == variable => 3.0 * at(x) * at(x),
-        Term::Product(x, y) => {
-            (if x == variable { at(y) } else { 0.0 }) + (if y == variable { at(x) } else { 0.0 })
-        }
+        Term::Product(x, y) => (if x == variable { at(y) } else { 0.0 }) + (if y == variable { at(x) } else { 0.0 }),
         _ => 0.0,
     }
 }

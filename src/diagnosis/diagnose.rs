@@ -129,7 +129,12 @@ impl Diagnosis {
 ///
 /// # Errors
 /// [`NoDiagnosis`] where no run can be used.
-pub fn diagnose(model: &FlightModel, fit: &[Recorded], holdout: &[Recorded], settings: &Settings) -> Result<Diagnosis, NoDiagnosis> {
+pub fn diagnose(
+    model: &FlightModel,
+    fit: &[Recorded],
+    holdout: &[Recorded],
+    settings: &Settings,
+) -> Result<Diagnosis, NoDiagnosis> {
     let (mut records, mut set_aside) = (Vec::new(), Vec::new());
     for run in fit {
         match Record::of(&run.name, &run.samples, run.geometry) {
@@ -148,8 +153,9 @@ pub fn diagnose(model: &FlightModel, fit: &[Recorded], holdout: &[Recorded], set
     if !problem.moves() {
         return Err(NoDiagnosis::Still);
     }
-    let searched = search(&problem, settings)
-        .ok_or(NoDiagnosis::Search("the model cannot be followed along these runs: it leaves what the equations of motion can carry"))?;
+    let searched = search(&problem, settings).ok_or(NoDiagnosis::Search(
+        "the model cannot be followed along these runs: it leaves what the equations of motion can carry",
+    ))?;
     let findings = findings(&problem, &searched);
     let discrepancy = discrepancy(&problem, &searched);
     let unknown = unknown(&searched, &discrepancy);
@@ -207,7 +213,11 @@ fn none(searched: &Searched) -> (f64, Vec<Ranked>) {
 }
 
 /// Hold-out runs predicted before and after.
-fn gained(model: &FlightModel, findings: &[Finding], holdout: &[Recorded]) -> Result<Option<(Gain, Vec<(Prediction, Prediction)>)>, NoDiagnosis> {
+fn gained(
+    model: &FlightModel,
+    findings: &[Finding],
+    holdout: &[Recorded],
+) -> Result<Option<(Gain, Vec<(Prediction, Prediction)>)>, NoDiagnosis> {
     if holdout.is_empty() {
         return Ok(None);
     }

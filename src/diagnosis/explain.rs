@@ -55,32 +55,66 @@ pub fn statement(cause: &Ranked, model: &LinearModel, naming: ControlNames) -> S
             format!("{} acts {} times as strongly as the model says, in all axes alike", control.name(naming), with(factor))
         }
         Effect::ActuatorLag { control, tau } => {
-            let reaches = if control.name(naming) == "pedal" { "the pedal reaches the tail rotor" } else { "the control reaches its blade" };
+            let reaches = if control.name(naming) == "pedal" {
+                "the pedal reaches the tail rotor"
+            } else {
+                "the control reaches its blade"
+            };
             format!("{}: {reaches} with a lag of {} s: an actuator is missing in the model", control.name(naming), with(tau))
         }
         Effect::TransportDelay { control, delay } => {
-            format!("{} acts {} s late, without losing its edges: a transport delay is missing in the model", control.name(naming), with(delay))
+            format!(
+                "{} acts {} s late, without losing its edges: a transport delay is missing in the model",
+                control.name(naming),
+                with(delay)
+            )
         }
         Effect::RateLimit { control, rate } => {
-            format!("{} reaches its blade no faster than {} rad/s: a rate limit is missing in the model", control.name(naming), with(rate))
+            format!(
+                "{} reaches its blade no faster than {} rad/s: a rate limit is missing in the model",
+                control.name(naming),
+                with(rate)
+            )
         }
         Effect::DeadZone { control, half_width } => {
-            format!("{} moves nothing within {} rad about its trim: a dead zone is missing in the model", control.name(naming), with(half_width))
+            format!(
+                "{} moves nothing within {} rad about its trim: a dead zone is missing in the model",
+                control.name(naming),
+                with(half_width)
+            )
         }
         Effect::CrossFeed { from, to, gain } => {
-            format!("{} moves {} too, {} rad a radian: an interlink is missing in the model", from.name(naming), to.name(naming), with(gain))
+            format!(
+                "{} moves {} too, {} rad a radian: an interlink is missing in the model",
+                from.name(naming),
+                to.name(naming),
+                with(gain)
+            )
         }
         Effect::RotorSpeed { axis, coefficient } => {
-            format!("the {} follows the rotor's speed, which the model leaves out: {} a rad/s", axis_in_words(axis), with(coefficient))
+            format!(
+                "the {} follows the rotor's speed, which the model leaves out: {} a rad/s",
+                axis_in_words(axis),
+                with(coefficient)
+            )
         }
         Effect::FlightPath { axis, variable, slope } => {
-            format!("{}_{} changes with the flight path by {} a radian of climb, and the model holds it constant", axis.name(), variable.name(naming), with(slope))
+            format!(
+                "{}_{} changes with the flight path by {} a radian of climb, and the model holds it constant",
+                axis.name(),
+                variable.name(naming),
+                with(slope)
+            )
         }
         Effect::Turbulence { sigma, length } => {
             format!("gusts of {} m/s (scale {length:.0} m) move the aircraft: a disturbance, no error of the model", with(sigma))
         }
-        Effect::SensorBias { channel, value: bias } => format!("{} reads {} {} too much", channel.name(naming), with(bias), channel.si_unit()),
-        Effect::SensorScale { channel, factor } => format!("{} reads {} times the true value", channel.name(naming), with(factor)),
+        Effect::SensorBias { channel, value: bias } => {
+            format!("{} reads {} {} too much", channel.name(naming), with(bias), channel.si_unit())
+        }
+        Effect::SensorScale { channel, factor } => {
+            format!("{} reads {} times the true value", channel.name(naming), with(factor))
+        }
         Effect::SensorLag { channel, tau } => format!("{} is measured with a lag of {} s", channel.name(naming), with(tau)),
         Effect::SensorDelay { channel, delay } => {
             let late = if delay >= 0.0 { "late" } else { "early" };
@@ -91,7 +125,10 @@ pub fn statement(cause: &Ranked, model: &LinearModel, naming: ControlNames) -> S
                 PositionedSensor::Accelerometer => "the accelerometers stand",
                 PositionedSensor::Vane => "the vanes stand",
             };
-            format!("{what} elsewhere than the run says: {x:.2} m ahead, {y:.2} m to the right, {z:.2} m below (+- {:.2} m)", cause.std)
+            format!(
+                "{what} elsewhere than the run says: {x:.2} m ahead, {y:.2} m to the right, {z:.2} m below (+- {:.2} m)",
+                cause.std
+            )
         }
         Effect::None => "the model explains the data within their noise and its own tolerance".to_owned(),
         Effect::Unknown { axis } => format!("something acts on the {} that no hypothesis explains", axis_in_words(axis)),

@@ -327,7 +327,10 @@ impl Posed<'_> {
             Column::Moved(place) => {
                 let moved = moved(place);
                 Some(core::array::from_fn(|axis| {
-                    let blades = Variable::CONTROLS.into_iter().zip(&moved).map(|(variable, moved)| here.by[axis][variable.index()] * moved);
+                    let blades = Variable::CONTROLS
+                        .into_iter()
+                        .zip(&moved)
+                        .map(|(variable, moved)| here.by[axis][variable.index()] * moved);
                     blades.sum::<f64>() + here.by_rotor[axis] * moved[ROTOR]
                 }))
             }
@@ -339,7 +342,8 @@ impl Posed<'_> {
     fn all_forces(&self, columns: &[Column], here: &Here, node: usize, out: &mut [f32]) {
         out.fill(0.0);
         let width = columns.len();
-        let moved = |place: usize| self.moved.get(place).and_then(|driven| driven.nodes.get(node)).copied().unwrap_or([0.0; INPUTS]);
+        let moved =
+            |place: usize| self.moved.get(place).and_then(|driven| driven.nodes.get(node)).copied().unwrap_or([0.0; INPUTS]);
         for (k, &column) in columns.iter().enumerate() {
             if let Some((axis, value)) = Self::column_force(column, here) {
                 out[axis * width + k] = value as f32;
@@ -358,7 +362,13 @@ pub fn pass(posed: &Posed<'_>, noise: &Noise, asked: Asked<'_>) -> Option<Passed
     let kept = asked.kept.min(width);
     let gust_s = noise.gust.1.max(dt);
     // Without gusts their noise has no logarithm.
-    let noises = if width == 0 { 0 } else if noise.gust.0 > 0.0 { NOISES } else { AXES };
+    let noises = if width == 0 {
+        0
+    } else if noise.gust.0 > 0.0 {
+        NOISES
+    } else {
+        AXES
+    };
     let mut noisier = vec![Noisier::NONE; noises];
     let mut passed = Passed {
         information: vec![0.0; kept * width],
@@ -367,7 +377,13 @@ pub fn pass(posed: &Posed<'_>, noise: &Noise, asked: Asked<'_>) -> Option<Passed
         strength: vec![0.0; width],
         ..Passed::default()
     };
-    let n = if noise.gust.0 > 0.0 { STATES } else if posed.lag.is_some() { LAG + 1 } else { CORE };
+    let n = if noise.gust.0 > 0.0 {
+        STATES
+    } else if posed.lag.is_some() {
+        LAG + 1
+    } else {
+        CORE
+    };
     let mut x = start(posed)?;
     let mut p = [[0.0; STATES]; STATES];
     for (i, std) in START_STD.into_iter().enumerate() {
@@ -417,7 +433,16 @@ pub fn pass(posed: &Posed<'_>, noise: &Noise, asked: Asked<'_>) -> Option<Passed
         if let (Some((_, tau)), Some((value, h, by_force))) = (posed.lag, lag_seen(&x, &here)) {
             let now = (value, h);
             let before = lag_before.unwrap_or(now);
-            step_lag(&mut x, &mut p, (&mut d, &mut noisier), (before, now), (tau, dt), asked.columns, (&by_force, &forces), node == 0);
+            step_lag(
+                &mut x,
+                &mut p,
+                (&mut d, &mut noisier),
+                (before, now),
+                (tau, dt),
+                asked.columns,
+                (&by_force, &forces),
+                node == 0,
+            );
             lag_before = Some(now);
         }
         let before = x;
@@ -435,7 +460,12 @@ pub fn pass(posed: &Posed<'_>, noise: &Noise, asked: Asked<'_>) -> Option<Passed
             // Of an accelerometer the controls' own motion counts: taken across the node, so that their noise there does not.
             let pushed = |axis: usize| pushed_by(&here, axis, &turning);
             let slope = h.iter().zip(&flow).map(|(h, f)| h * f).sum::<f64>()
-                + by_force.iter().enumerate().filter(|(_, weight)| **weight != 0.0).map(|(axis, weight)| weight * pushed(axis)).sum::<f64>();
+                + by_force
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, weight)| **weight != 0.0)
+                    .map(|(axis, weight)| weight * pushed(axis))
+                    .sum::<f64>();
             if lagged {
                 value = x[LAG];
                 h = [0.0; STATES];

@@ -6,7 +6,7 @@
 
 use super::column::Column;
 use super::problem::{Candidate, Problem, moves_blades, output_of};
-use super::record::{OUTPUTS, OUTPUT_CHANNELS, ROTOR, input_channel};
+use super::record::{OUTPUT_CHANNELS, OUTPUTS, ROTOR, input_channel};
 use crate::flight::channel::Channel;
 use crate::flight::control::Control;
 use crate::flight::derivative::{Axis, Variable};
@@ -168,7 +168,8 @@ pub fn library(problem: &Problem, present: &[Effect]) -> Vec<Entry> {
 
 /// Controls that act on anything.
 fn moved_or_still(problem: &Problem) -> Vec<Control> {
-    let acts = |control: &Control| Axis::ALL.iter().any(|&axis| problem.aircraft.linear.derivative(axis, control.variable()) != 0.0);
+    let acts =
+        |control: &Control| Axis::ALL.iter().any(|&axis| problem.aircraft.linear.derivative(axis, control.variable()) != 0.0);
     Control::ALL.into_iter().filter(acts).collect()
 }
 

@@ -13,7 +13,7 @@ use super::aircraft::{Aircraft, Partials};
 use super::column::Column;
 use super::driven::Driven;
 use super::filter::{Asked, NOISES, Noise, Passed, Posed, pass};
-use super::record::{OUTPUTS, OUTPUT_CHANNELS, ROTOR, Record};
+use super::record::{OUTPUT_CHANNELS, OUTPUTS, ROTOR, Record};
 use crate::flight::control::CONTROLS;
 use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
 use crate::flight::effect::{Effect, PositionedSensor};
@@ -205,7 +205,14 @@ impl Point {
         match self.hypotheses.get(hypothesis).map(|hypothesis| hypothesis.effect) {
             Some(Effect::SensorPosition { offset_m: [x, y, z], .. }) => {
                 let [x, y, z] = [x, y, z].map(libm::fabs);
-                first + if x >= y && x >= z { 0 } else if y >= z { 1 } else { 2 }
+                first
+                    + if x >= y && x >= z {
+                        0
+                    } else if y >= z {
+                        1
+                    } else {
+                        2
+                    }
             }
             _ => first,
         }
@@ -272,7 +279,13 @@ impl Problem {
     /// Nothing is wrong.
     pub fn zero(&self) -> Point {
         let force = core::array::from_fn(|axis| FIRST_DENSITY[axis].max(self.least[axis]));
-        Point { hypotheses: Vec::new(), small: [[0.0; VARIABLES]; AXES], own: vec![[0.0; OWN]; self.runs.len()], force, gust: (0.0, 4.0) }
+        Point {
+            hypotheses: Vec::new(),
+            small: [[0.0; VARIABLES]; AXES],
+            own: vec![[0.0; OWN]; self.runs.len()],
+            force,
+            gust: (0.0, 4.0),
+        }
     }
 
     /// Every effect at a point: the model file's own, then the hypotheses'.
@@ -345,7 +358,9 @@ impl Problem {
     /// The column of an effect that does not change what reaches the blades.
     pub fn column_of(&self, effect: &Effect, component: usize) -> Column {
         match *effect {
-            Effect::Derivative { axis, variable, .. } | Effect::FlightPath { axis, variable, .. } => Column::Derivative(axis, variable),
+            Effect::Derivative { axis, variable, .. } | Effect::FlightPath { axis, variable, .. } => {
+                Column::Derivative(axis, variable)
+            }
             Effect::Nonlinear { axis, term, .. } => Column::Term(axis, term),
             Effect::ControlEffectiveness { control, .. } => Column::Effectiveness(control.index()),
             Effect::RotorSpeed { axis, .. } => Column::RotorSpeed(axis),
@@ -391,7 +406,14 @@ impl Problem {
         let kept = columns.len();
         for candidate in candidates {
             columns.push(match candidate.column {
-                Column::Moved(_) => Column::Moved(own_moved.len() + candidates.iter().take_while(|other| !core::ptr::eq(*other, candidate)).filter(|other| matches!(other.column, Column::Moved(_))).count()),
+                Column::Moved(_) => Column::Moved(
+                    own_moved.len()
+                        + candidates
+                            .iter()
+                            .take_while(|other| !core::ptr::eq(*other, candidate))
+                            .filter(|other| matches!(other.column, Column::Moved(_)))
+                            .count(),
+                ),
                 column => column,
             });
         }
@@ -450,7 +472,8 @@ impl Problem {
                 vane_m,
                 lag,
             };
-            let passed = pass(&posed, &self.noise(record, point), Asked { columns: &columns, kept, traces: with == With::Traces })?;
+            let passed =
+                pass(&posed, &self.noise(record, point), Asked { columns: &columns, kept, traces: with == With::Traces })?;
             cost += passed.cost;
             let width = columns.len();
             let global = |local: usize| if local < shared { local } else { local + number * OWN };
@@ -536,7 +559,11 @@ impl Problem {
         for _ in 0..rounds {
             let (force, gust) = self.renewed(&point, &local.noisier);
             // What the change of the noises is worth, as that of the parameters.
-            let moved = force.iter().zip(&point.force).zip(&local.noisier).map(|((a, b), (slope, _))| libm::fabs(slope * libm::log(a / b)));
+            let moved = force
+                .iter()
+                .zip(&point.force)
+                .zip(&local.noisier)
+                .map(|((a, b), (slope, _))| libm::fabs(slope * libm::log(a / b)));
             let moved = moved.fold(0.0, f64::max);
             let step = local.factor.solve(&local.pull);
             let gain = step.dot(&local.pull);
@@ -582,7 +609,8 @@ impl Problem {
         self.runs.iter().any(|run| {
             run.inputs.iter().zip(run.input_noise).take(CONTROLS).flat_map(|(series, noise)| Some((series.as_ref()?, noise))).any(
                 |(series, noise)| {
-                    let (least, most) = series.samples().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (_, x)| (a.min(x), b.max(x)));
+                    let (least, most) =
+                        series.samples().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (_, x)| (a.min(x), b.max(x)));
                     most - least > STILL * noise.max(1e-6)
                 },
             )

@@ -47,9 +47,11 @@ struct Series {
 pub fn discrepancy(problem: &Problem, searched: &Searched) -> [Discrepancy; AXES] {
     let all: Vec<Series> = problem.runs.iter().enumerate().map(|(number, run)| series(problem, searched, number, run)).collect();
     core::array::from_fn(|axis| {
-        let pick = |after: bool| all.iter().map(move |one| (if after { &one.after[axis] } else { &one.before[axis] }, one.step_s));
+        let pick =
+            |after: bool| all.iter().map(move |one| (if after { &one.after[axis] } else { &one.before[axis] }, one.step_s));
         let power = |after: bool| {
-            let (sum, count) = pick(after).flat_map(|(values, _)| values).fold((0.0, 0.0), |(sum, count), e| (sum + e * e, count + 1.0));
+            let (sum, count) =
+                pick(after).flat_map(|(values, _)| values).fold((0.0, 0.0), |(sum, count), e| (sum + e * e, count + 1.0));
             sum / f64::max(count, 1.0)
         };
         let noise = noise_power(problem, axis);
@@ -85,7 +87,8 @@ fn series(problem: &Problem, searched: &Searched, number: usize, run: &Record) -
     let small = &searched.point.small;
     let plain: Vec<Effect> = problem.fixed.clone();
     let whole = problem.effects(&searched.point);
-    let (model, extended) = (problem.aircraft.changed(&plain, &[[0.0; VARIABLES]; AXES]), problem.aircraft.changed(&whole, small));
+    let (model, extended) =
+        (problem.aircraft.changed(&plain, &[[0.0; VARIABLES]; AXES]), problem.aircraft.changed(&whole, small));
     let (driven, moved) = (Driven::of(run, trim, &plain), Driven::of(run, trim, &whole));
     let mut series = Series { before: Default::default(), after: Default::default(), step_s: run.step_s };
     let Some(passed) = searched.local.runs.get(number) else { return series };

@@ -143,7 +143,12 @@ fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings
     let mut fits: Vec<(Point, Local, f64)> = Vec::new();
     for (entry, score) in chosen {
         if score.gain + weight(&entry.effect, &entries) - settings.against < HOPELESS {
-            others.push(Rival { effect: sized(entry, &score), std: score.std, odds: score.gain + weight(&entry.effect, &entries) - settings.against, fitted: false });
+            others.push(Rival {
+                effect: sized(entry, &score),
+                std: score.std,
+                odds: score.gain + weight(&entry.effect, &entries) - settings.against,
+                fitted: false,
+            });
             continue;
         }
         for effect in starts(entry, &score) {
@@ -262,7 +267,13 @@ fn bottom(problem: &Problem, point: &Point, number: usize) -> Option<(f64, f64)>
     };
     let (here, up, down) = (cost(0.0)?, cost(GUST_STEP)?, cost(-GUST_STEP)?);
     let curvature = (up + down - 2.0 * here) / (GUST_STEP * GUST_STEP);
-    let by = if curvature > 1.0 { 0.5 * (down - up) / GUST_STEP / curvature } else if up < down { GUST_STEP } else { -GUST_STEP };
+    let by = if curvature > 1.0 {
+        0.5 * (down - up) / GUST_STEP / curvature
+    } else if up < down {
+        GUST_STEP
+    } else {
+        -GUST_STEP
+    };
     Some((by.clamp(-0.7, 0.7), curvature))
 }
 
@@ -273,9 +284,9 @@ fn turbulence(problem: &Problem, point: &Point) -> Effect {
 
 /// Standard error of their standard deviation: the cost is minus twice the logarithm of the likelihood.
 fn gust_std(problem: &Problem, point: &Point) -> f64 {
-    bottom(problem, point, 0).filter(|(_, curvature)| *curvature > 0.0).map_or(f64::NAN, |(_, curvature)| {
-        point.gust.0 * libm::sqrt(2.0 / curvature)
-    })
+    bottom(problem, point, 0)
+        .filter(|(_, curvature)| *curvature > 0.0)
+        .map_or(f64::NAN, |(_, curvature)| point.gust.0 * libm::sqrt(2.0 / curvature))
 }
 
 /// Compares the best with those that are nearly as good on a mesh twice as fine, where the shape of a quick motion within a step
@@ -304,7 +315,9 @@ fn closer_look(problem: &Problem, best: &Point, ranked: &mut [Rival], fitted: &[
         if let Some(there) = ranked.iter_mut().find(|there| same_cause(&there.effect, &rival.effect)) {
             *there = Rival { odds, ..rival };
         }
-        if evidence <= least && point.hypotheses.last().map(|h| h.effect.kind()) != best.hypotheses.last().map(|h| h.effect.kind()) {
+        if evidence <= least
+            && point.hypotheses.last().map(|h| h.effect.kind()) != best.hypotheses.last().map(|h| h.effect.kind())
+        {
             better = Some(point);
         }
     }
@@ -339,7 +352,9 @@ fn sized(entry: &Entry, score: &Score) -> Effect {
         | Effect::CrossFeed { gain: x, .. }
         | Effect::SensorBias { value: x, .. }
         | Effect::SensorDelay { delay: x, .. } => *x = score.size,
-        Effect::SensorScale { factor: x, .. } | Effect::ControlEffectiveness { factor: x, .. } => *x = (1.0 + score.size).max(0.1),
+        Effect::SensorScale { factor: x, .. } | Effect::ControlEffectiveness { factor: x, .. } => {
+            *x = (1.0 + score.size).max(0.1)
+        }
         Effect::SensorPosition { offset_m, .. } => {
             if let Some(offset) = offset_m.get_mut(entry.component) {
                 *offset = score.size;

@@ -3,7 +3,8 @@
 //! `case` has the sealed case, `draw` what is hidden in it and how large, `outside` the causes that no effect describes,
 //! `flights` what is flown and through which instruments, `motion` how much that moves, `written` the case as files,
 //! `generator` the proof of the generator itself.
-//! Nothing here imports what looks for causes: it shares the vocabulary of models and effects only.
+//! `found` lets the diagnosis look, and scores it. Nothing else here imports what looks for causes: the generator shares the
+//! vocabulary of models and effects only.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -20,6 +21,7 @@ mod uniform;
 mod case;
 mod draw;
 mod flights;
+mod found;
 mod generator;
 mod motion;
 mod outside;

@@ -1,11 +1,12 @@
 //! The answer as a JSON document; corrections are effects as model files have them, each with `std`.
 
+use super::super::effect_json::effect_json;
 use serde_json::{Map, Value, json};
 use sideslip::estimation::compatibility::correction::Correction;
 use sideslip::estimation::compatibility::verdict::Verdict;
 use sideslip::estimation::screening::Screened;
 use sideslip::flight::channel::{Channel, ControlNames};
-use sideslip::flight::effect_file::{DeclaredEffect, EffectValue};
+use sideslip::flight::effect_file::DeclaredEffect;
 
 /// The whole answer.
 pub(super) fn document(verdicts: &[Verdict], controls: ControlNames) -> Value {
@@ -64,11 +65,6 @@ fn correction(correction: &Correction, controls: ControlNames) -> Value {
 
 /// An effect as model files have it, and the one vane that shows it.
 fn effect(effect: &DeclaredEffect, vane: Option<Channel>, controls: ControlNames) -> Map<String, Value> {
-    let value = |value| match value {
-        EffectValue::Name(name) => json!(name),
-        EffectValue::Number(number) => json!(number),
-        EffectValue::Vector(vector) => json!(vector),
-    };
-    let entries = effect.entries(controls).into_iter().map(|(key, entry)| (key.to_owned(), value(entry)));
+    let entries = effect_json(effect, controls).into_iter();
     entries.chain(vane.map(|vane| ("shown_by".to_owned(), json!(vane.name(controls))))).collect()
 }

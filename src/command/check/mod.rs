@@ -4,18 +4,16 @@ mod interpretation;
 mod json;
 mod table;
 
-use super::ingest::head_of;
 use super::mapping_input::read_mapping;
 use super::message;
 use super::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json};
-use super::recording_losses::losses;
+use super::run_input::{RunInput, read_run};
 use sideslip::error::{Failure, Outcome};
 use sideslip::estimation::compatibility::verdict::{Candidate, Fitness, check};
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::run_file::RunInfo;
 use sideslip::outputs::terminal::Style;
 use sideslip::telemetry::mavlink::mapping::Config as Mapping;
-use sideslip::telemetry::recording::Recording;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
@@ -118,17 +116,10 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 }
 
 fn read(file: &Path, overrides: &[String], mapping: &Mapping) -> Result<Read, Failure> {
-    let mut recording = Recording::open_with(file, mapping)?;
-    let (info, _) = head_of(file, &recording, overrides)?;
-    let mut samples = Vec::new();
-    while let Some(row) = recording.next_row()? {
-        samples.push(row.sample);
-    }
-    let mut losses = losses(file, &recording, samples.len());
+    let RunInput { name, info, samples, mut losses } = read_run(file, overrides, mapping)?;
     let backwards = samples.array_windows().filter(|[before, after]| !(after.time_s > before.time_s)).count();
     if backwards > 0 {
         losses.push(format!("{}: time does not increase at {backwards} of {} rows", file.display(), samples.len()));
     }
-    let name = info.run().unwrap_or_default().to_owned();
     Ok(Read { candidate: Candidate { name, samples, geometry: *info.geometry() }, info, losses })
 }

@@ -5,11 +5,10 @@ mod picture;
 mod table;
 
 use super::flight_condition::{FlightCondition, read_model};
-use super::ingest::head_of;
 use super::mapping_input::read_mapping;
 use super::message;
 use super::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json, write_whole};
-use super::recording_losses::losses;
+use super::run_input::{RunInput, read_run, refuse_two_aircraft};
 use sideslip::diagnosis::free_run::{Prediction, Run, predict};
 use sideslip::diagnosis::gain::{Gain, gain};
 use sideslip::error::{Failure, Outcome};
@@ -18,10 +17,8 @@ use sideslip::flight::effect::Effect;
 use sideslip::flight::run_file::RunInfo;
 use sideslip::outputs::terminal::Style;
 use sideslip::simulation::flight_model::{Asked, FlightModel};
-use sideslip::telemetry::mavlink::mapping::Config as Mapping;
 use sideslip::telemetry::record::Sample;
-use sideslip::telemetry::recording::Recording;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 const EXAMPLE: &str = "\
 Example:
@@ -70,14 +67,6 @@ pub(crate) struct Args {
     out: Option<PathBuf>,
 }
 
-/// A run as it was read.
-struct Read {
-    name: String,
-    info: RunInfo,
-    samples: Vec<Sample>,
-    losses: Vec<String>,
-}
-
 /// One run with the free runs of the model and of the other beside it.
 struct Compared {
     name: String,
@@ -113,12 +102,12 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         args.condition.set.iter().cloned().partition(|set| RunInfo::is_known(set.split('=').next().unwrap_or_default().trim()));
     let model = args.condition.fly(of_model, &format!("; or a key of the run ({})", RunInfo::known_keys()))?;
     let beside = args.beside.as_ref().map(|path| read_model(path, &Asked::default(), "")).transpose()?;
-    let read = args.files.iter().map(|file| read(file, &of_run, &mapping)).collect::<Result<Vec<_>, _>>()?;
-    refuse_two_aircraft(&read, &args.files)?;
+    let read = args.files.iter().map(|file| read_run(file, &of_run, &mapping)).collect::<Result<Vec<_>, _>>()?;
+    refuse_two_aircraft(read.iter().zip(&args.files))?;
     let losses: Vec<String> = read.iter().flat_map(|one| one.losses.clone()).collect();
     let mut runs = Vec::new();
     for (one, file) in read.into_iter().zip(&args.files) {
-        let Read { name, info, samples, .. } = one;
+        let RunInput { name, info, samples, .. } = one;
         let run = Run { trim_window_s: args.trim_window, still, ..Run::of(&samples, info.geometry()) };
         let fly = |model: &FlightModel| predict(model, &effects(model), &run).map_err(|why| Failure::file(file, why));
         let (model, beside) = (fly(&model)?, beside.as_ref().map(fly).transpose()?);
@@ -207,24 +196,4 @@ fn still(names: &[String]) -> Result<[bool; CONTROLS], Failure> {
         still[control.index()] = true;
     }
     Ok(still)
-}
-
-fn refuse_two_aircraft(read: &[Read], files: &[PathBuf]) -> Result<(), Failure> {
-    let mut named = read.iter().zip(files).filter_map(|(one, file)| Some((one.info.aircraft()?, file)));
-    let Some((first, _)) = named.next() else { return Ok(()) };
-    match named.find(|(other, _)| *other != first) {
-        Some((other, file)) => Err(Failure::file(file, format!("expected runs of one aircraft, `{first}`, found `{other}`"))),
-        None => Ok(()),
-    }
-}
-
-fn read(file: &Path, overrides: &[String], mapping: &Mapping) -> Result<Read, Failure> {
-    let mut recording = Recording::open_with(file, mapping)?;
-    let (info, _) = head_of(file, &recording, overrides)?;
-    let mut samples = Vec::new();
-    while let Some(row) = recording.next_row()? {
-        samples.push(row.sample);
-    }
-    let losses = losses(file, &recording, samples.len());
-    Ok(Read { name: info.run().unwrap_or_default().to_owned(), info, samples, losses })
 }

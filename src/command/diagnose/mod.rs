@@ -1,65 +1,142 @@
 //! `sideslip diagnose`: what a model gets wrong, its cause, the extended model, the gain on runs it never saw.
 
-use super::flight_condition::read_model;
-use super::ingest::head_of;
-use super::mapping_input::read_mapping;
-use sideslip::diagnosis::aircraft::Aircraft;
-use sideslip::diagnosis::problem::Problem;
-use sideslip::diagnosis::record::Record;
-use sideslip::diagnosis::search::{Settings, search};
-use sideslip::error::{Failure, Outcome};
-use sideslip::simulation::flight_model::Asked;
-use sideslip::telemetry::mavlink::mapping::Config as Mapping;
-use sideslip::telemetry::recording::Recording;
-use std::path::{Path, PathBuf};
+mod json;
+mod table;
 
-/// Say what a model gets wrong, and why
+use super::flight_condition::FlightCondition;
+use super::mapping_input::read_mapping;
+use super::message;
+use super::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json, write_whole};
+use super::run_input::{RunInput, read_run, refuse_two_aircraft};
+use sideslip::diagnosis::diagnose::{Diagnosis, Recorded, diagnose};
+use sideslip::diagnosis::search::Settings;
+use sideslip::error::{Failure, Outcome};
+use sideslip::flight::channel::ControlNames;
+use sideslip::flight::effect_file::DeclaredEffect;
+use sideslip::flight::run_file::RunInfo;
+use sideslip::outputs::terminal::Style;
+use sideslip::simulation::flight_model::FlightModel;
+use std::path::PathBuf;
+
+const EXAMPLE: &str = "\
+Example:
+  sideslip diagnose --model puma-100kn.toml --fit 3211.csv lateral.csv doublet.csv --holdout other.csv --extended better.toml
+  sideslip diagnose --model puma --speed 51.4 --density 1.024 --fit monday/*.csv --json -
+
+Every effect that a model file can have is a hypothesis, for every axis, control and channel: derivatives, nonlinear terms, the way
+of each control to its blade, rotor speed, gusts, the instruments. All are weighed together along the runs with the model's own
+tolerance free to answer, the best are fitted with their numbers free, and after each that is taken the search goes on until what
+remains is noise. Causes that the data do not tell apart are told together. Where no hypothesis explains what is there, it says so:
+on which axis, and in which band. The gain is that of free runs on runs which were not fitted; without a gain no model is extended.
+Runs should begin in the trim of the model.
+
+Exit status: 0 done, whatever was found; 1 failed while running; 2 the call, a recording or a model is wrong; 3 done, rows were
+skipped or a run was set aside. With --json - the table goes to standard error.";
+
+/// Say what a model gets wrong, name the cause, extend the model, and measure the gain on runs kept back
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLE)]
 pub(crate) struct Args {
-    /// The model: a file, or puma
-    #[arg(long, value_name = "FILE")]
-    model: PathBuf,
-    /// A recording to be explained; repeatable
+    #[command(flatten)]
+    condition: FlightCondition,
+    /// Recordings to find causes in, a run each
     #[arg(long, value_name = "RUN", num_args = 1.., required = true)]
     fit: Vec<PathBuf>,
-    /// A recording to measure the gain on; repeatable
+    /// Recordings that the gain is measured on; they are not looked at before
     #[arg(long, value_name = "RUN", num_args = 1..)]
     holdout: Vec<PathBuf>,
+    /// Most causes that are looked for
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    causes: usize,
+    /// Which message gives which channel, for recordings of MAVLink (TOML)
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Write the answer as JSON to this file, or to standard output with -
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Write the extended model to this file, where there is one
+    #[arg(long, value_name = "FILE")]
+    extended: Option<PathBuf>,
 }
 
-fn read(file: &Path, mapping: &Mapping) -> Result<Record, Failure> {
-    let mut recording = Recording::open_with(file, mapping)?;
-    let (info, _) = head_of(file, &recording, &[])?;
-    let mut samples = Vec::new();
-    while let Some(row) = recording.next_row()? {
-        samples.push(row.sample);
-    }
-    let name = info.run().unwrap_or_default().to_owned();
-    Record::of(&name, &samples, *info.geometry()).map_err(|wrong| Failure::file(file, wrong))
+/// Everything that is told.
+struct Answer {
+    model: FlightModel,
+    diagnosis: Diagnosis,
+    extension: Vec<DeclaredEffect>,
+    controls: ControlNames,
+    extended: Option<PathBuf>,
 }
 
-/// Diagnoses.
+/// Reads, diagnoses and tells.
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
-    let mapping = read_mapping(None)?;
-    let model = read_model(&args.model, &Asked::default(), "")?;
-    let runs = args.fit.iter().map(|file| read(file, &mapping)).collect::<Result<Vec<_>, _>>()?;
-    let problem = Problem::new(Aircraft::of(&model), runs, model.file.tolerance);
-    let begun = std::time::Instant::now();
-    let Some(found) = search(&problem, &Settings::default()) else {
-        return Err(Failure::Running("the model can not be flown along these runs".to_owned()));
+    refuse_wrong_outputs(args)?;
+    let mapping = read_mapping(args.config.as_deref())?;
+    let (of_run, of_model): (Vec<String>, Vec<String>) =
+        args.condition.set.iter().cloned().partition(|set| RunInfo::is_known(set.split('=').next().unwrap_or_default().trim()));
+    let model = args.condition.fly(of_model, &format!("; or a key of the run ({})", RunInfo::known_keys()))?;
+    let read = |files: &[PathBuf]| files.iter().map(|file| read_run(file, &of_run, &mapping)).collect::<Result<Vec<_>, _>>();
+    let (fit, holdout) = (read(&args.fit)?, read(&args.holdout)?);
+    refuse_two_aircraft(fit.iter().chain(&holdout).zip(args.fit.iter().chain(&args.holdout)))?;
+    let controls = fit.first().map_or(ControlNames::Rotorcraft, |one| one.info.geometry().controls);
+    let mut losses: Vec<String> = fit.iter().chain(&holdout).flat_map(|one| one.losses.clone()).collect();
+    let recorded = |runs: Vec<RunInput>, files: &[PathBuf]| -> Vec<Recorded> {
+        let named = runs.into_iter().zip(files).map(|(one, file)| {
+            let name = if one.name.is_empty() { file.display().to_string() } else { one.name };
+            Recorded { name, geometry: *one.info.geometry(), samples: one.samples }
+        });
+        named.collect()
     };
-    let text = |effect| format!("{effect:?}");
-    for (hypothesis, rivals) in found.point.hypotheses.iter().zip(&found.rivals) {
-        println!("{}", text(&hypothesis.effect));
-        for rival in rivals.iter().take(8) {
-            println!("   {:8.1} {} {} +- {:.4}", rival.odds, if rival.fitted { "fit" } else { "   " }, text(&rival.effect), rival.std);
+    let (fit, holdout) = (recorded(fit, &args.fit), recorded(holdout, &args.holdout));
+    let settings = Settings { causes: args.causes, ..Settings::default() };
+    let diagnosis = diagnose(&model, &fit, &holdout, &settings).map_err(|wrong| Failure::Input(wrong.to_string()))?;
+    losses.extend(diagnosis.set_aside.iter().map(|(name, why)| format!("{name}: set aside: {why}")));
+    let extension = diagnosis.extension();
+    let extended = args.extended.clone().filter(|_| !extension.is_empty());
+    let answer = Answer { model, diagnosis, extension, controls, extended };
+    tell(args, &answer)?;
+    for loss in &losses {
+        message(format_args!("sideslip: {loss}"));
+    }
+    Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })
+}
+
+fn tell(args: &Args, answer: &Answer) -> Result<(), Failure> {
+    if let Some(path) = &answer.extended {
+        let all: Vec<DeclaredEffect> = answer.model.file.effects.iter().chain(&answer.extension).copied().collect();
+        let text = answer.model.with_effects(&all).map_err(|wrong| Failure::Running(wrong.to_string()))?;
+        write_whole(path, |file| file.write_all(text.as_bytes()))?;
+    } else if let Some(path) = &args.extended {
+        message(format_args!("sideslip: {}: not written, for there is nothing to extend", path.display()));
+    }
+    let style = if args.json.is_some() { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
+    let text = table::text(answer, style);
+    match &args.json {
+        None => print(&text),
+        Some(path) => {
+            message(format_args!("{}", text.trim_end()));
+            write_json(path, &format!("{:#}\n", json::document(answer)))
         }
     }
-    println!("base {:.0} now {:.0} force noise {:?} -> {:?} least {:?}", found.base.1.cost, found.local.cost, found.base.0.force, found.point.force, problem.least);
-    for (c, channel) in sideslip::diagnosis::record::OUTPUT_CHANNELS.iter().enumerate() {
-        let sum = found.local.runs.iter().fold((0.0, 0.0), |s, r| (s.0 + r.squares[c].0, s.1 + r.squares[c].1));
-        print!("{channel:?} {:.2} ({:.4}) ", sum.0 / sum.1, problem.runs[0].output_noise[c]);
+}
+
+fn refuse_wrong_outputs(args: &Args) -> Result<(), Failure> {
+    let inputs: Vec<PathBuf> = args.fit.iter().chain(&args.holdout).chain([&args.condition.model]).cloned().collect();
+    let json = args.json.as_ref().filter(|json| json.as_os_str() != "-");
+    for (option, output) in [("--json", json), ("--extended", args.extended.as_ref())] {
+        if let Some(output) = output {
+            refuse_to_overwrite(option, output, &inputs)?;
+            refuse_without_folder(option, output)?;
+        }
     }
-    println!("\n{:.1} s", begun.elapsed().as_secs_f64());
-    Ok(Outcome::Done)
+    let runs: Vec<&PathBuf> = args.fit.iter().chain(&args.holdout).collect();
+    for (place, file) in runs.iter().enumerate() {
+        if runs.iter().take(place).any(|other| same_place(other, file)) {
+            return Err(Failure::file(
+                file,
+                "expected each run once, to be fitted or to be kept back, found the same file twice",
+            ));
+        }
+    }
+    Ok(())
 }

@@ -1,0 +1,141 @@
+//! The answer as a JSON document; what is no number is null.
+
+use super::super::effect_json::effect_json;
+use super::Answer;
+use serde_json::{Map, Value, json};
+use sideslip::diagnosis::diagnose::Ranked;
+use sideslip::diagnosis::explain::{class, manoeuvre, statement, unknown};
+use sideslip::diagnosis::gain::{Estimate, Gain, Judged, Pooled};
+use sideslip::flight::effect::Effect;
+use sideslip::flight::effect_file::DeclaredEffect;
+use sideslip::simulation::eigenmodes::eigenmodes;
+use sideslip::simulation::linear::{state_matrix, with_effects};
+
+/// The whole answer.
+pub(super) fn document(answer: &Answer) -> Value {
+    let diagnosis = &answer.diagnosis;
+    let ranking: Vec<Value> = match diagnosis.findings.first() {
+        Some(first) => first.ranking.iter().map(|one| ranked(answer, one)).collect(),
+        None => diagnosis.none.1.iter().map(|one| ranked(answer, one)).collect(),
+    };
+    let findings: Vec<Value> = diagnosis
+        .findings
+        .iter()
+        .map(|finding| {
+            let mut document = cause(answer, &finding.cause);
+            let class = class(finding);
+            if let [first, second, ..] = class.as_slice() {
+                document.insert("class".to_owned(), class.iter().map(|one| ranked(answer, one)).collect());
+                document.insert("split_by".to_owned(), json!(manoeuvre(&first.effect, &second.effect)));
+            }
+            Value::Object(document)
+        })
+        .collect();
+    let discrepancy: Map<String, Value> = diagnosis
+        .discrepancy
+        .iter()
+        .map(|one| {
+            let unit = if one.axis.is_force() { "m/s^2" } else { "rad/s^2" };
+            let of = json!({ "rms": one.rms, "unit": unit, "explained": one.explained, "rms_after": one.rms_after,
+                "noise": one.noise, "band_hz": [one.band_hz.0, one.band_hz.1] });
+            (one.axis.name().to_owned(), of)
+        })
+        .collect();
+    json!({
+        "verdict": verdict(answer),
+        "ranking": ranking,
+        "findings": findings,
+        "discrepancy": discrepancy,
+        "gain": diagnosis.gain.as_ref().map_or(Value::Null, |(gain, _)| gained(answer, gain)),
+        "extended_model": answer.extended.as_ref().map(|path| path.display().to_string()),
+        "extended_effects": answer.extension.iter().map(|one| Value::Object(effect_json(one, answer.controls))).collect::<Vec<_>>(),
+        "set_aside": diagnosis.set_aside.iter().map(|(run, why)| json!({ "run": run, "reason": why.to_string() })).collect::<Vec<_>>(),
+    })
+}
+
+fn ranked(answer: &Answer, one: &Ranked) -> Value {
+    let effect =
+        effect_json(&DeclaredEffect { effect: one.effect, std: Some(one.std).filter(|std| std.is_finite()) }, answer.controls);
+    json!({ "effect": effect, "probability": one.probability })
+}
+
+fn cause(answer: &Answer, one: &Ranked) -> Map<String, Value> {
+    let mut document =
+        effect_json(&DeclaredEffect { effect: one.effect, std: Some(one.std).filter(|std| std.is_finite()) }, answer.controls);
+    document.insert("probability".to_owned(), json!(one.probability));
+    document.insert("statement".to_owned(), json!(statement(one, answer.model.linear(), answer.controls)));
+    document
+}
+
+fn verdict(answer: &Answer) -> Value {
+    let diagnosis = &answer.diagnosis;
+    if let Some(one) = &diagnosis.unknown {
+        return json!({ "kind": "unknown", "axis": one.axis.name(), "band_hz": [one.band_hz.0, one.band_hz.1],
+            "statement": unknown(one), "probability": 1.0 - diagnosis.none.0 });
+    }
+    match diagnosis.findings.first() {
+        Some(first) => Value::Object(cause(answer, &first.cause)),
+        None => {
+            let none = Ranked { effect: Effect::None, std: f64::NAN, probability: diagnosis.none.0 };
+            Value::Object(cause(answer, &none))
+        }
+    }
+}
+
+fn gained(answer: &Answer, gain: &Gain) -> Value {
+    let mut channels = Map::new();
+    for one in &gain.channels {
+        let [rms_before, rms_after] = &one.rms;
+        let [theil_before, theil_after] = &one.theil;
+        let [vaf_before, vaf_after] = &one.vaf;
+        let mut of = json!({});
+        for (name, estimate) in [
+            ("rms_before", rms_before),
+            ("rms_after", rms_after),
+            ("theil_before", theil_before),
+            ("theil_after", theil_after),
+            ("vaf_before", vaf_before),
+            ("vaf_after", vaf_after),
+            ("ratio", &one.ratio),
+        ] {
+            put(&mut of, name, estimate);
+        }
+        channels.insert(one.channel.name(answer.controls).to_owned(), of);
+    }
+    let pooled = |pooled: &Option<Pooled>| {
+        pooled.as_ref().map_or(Value::Null, |pooled| {
+            let names: Vec<&str> = pooled.channels.iter().map(|channel| channel.name(answer.controls)).collect();
+            let [before, after] = &pooled.rms;
+            let mut of = json!({ "channels": names, "judged": judged(pooled.ratio.judged()) });
+            put(&mut of, "over_noise_before", before);
+            put(&mut of, "over_noise_after", after);
+            put(&mut of, "ratio", &pooled.ratio);
+            of
+        })
+    };
+    json!({
+        "holdout": { "channels": channels, "pooled": pooled(&gain.pooled), "airspeed": pooled(&gain.airspeed),
+            "altitude": pooled(&gain.altitude) },
+        "dutch_roll": { "model": dutch_roll(answer, &[]), "extended": dutch_roll(answer, &answer.extension) },
+    })
+}
+
+fn put(to: &mut Value, name: &str, estimate: &Estimate) {
+    to[name] = json!(estimate.value);
+    to[format!("{name}_interval")] = json!(estimate.interval);
+}
+
+pub(super) fn judged(judged: Judged) -> &'static str {
+    match judged {
+        Judged::Gain => "gain",
+        Judged::NoGain => "no gain",
+        Judged::Loss => "loss",
+    }
+}
+
+/// The Dutch roll of the model with its own effects and these.
+pub(super) fn dutch_roll(answer: &Answer, extension: &[DeclaredEffect]) -> Value {
+    let effects: Vec<Effect> = answer.model.file.effects.iter().chain(extension).map(|declared| declared.effect).collect();
+    let modes = with_effects(answer.model.linear(), &effects).ok().and_then(|linear| eigenmodes(&state_matrix(&linear)));
+    modes.and_then(|modes| modes.dutch_roll).map_or(Value::Null, |root| json!({ "real": root.re, "imag": root.im }))
+}

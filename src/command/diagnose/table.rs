@@ -1,0 +1,84 @@
+//! The answer for a person.
+
+use super::Answer;
+use super::json::{dutch_roll, judged};
+use sideslip::diagnosis::diagnose::Ranked;
+use sideslip::diagnosis::explain::{class, manoeuvre, statement, unknown};
+use sideslip::outputs::terminal::Style;
+use std::fmt::Write;
+
+/// Findings, what remains, the gain.
+pub(super) fn text(answer: &Answer, style: Style) -> String {
+    let mut text = String::new();
+    let diagnosis = &answer.diagnosis;
+    let say = |one: &Ranked| statement(one, answer.model.linear(), answer.controls);
+    if let Some(one) = &diagnosis.unknown {
+        let _ = writeln!(text, "{}", style.bold(format_args!("Unknown: {}", unknown(one))));
+        if !diagnosis.findings.is_empty() {
+            let _ = writeln!(text, "What comes nearest, and is not enough:");
+        }
+    } else if diagnosis.findings.is_empty() {
+        let words = "The model explains these runs within their noise and its own tolerance";
+        let _ = writeln!(text, "{}", style.bold(format_args!("{words} (probability {:.2})", diagnosis.none.0)));
+    } else {
+        let _ = writeln!(text, "{}", style.bold("What the model gets wrong:"));
+    }
+    for (number, finding) in diagnosis.findings.iter().enumerate() {
+        let _ = writeln!(text, "  {}. {} (probability {:.2})", number + 1, say(&finding.cause), finding.cause.probability);
+        let class = class(finding);
+        if let [first, second, ..] = class.as_slice() {
+            for rival in class.iter().skip(1) {
+                let _ = writeln!(text, "     or else {} ({:.2})", say(rival), rival.probability);
+            }
+            let _ = writeln!(text, "     to tell: {}", manoeuvre(&first.effect, &second.effect));
+        }
+    }
+    let _ = writeln!(text, "\n  axis  residual rms   after   noise  explained  mostly at");
+    for one in &diagnosis.discrepancy {
+        let unit = if one.axis.is_force() { "m/s^2" } else { "rad/s^2" };
+        let (low, high) = one.band_hz;
+        let explained =
+            if one.rms > 0.2 * one.noise { format!("{:6.0} %", 100.0 * one.explained) } else { "       -".to_owned() };
+        let _ = writeln!(
+            text,
+            "  {:<4} {:9.4} {:9.4} {:7.4} {explained:>10}  {low:.2}-{high:.2} Hz  {unit}",
+            one.axis.name(),
+            one.rms,
+            one.rms_after,
+            one.noise
+        );
+    }
+    if let Some((gain, pairs)) = &diagnosis.gain {
+        if let Some(pooled) = &gain.pooled {
+            let [before, after] = &pooled.rms;
+            let [low, high] = pooled.ratio.interval;
+            let _ = writeln!(
+                text,
+                "\nRuns kept back, free run: error over noise {:.2} before, {:.2} after; ratio {:.3} [{low:.3} {high:.3}]: {}",
+                before.value,
+                after.value,
+                pooled.ratio.value,
+                judged(pooled.ratio.judged())
+            );
+        }
+        for (which, diverged) in pairs.iter().enumerate().flat_map(|(run, (before, after))| {
+            [("the model", before.diverged_at_s), ("the extended model", after.diverged_at_s)]
+                .map(|(which, at)| (format!("{which} on run {} kept back", run + 1), at))
+        }) {
+            if let Some(at_s) = diverged {
+                let _ = writeln!(text, "  {which} diverges at {at_s:.1} s and is cut there");
+            }
+        }
+        let root = |extension: &[_]| {
+            let root = dutch_roll(answer, extension);
+            Some((root.get("real")?.as_f64()?, root.get("imag")?.as_f64()?))
+        };
+        if let (Some((a, b)), Some((c, d))) = (root(&[]), root(&answer.extension)) {
+            let _ = writeln!(text, "Dutch roll: {a:+.4} +- {b:.4}i 1/s in the model, {c:+.4} +- {d:.4}i with the extension");
+        }
+    }
+    if let Some(path) = &answer.extended {
+        let _ = writeln!(text, "extended model: {}", path.display());
+    }
+    text
+}

@@ -1,0 +1,44 @@
+//! Recordings read whole, a run each, as commands on samples take them.
+
+use super::ingest::head_of;
+use super::recording_losses::losses;
+use sideslip::error::Failure;
+use sideslip::flight::run_file::RunInfo;
+use sideslip::telemetry::mavlink::mapping::Config as Mapping;
+use sideslip::telemetry::record::Sample;
+use sideslip::telemetry::recording::Recording;
+use std::path::{Path, PathBuf};
+
+/// A run as it was read.
+pub(super) struct RunInput {
+    /// Its name.
+    pub(super) name: String,
+    /// What it says of itself.
+    pub(super) info: RunInfo,
+    /// Its samples.
+    pub(super) samples: Vec<Sample>,
+    /// What of it was lost, a sentence each.
+    pub(super) losses: Vec<String>,
+}
+
+/// Reads a recording; `overrides` are keys of the run.
+pub(super) fn read_run(file: &Path, overrides: &[String], mapping: &Mapping) -> Result<RunInput, Failure> {
+    let mut recording = Recording::open_with(file, mapping)?;
+    let (info, _) = head_of(file, &recording, overrides)?;
+    let mut samples = Vec::new();
+    while let Some(row) = recording.next_row()? {
+        samples.push(row.sample);
+    }
+    let losses = losses(file, &recording, samples.len());
+    Ok(RunInput { name: info.run().unwrap_or_default().to_owned(), info, samples, losses })
+}
+
+/// Runs of two aircraft have no one model.
+pub(super) fn refuse_two_aircraft<'r>(runs: impl Iterator<Item = (&'r RunInput, &'r PathBuf)>) -> Result<(), Failure> {
+    let mut named = runs.filter_map(|(one, file)| Some((one.info.aircraft()?, file)));
+    let Some((first, _)) = named.next() else { return Ok(()) };
+    match named.find(|(other, _)| *other != first) {
+        Some((other, file)) => Err(Failure::file(file, format!("expected runs of one aircraft, `{first}`, found `{other}`"))),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,204 @@
+//! What is hidden is found: the cause, its size, what it gains; nothing where nothing is; unknown where no effect describes it.
+//!
+//! A few cases of each sort run always. The whole study, with a confusion table by kind:
+//!     SIDESLIP_HIDDEN=150 cargo nextest run --release --test hidden --no-capture -E 'test(study)'
+//! 150 single causes, 100 healthy aircraft, 40 pairs and 40 causes outside of the library (in that proportion for other numbers).
+
+use crate::case::{Case, FAMILIES, Sort, case};
+use crate::manoeuvre::over_seeds;
+use sideslip::diagnosis::diagnose::{Diagnosis, Recorded, diagnose};
+use sideslip::diagnosis::explain::class;
+use sideslip::diagnosis::gain::Judged;
+use sideslip::diagnosis::library::same_cause;
+use sideslip::diagnosis::search::Settings;
+use sideslip::flight::effect::Effect;
+use sideslip::simulation::flight_model::{Asked, FlightModel};
+use std::collections::BTreeMap;
+
+fn diagnosed(case: &Case) -> Diagnosis {
+    let model = FlightModel::parse(&case.model_text, &Asked::default()).unwrap();
+    let recorded = |runs: &[crate::case::Recorded]| -> Vec<Recorded> {
+        let one = |run: &crate::case::Recorded| Recorded {
+            name: run.name.clone(),
+            samples: run.samples.clone(),
+            geometry: *run.info.geometry(),
+        };
+        runs.iter().map(one).collect()
+    };
+    diagnose(&model, &recorded(&case.fit), &recorded(&case.holdout), &Settings::default()).unwrap()
+}
+
+/// What was said of a case, beside what was hidden.
+struct Scored {
+    sort: Sort,
+    hidden: Vec<Effect>,
+    /// Kind said first, `none` or `unknown`.
+    said: &'static str,
+    /// Every hidden cause is found, by name.
+    named: bool,
+    /// And nothing else.
+    only: bool,
+    /// The one hidden cause is in the class that is told.
+    in_class: bool,
+    family: bool,
+    /// Error of the size in standard errors, and the standard error over the size.
+    size: Option<(f64, f64)>,
+    probability: f64,
+    gained: Option<bool>,
+}
+
+fn score(sort: Sort, seed: u64) -> Scored {
+    let case = case(sort, seed);
+    let diagnosis = diagnosed(&case);
+    let found = &diagnosis.findings;
+    let named = case.hidden.iter().all(|hidden| found.iter().any(|one| same_cause(&one.cause.effect, hidden)));
+    let first = found.first();
+    let said = match (&diagnosis.unknown, first) {
+        (Some(_), _) => "unknown",
+        (None, Some(first)) => first.cause.effect.kind().name(),
+        (None, None) => "none",
+    };
+    let alone = case.hidden.first().filter(|_| case.hidden.len() == 1);
+    let size = alone.and_then(|hidden| {
+        let one = found.iter().find(|one| same_cause(&one.cause.effect, hidden))?;
+        let (truth, number) = (hidden.main_number()?, one.cause.effect.main_number()?);
+        let nothing = if matches!(hidden, Effect::SensorScale { .. } | Effect::ControlEffectiveness { .. }) { 1.0 } else { 0.0 };
+        Some(((number - truth) / one.cause.std, one.cause.std / (truth - nothing).abs()))
+    });
+    let scored = Scored {
+        sort,
+        said,
+        named: named && diagnosis.unknown.is_none(),
+        only: found.len() == case.hidden.len() && diagnosis.unknown.is_none(),
+        in_class: alone.zip(first).is_some_and(|(hidden, first)| class(first).iter().any(|one| same_cause(&one.effect, hidden))),
+        family: alone.zip(first).is_some_and(|(hidden, first)| first.cause.effect.kind().family() == hidden.kind().family()),
+        size,
+        probability: first.map_or(diagnosis.none.0, |first| first.cause.probability),
+        gained: diagnosis.judged().map(|judged| judged == Judged::Gain),
+        hidden: case.hidden.clone(),
+    };
+    let words = case.outside_library.clone().unwrap_or_default();
+    let causes: Vec<Effect> = found.iter().map(|one| one.cause.effect).collect();
+    let right = match sort {
+        Sort::Healthy => said == "none",
+        Sort::Outside => said == "unknown",
+        _ => scored.named && scored.only,
+    };
+    let mark = if right { "right" } else { "WRONG" };
+    eprintln!("{mark} {sort:?} {seed}: {:?}{words} -> {said} {causes:?}, size {:?}", case.hidden, scored.size);
+    scored
+}
+
+#[test]
+fn one_cause_of_every_family_is_named_and_sized() {
+    let scored = over_seeds(FAMILIES.len() as u64, |place| score(Sort::Single(FAMILIES[place as usize]), 300 + place));
+    for one in &scored {
+        assert!(one.named && one.only && one.in_class, "{:?} said {}", one.hidden, one.said);
+        if !matches!(one.hidden[0], Effect::Turbulence { .. }) {
+            let (off, relative) = one.size.unwrap();
+            assert!(off.abs() < 4.0 && relative < 0.25, "{:?}: {off:.1} s.e., s.e. {relative:.3} of it", one.hidden);
+        }
+    }
+}
+
+#[test]
+fn a_healthy_aircraft_is_left_alone() {
+    for one in over_seeds(2, |seed| score(Sort::Healthy, 300 + seed)) {
+        assert_eq!(one.said, "none");
+        assert!(one.probability > 0.5, "{}", one.probability);
+    }
+}
+
+#[test]
+fn a_cause_outside_of_the_library_is_unknown() {
+    for one in over_seeds(2, |seed| score(Sort::Outside, 300 + seed)) {
+        assert_eq!(one.said, "unknown");
+    }
+}
+
+/// Generator and diagnosis know nothing of each other: they share the vocabulary of models and effects.
+#[test]
+fn the_generator_and_the_diagnosis_are_kept_apart() {
+    let generator = [
+        include_str!("case.rs"),
+        include_str!("draw.rs"),
+        include_str!("flights.rs"),
+        include_str!("motion.rs"),
+        include_str!("outside.rs"),
+        include_str!("written.rs"),
+        include_str!("generator.rs"),
+    ];
+    assert!(generator.iter().all(|text| !text.contains("sideslip::diagnosis")));
+    let diagnosis = std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/src/diagnosis")).unwrap();
+    for file in diagnosis {
+        let path = file.unwrap().path();
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(!text.contains("tests/hidden") && !text.contains("simulation::pilot"), "{}", path.display());
+    }
+}
+
+#[test]
+fn study_of_many_cases() {
+    let Some(singles) = std::env::var("SIDESLIP_HIDDEN").ok().and_then(|text| text.parse::<u64>().ok()) else { return };
+    let (healthy, doubles) = (singles * 2 / 3, singles * 4 / 15);
+    let sorts = |place: u64| match place {
+        place if place < singles => (Sort::Single(FAMILIES[(place % 6) as usize]), place),
+        place if place < singles + healthy => (Sort::Healthy, place - singles),
+        place if place < singles + healthy + doubles => (Sort::Double, place - singles - healthy),
+        place => (Sort::Outside, place - singles - healthy - doubles),
+    };
+    let all = over_seeds(singles + healthy + 2 * doubles, |place| {
+        let (sort, seed) = sorts(place);
+        score(sort, seed)
+    });
+    let share = |of: &dyn Fn(&Scored) -> bool, right: &dyn Fn(&Scored) -> bool| {
+        let (count, hits) = all.iter().filter(|one| of(one)).fold((0, 0), |(n, k), one| (n + 1, k + usize::from(right(one))));
+        (hits, count)
+    };
+    let single = |one: &Scored| matches!(one.sort, Sort::Single(_));
+    eprintln!(
+        "single causes named: {:?}, named and nothing else: {:?}",
+        share(&single, &|one| one.named),
+        share(&single, &|one| one.named && one.only)
+    );
+    eprintln!("in the class: {:?}, family: {:?}", share(&single, &|one| one.in_class), share(&single, &|one| one.family));
+    eprintln!(
+        "size within 3 s.e.: {:?}, s.e. under a quarter: {:?}",
+        share(&|one| one.size.is_some(), &|one| one.size.unwrap().0.abs() < 3.0),
+        share(&|one| one.size.is_some(), &|one| one.size.unwrap().1 < 0.25)
+    );
+    eprintln!(
+        "gain on runs kept back where named: {:?}",
+        share(&|one| single(one) && one.named, &|one| one.gained == Some(true))
+    );
+    eprintln!("healthy, none said: {:?}", share(&|one| one.sort == Sort::Healthy, &|one| one.said == "none"));
+    eprintln!(
+        "pairs, both named: {:?}, and nothing else: {:?}",
+        share(&|one| one.sort == Sort::Double, &|one| one.named),
+        share(&|one| one.sort == Sort::Double, &|one| one.named && one.only)
+    );
+    eprintln!("outside, unknown said: {:?}", share(&|one| one.sort == Sort::Outside, &|one| one.said == "unknown"));
+    let right = |one: &Scored| one.named || (one.sort == Sort::Healthy && one.said == "none");
+    let mut bins: BTreeMap<u32, (f64, f64, f64)> = BTreeMap::new();
+    for one in all.iter().filter(|one| one.said != "unknown") {
+        let bin = bins.entry((one.probability * 10.0).min(9.0) as u32).or_default();
+        *bin = (bin.0 + 1.0, bin.1 + one.probability, bin.2 + f64::from(u8::from(right(one))));
+    }
+    let count: f64 = bins.values().map(|bin| bin.0).sum();
+    let error = bins.values().map(|bin| (bin.1 - bin.2).abs()).sum::<f64>() / count;
+    eprintln!("expected calibration error {error:.3}: {bins:.2?}");
+    let mut confusion: BTreeMap<(&str, &str), usize> = BTreeMap::new();
+    for one in &all {
+        let truth = match (one.sort, one.hidden.first()) {
+            (Sort::Healthy, _) => "none",
+            (Sort::Outside, _) => "unknown",
+            (Sort::Double, _) => "two causes",
+            (_, hidden) => hidden.map_or("none", |hidden| hidden.kind().name()),
+        };
+        *confusion.entry((truth, one.said)).or_default() += 1;
+    }
+    eprintln!("hidden, said first: how often");
+    for ((truth, said), count) in confusion {
+        eprintln!("  {truth:<22} {said:<22} {count}");
+    }
+}
