@@ -86,8 +86,11 @@ pub struct Diagnosis {
     /// Runs that were set aside, and why.
     pub set_aside: Vec<(String, Unfit)>,
     /// The gain over the runs that were not used; with each, the predictions before and after.
-    pub gain: Option<(Gain, Vec<(Prediction, Prediction)>)>,
+    pub gain: Option<Gained>,
 }
+
+/// The gain, and each run's predictions before and after.
+pub type Gained = (Gain, Vec<(Prediction, Prediction)>);
 
 /// Why there is no diagnosis.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -213,11 +216,7 @@ fn none(searched: &Searched) -> (f64, Vec<Ranked>) {
 }
 
 /// Hold-out runs predicted before and after.
-fn gained(
-    model: &FlightModel,
-    findings: &[Finding],
-    holdout: &[Recorded],
-) -> Result<Option<(Gain, Vec<(Prediction, Prediction)>)>, NoDiagnosis> {
+fn gained(model: &FlightModel, findings: &[Finding], holdout: &[Recorded]) -> Result<Option<Gained>, NoDiagnosis> {
     if holdout.is_empty() {
         return Ok(None);
     }

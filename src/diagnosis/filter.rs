@@ -237,12 +237,9 @@ impl Posed<'_> {
                 }
                 for (axis, weight) in by_force.into_iter().enumerate() {
                     if weight != 0.0 {
-                        for j in 0..6 {
-                            h[j] += weight * here.by[axis][j];
-                        }
-                        for j in 0..3 {
-                            h[GUST + j] -= weight * here.by[axis][j];
-                        }
+                        let by = &here.by[axis];
+                        h.iter_mut().zip(by).take(6).for_each(|(h, by)| *h += weight * by);
+                        h.iter_mut().skip(GUST).zip(by).take(3).for_each(|(h, by)| *h -= weight * by);
                     }
                 }
                 here.force[output] + tangential + centripetal
@@ -614,13 +611,13 @@ fn start(posed: &Posed<'_>) -> Option<State> {
     let (sin_alpha, cos_alpha) = libm::sincos(alpha);
     let mut x = [0.0; STATES];
     x[..3].copy_from_slice(&[speed * cos_alpha * cos_beta, speed * sin_beta, speed * sin_alpha * cos_beta]);
-    for output in 3..9 {
+    for (output, x) in x.iter_mut().enumerate().take(9).skip(3) {
         let at_trim = match output {
             6 => trim.phi,
             7 => trim.theta,
             _ => 0.0,
         };
-        x[output] = read(output).unwrap_or(at_trim);
+        *x = read(output).unwrap_or(at_trim);
     }
     x[9] = read(12).unwrap_or(0.0);
     x.iter().all(|x| x.is_finite()).then_some(x)
@@ -632,12 +629,9 @@ fn transition(a: &Square, dt: f64) -> (Square, Square) {
     let mut gamma = [[0.0; STATES]; STATES];
     for i in 0..STATES {
         let mut second = [0.0; STATES];
-        for k in 0..STATES {
-            let part = a[i][k];
-            if part != 0.0 {
-                for (sum, entry) in second.iter_mut().zip(&a[k]) {
-                    *sum += part * entry;
-                }
+        for (part, row) in a[i].iter().zip(a) {
+            if *part != 0.0 {
+                second.iter_mut().zip(row).for_each(|(sum, entry)| *sum += part * entry);
             }
         }
         for j in 0..STATES {

@@ -285,7 +285,7 @@ mod tests {
                 sample.set(Channel::LatCyclic, 0.2 + 0.01 * t);
             }
             sample.set(Channel::P, 0.03 + 0.05 * (t - 0.5 * (1.0 - libm::exp(-2.0 * t))));
-            if place % 2 == 0 {
+            if place.is_multiple_of(2) {
                 sample.set(Channel::Altitude, 300.0);
             }
             sample

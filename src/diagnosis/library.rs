@@ -6,7 +6,7 @@
 
 use super::column::Column;
 use super::problem::{Candidate, Problem, moves_blades, output_of};
-use super::record::{OUTPUT_CHANNELS, OUTPUTS, ROTOR, input_channel};
+use super::record::{OUTPUT_CHANNELS, ROTOR, input_channel};
 use crate::flight::channel::Channel;
 use crate::flight::control::Control;
 use crate::flight::derivative::{Axis, Variable};
@@ -114,11 +114,10 @@ pub fn library(problem: &Problem, present: &[Effect]) -> Vec<Entry> {
     for &control in &moved {
         plain(Effect::ControlEffectiveness { control, factor: 1.0 }, 0);
     }
-    for output in 0..OUTPUTS {
+    for (output, channel) in OUTPUT_CHANNELS.into_iter().enumerate() {
         if !problem.runs.iter().any(|run| run.outputs[output].is_some()) {
             continue;
         }
-        let channel = OUTPUT_CHANNELS[output];
         // Heading and height are told from where a run began.
         if !matches!(channel, Channel::Psi | Channel::Altitude) {
             plain(Effect::SensorBias { channel, value: 0.0 }, 0);
