@@ -2,7 +2,8 @@
 //!
 //! The paper saw the partial F of v, p, r and the pedal fall as alpha, q and theta entered while the fit still improved. Here
 //! those three are put in whatever their F: in flights of the paper's lateral models, whose longitudinal axes are not coupled to
-//! them, and of the Level-1 Puma trimmed on the same path, whose are.
+//! them, and of the Level-1 Puma trimmed on the same path, whose are. In the first q hardly moves, and the partial F of v, p, r
+//! fall by a third while R2 rises: the beginning of it, no collapse. In the second one of them falls by 8 to 28.
 
 use crate::manoeuvre::LEAD_S;
 use crate::paper_cases::PAPER;
@@ -22,6 +23,8 @@ use sideslip::simulation::instrument::Instruments;
 const LATERAL: [&str; 4] = ["v", "p", "r", "pedal"];
 /// Names of their own: `q` that moves by less than counts as excitation would be refused.
 const FORCED: [&str; 3] = ["incidence", "pitch_rate", "pitch"];
+/// A fall that is a collapse (`regression::structure::collapse`).
+const COLLAPSED: f64 = 4.0;
 const RATE_HZ: f64 = 100.0;
 const AFTER_S: f64 = 10.0;
 
@@ -79,7 +82,12 @@ fn longitudinal_terms_that_are_forced_in_take_the_partial_f_of_the_lateral_ones(
         let of_paper = forced(&table(Flight::of(case.model()), 1), &format!("{}, the paper's model:", case.name));
         let coupled = forced(&table(case.simulation().flight(), 1), &format!("{}, Level 1:", case.name));
         for (r_squared, _) in [&of_paper, &coupled] {
-            assert!(r_squared[1] > r_squared[0]);
+            assert!(r_squared[1] > r_squared[0], "the fit improves");
         }
+        // Of v, p, r, white as in the paper.
+        let white = |falls: &[[f64; 2]]| falls.iter().take(3).map(|fall| fall[0]).collect::<Vec<_>>();
+        let (mild, deep) = (white(of_paper.1.as_slice()), white(coupled.1.as_slice()));
+        assert!(mild.iter().all(|fall| (1.2..2.5).contains(fall)), "{mild:?}");
+        assert!(deep.iter().copied().fold(0.0, f64::max) > COLLAPSED, "{deep:?}");
     }
 }
