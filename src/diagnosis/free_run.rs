@@ -1,7 +1,7 @@
 //! A free run: the model flown on a run's measured controls, and what its instruments would have read.
 //!
-//! Consumes a model (linear or Level-1), effects, a run's samples and geometry; produces, for each channel at its own samples, the
-//! measured z and the predicted y. Nothing is fitted to the run.
+//! Consumes a model (linear or Level-1), effects, a run's samples and geometry; produces, for each channel at its own samples,
+//! the measured z and the predicted y. Nothing is fitted to the run.
 //!
 //! Perturbations are deviations from the run's own trim, the mean over the trim window, so the model starts in its own trim and
 //! its controls (and the rotor's speed, where the run has it) move as the measured ones do about that mean:
@@ -10,7 +10,9 @@
 //! stand. The offset of a channel is the mean over the window of z - y; the error is
 //!     e = z - y - offset, or e = z - y where absolute values are asked for                (2)
 //! (a bias of an instrument shows in the second only). Errors of the heading are taken within half a turn.
-//! Gusts cannot be predicted, so turbulence is left out. Where the motion diverges, the prediction ends there, and says when.
+//! A linear model without any derivative of an axis says nothing of what that axis moves first (X of `ax` and `tas`, M of `q`
+//! and `theta`, and so on): those channels are not predicted. Gusts cannot be either, so turbulence is left out. Where the
+//! motion diverges, the prediction ends there, and says when.
 //! Refused: [`NoPrediction`].
 
 use crate::estimation::compatibility::series::Series;
@@ -89,6 +91,8 @@ impl Predicted {
 pub struct Prediction {
     /// The channels that were measured and can be predicted.
     pub channels: Vec<Predicted>,
+    /// Channels that were measured and of whose axis the model has no derivative.
+    pub not_predicted: Vec<Channel>,
     /// Effects that it was flown with.
     pub effects: Vec<Effect>,
     /// When the motion diverged, s; nothing is predicted after it.
@@ -140,7 +144,10 @@ pub fn predict(model: &FlightModel, effects: &[Effect], run: &Run<'_>) -> Result
     let in_trim = model.flight();
     let effects: Vec<Effect> = effects.iter().copied().filter(can_be_flown).collect();
     let inputs = inputs(&in_trim, &effects, model, run, range_s[0])?;
-    let channels: Vec<Channel> = Channel::ALL.into_iter().filter(|&channel| predictable(channel, &in_trim)).collect();
+    let may_be = Channel::ALL.into_iter().filter(|&channel| predictable(channel, &in_trim));
+    let (channels, without): (Vec<Channel>, Vec<Channel>) =
+        may_be.partition(|&channel| axis_of(channel).is_none_or(|axis| has_axis(axis, &in_trim, &effects)));
+    let not_predicted = without.into_iter().filter(|&channel| finite(run.samples, channel).next().is_some()).collect();
     let instruments = Instruments {
         channels: channels.iter().copied().map(Instrument::perfect).collect(),
         accelerometer_position_m: run.geometry.accelerometer_position_m,
@@ -152,7 +159,7 @@ pub fn predict(model: &FlightModel, effects: &[Effect], run: &Run<'_>) -> Result
     let flown = Flight { effects: effects.clone(), inputs, instruments, times_s, ..in_trim }.fly()?;
     let until_s = range_s[0] + run.trim_window_s;
     let channels = channels.into_iter().filter_map(|channel| predicted(channel, run, &flown.samples, until_s)).collect();
-    Ok(Prediction { channels, effects, diverged_at_s: flown.diverged_at_s, range_s })
+    Ok(Prediction { channels, not_predicted, effects, diverged_at_s: flown.diverged_at_s, range_s })
 }
 
 /// What is of the aircraft, its controls or its instruments; the air is not.
@@ -228,6 +235,27 @@ fn predictable(channel: Channel, in_trim: &Flight) -> bool {
     !driving && channel != Channel::Rho && (in_trim.level1.is_some() || !of_rotor)
 }
 
+/// The axis that moves a channel first.
+fn axis_of(channel: Channel) -> Option<Axis> {
+    Some(match channel {
+        Channel::Ax | Channel::Tas => Axis::X,
+        Channel::Ay | Channel::Beta => Axis::Y,
+        Channel::Az | Channel::Alpha | Channel::Altitude => Axis::Z,
+        Channel::P | Channel::Phi => Axis::L,
+        Channel::Q | Channel::Theta => Axis::M,
+        Channel::R | Channel::Psi => Axis::N,
+        _ => return None,
+    })
+}
+
+/// Whether the model, or what effects make of it, has anything on that axis.
+fn has_axis(axis: Axis, in_trim: &Flight, effects: &[Effect]) -> bool {
+    let Ok(model) = with_effects(&in_trim.model, effects) else { return true };
+    let linear = model.derivatives.get(axis.index()).into_iter().flatten().chain(model.rotor_speed.get(axis.index()));
+    let mut linear = linear.map(|derivative| libm::fabs(*derivative));
+    in_trim.level1.is_some() || linear.any(|size| size > 0.0) || model.terms.iter().any(|term| term.axis == axis)
+}
+
 fn finite(samples: &[Sample], channel: Channel) -> impl Iterator<Item = (f64, f64)> + '_ {
     samples.iter().filter_map(move |sample| Some((sample.time_s, sample.get(channel).filter(|value| value.is_finite())?)))
 }
@@ -267,11 +295,12 @@ mod tests {
     use crate::flight::model_file::ModelFile;
     use crate::simulation::flight_model::Asked;
 
-    /// Roll alone: L_p = -2, L_lat_cyclic = 10, at 50 m/s.
+    /// Roll, and heave that does nothing to it: L_p = -2, L_lat_cyclic = 10, Z_w = -1, at 50 m/s.
     fn rolling(l_p: f64) -> FlightModel {
         let mut model = LinearModel::about(Trim { u: 50.0, controls: [0.0, 0.05, 0.0, 0.0], ..Trim::default() });
         *model.derivative_mut(Axis::L, Variable::P) = l_p;
         *model.derivative_mut(Axis::L, Variable::LatCyclic) = 10.0;
+        *model.derivative_mut(Axis::Z, Variable::W) = -1.0;
         FlightModel::parse(&ModelFile::of("rolling", model).to_toml(), &Asked::default()).unwrap()
     }
 
@@ -285,6 +314,7 @@ mod tests {
                 sample.set(Channel::LatCyclic, 0.2 + 0.01 * t);
             }
             sample.set(Channel::P, 0.03 + 0.05 * (t - 0.5 * (1.0 - libm::exp(-2.0 * t))));
+            sample.set(Channel::Tas, 50.0);
             if place.is_multiple_of(2) {
                 sample.set(Channel::Altitude, 300.0);
             }
@@ -298,7 +328,7 @@ mod tests {
         let (samples, geometry) = (ramp(true), RunGeometry::DEFAULT);
         let prediction = predict(&rolling(-2.0), &[], &Run::of(&samples, &geometry)).unwrap();
         let names: Vec<Channel> = prediction.channels.iter().map(|one| one.channel).collect();
-        assert_eq!(names, [Channel::P, Channel::Altitude]);
+        assert_eq!((names, prediction.not_predicted), (vec![Channel::P, Channel::Altitude], vec![Channel::Tas]));
         let p = &prediction.channels[0];
         assert!((p.offset - 0.03).abs() < 1e-12 && p.at_trim.abs() < 1e-12);
         assert!(p.errors(false).all(|error| error.abs() < 1e-9), "{:?}", p.errors(false).collect::<Vec<_>>());

@@ -345,7 +345,13 @@ mod tests {
             let predicted = times_s.iter().zip(&measured).map(|(&time_s, z)| z - error(time_s)).collect();
             let one =
                 Predicted { channel, times_s: times_s.clone(), measured, predicted, offset: 0.0, at_trim: 0.0, noise_std: 0.1 };
-            Prediction { channels: vec![one], effects: Vec::new(), diverged_at_s: None, range_s: [0.0, seconds] }
+            Prediction {
+                channels: vec![one],
+                not_predicted: Vec::new(),
+                effects: Vec::new(),
+                diverged_at_s: None,
+                range_s: [0.0, seconds],
+            }
         })
     }
 

@@ -17,6 +17,8 @@ fn an_identified_model_predicts_another_run() {
     let (status, out, said) = ended(&sideslip(&["compare", path(&rudder), "--model", path(&model), "--json", "-"]));
     assert!(status == 0 || status == 3, "{said}");
     let answer: Value = serde_json::from_str(&out).unwrap();
+    // A lateral model says nothing of the others.
+    assert_eq!(answer["runs"][0]["not_predicted"].as_array().unwrap().len(), 7, "{answer:#}");
     for channel in ["p", "r"] {
         let of = |key: &str| answer["runs"][0]["channels"][channel][key].as_f64().unwrap();
         eprintln!("{channel}: TIC {:.3}, VAF {:.3}", of("theil"), of("vaf"));

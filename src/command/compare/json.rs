@@ -12,7 +12,8 @@ pub(super) fn document(answer: &Answer) -> Value {
         .runs
         .iter()
         .map(|(one, gain)| {
-            let mut run = json!({ "run": one.name, "diverged_at_s": one.model.diverged_at_s });
+            let not_predicted: Vec<&str> = one.model.not_predicted.iter().map(|channel| channel.name(controls)).collect();
+            let mut run = json!({ "run": one.name, "diverged_at_s": one.model.diverged_at_s, "not_predicted": not_predicted });
             if let Some(beside) = &one.beside {
                 run["beside_diverged_at_s"] = json!(beside.diverged_at_s);
             }

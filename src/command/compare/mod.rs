@@ -26,14 +26,15 @@ Example:
   sideslip compare monday/*.csv --model puma --speed 51.4 --out pictures --json -
   sideslip compare holdout.csv --model model.toml --beside extended.toml
 
-The model starts in its own trim and flies each run's measured controls (and rotor speed) as they move about the run's own trim, the
-mean over the trim window; nothing is fitted. Its effects are flown too, those on instruments in what is read; gusts are not.
-Errors are of deviations from trim; of a channel that a model gives a bias, of absolute values. TIC is Theil's inequality coefficient,
-0 perfect to 1; VAF the variance accounted for, 1 perfect, negative where the mean would have done better. Pooled: root of the mean
-over channels of the squared rms over noise, airspeed and altitude apart. In brackets 95 % of the moving-block bootstrap.
+The model starts in its own trim and flies each run's measured controls (and rotor speed) as they move about the run's own
+trim, the mean over the trim window; nothing is fitted. Its effects are flown too, those on instruments in what is read; gusts
+are not. Errors are of deviations from trim; of a channel that a model gives a bias, of absolute values. TIC is Theil's
+inequality coefficient, 0 perfect to 1; VAF the variance accounted for, 1 perfect, negative where the mean would have done
+better. Pooled: root of the mean over channels of the squared rms over noise, airspeed and altitude apart. In brackets 95 % of
+the moving-block bootstrap.
 
-Exit status: 0 done, a model that diverges is a result; 1 failed while running; 2 the call, a recording or a model is wrong; 3 done,
-rows were skipped. With --json the table goes to standard error.";
+Exit status: 0 done, a model that diverges is a result; 1 failed while running; 2 the call, a recording or a model is wrong; 3
+done, rows were skipped. With --json the table goes to standard error.";
 
 /// Fly a model on the measured controls of runs: pictures of both, rms, Theil's coefficient, VAF
 #[derive(clap::Args)]

@@ -11,7 +11,12 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
     let mut text = String::new();
     for (one, gain) in &answer.runs {
         let _ = writeln!(text, "{}: {}", style.bold(&one.name), flown(one));
-        figures(&mut text, gain, one.info.geometry().controls, answer.beside);
+        let controls = one.info.geometry().controls;
+        figures(&mut text, gain, controls, answer.beside);
+        if !one.model.not_predicted.is_empty() {
+            let names: Vec<&str> = one.model.not_predicted.iter().map(|channel| channel.name(controls)).collect();
+            let _ = writeln!(text, "  not predicted: {} (the model has no derivative of their axis)", names.join(", "));
+        }
         text.push('\n');
     }
     if answer.runs.len() > 1 {
