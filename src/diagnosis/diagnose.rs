@@ -13,6 +13,7 @@ use super::gain::{Gain, Judged, gain};
 use super::problem::Problem;
 use super::record::{Record, Unfit};
 use super::residual::{Discrepancy, discrepancy};
+use super::screen::acts_on;
 use super::search::{Rival, Searched, Settings, search};
 use crate::flight::derivative::{AXES, Axis};
 use crate::flight::effect::Effect;
@@ -27,6 +28,8 @@ pub const TEMPERATURE: f64 = 2.0;
 pub const EXPLAINED: f64 = 0.85;
 /// Less than this is no discrepancy, in cost.
 pub const NOTHING: f64 = 25.0;
+/// So many causes on one axis are none.
+const CROWD: usize = 3;
 /// Rivals that are told.
 const TOLD: usize = 12;
 
@@ -200,11 +203,17 @@ fn findings(problem: &Problem, searched: &Searched) -> Vec<Finding> {
 fn unknown(searched: &Searched, discrepancy: &[Discrepancy; AXES]) -> Option<Unknown> {
     let explained: f64 = searched.rivals.iter().filter_map(|rivals| rivals.first()).map(|rival| rival.odds.max(0.0)).sum();
     let left: f64 = searched.left.iter().filter(|left| **left > 0.0).sum();
-    if left < NOTHING || explained > EXPLAINED * (explained + left) {
+    // Many causes on one axis are the library's terms making up one that it does not have.
+    let crowded = Axis::ALL.into_iter().find(|&axis| {
+        let own = |rivals: &&Vec<Rival>| rivals.first().is_some_and(|rival| acts_on(&rival.effect) == Some(axis));
+        searched.rivals.iter().filter(own).count() >= CROWD
+    });
+    if crowded.is_none() && (left < NOTHING || explained > EXPLAINED * (explained + left)) {
         return None;
     }
     let (place, worth) = searched.left.iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let axis = Axis::ALL.get(place).copied()?;
+    let axis = if left < NOTHING { crowded? } else { Axis::ALL.get(place).copied()? };
+    let place = axis.index();
     Some(Unknown { axis, band_hz: discrepancy.get(place)?.band_hz, worth })
 }
 

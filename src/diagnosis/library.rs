@@ -5,7 +5,9 @@
 //! times, once for each of a few sizes; its column is then what that size changes, and the number it is weighed by a share.
 
 use super::column::Column;
-use super::problem::{Candidate, Problem, moves_blades, output_of};
+use super::linearise::Candidate;
+use super::point::{moves_blades, output_of};
+use super::problem::Problem;
 use super::record::{OUTPUT_CHANNELS, ROTOR, input_channel};
 use crate::flight::channel::Channel;
 use crate::flight::control::Control;

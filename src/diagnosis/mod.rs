@@ -1,24 +1,31 @@
 //! What a model gets wrong, and why: the cause named, the model extended, the gain measured on runs that it did not see.
 //!
 //! In: a model with effects (`simulation::flight_model`), runs as samples with their geometry. `record` and `driven` say what was
-//! flown, `aircraft` what the model makes of it, `filter` compares the two along a run, `problem` joins several runs; `library`
-//! holds the hypotheses, `screen` weighs them all at once, `search` fits the best and looks again; `diagnose` says what came of
-//! it. `free_run` predicts runs, and `gain` says how much better one model predicts than another.
+//! flown, `aircraft` what the model makes of it, `posed` the two together; `filter` (with `covariance` and `slopes`) compares
+//! them along a run. `problem` joins several runs at a `point`, and `linearise` has its neighbourhood. `library` holds the
+//! hypotheses, `screen` weighs them all at once, `search` fits the best and looks again; `diagnose` says what came of it,
+//! `explain` in words. `free_run` predicts runs, and `gain` says how much better one model predicts than another.
 //! Assumed: body axes, SI; controls in straight lines between samples; a run begins in its own trim.
 //! Refused: a run without rates, one too short, a control that the model answers to and the run lacks.
 
 pub mod aircraft;
 mod blade_passing;
 pub mod column;
+mod covariance;
 pub mod diagnose;
 pub mod driven;
 pub mod explain;
 pub mod filter;
 pub mod free_run;
 pub mod gain;
+mod gusts;
 pub mod library;
+pub mod linearise;
+pub mod point;
+pub mod posed;
 pub mod problem;
 pub mod record;
 pub mod residual;
 pub mod screen;
 pub mod search;
+mod slopes;

@@ -8,7 +8,8 @@
 //! Where the unit says nothing of that, s makes the hypothesis's force as large as the model's own on that axis.
 
 use super::library::Entry;
-use super::problem::Local;
+use super::linearise::Local;
+use super::point::output_of;
 use crate::flight::derivative::{AXES, Axis};
 use crate::flight::effect::Effect;
 use nalgebra::{DMatrix, DVector};
@@ -71,4 +72,9 @@ pub fn axis_of(effect: &Effect) -> Option<Axis> {
         | Effect::Unknown { axis } => Some(axis),
         _ => None,
     }
+}
+
+/// The axis whose force or moment an effect adds to, or whose reading it takes for one.
+pub fn acts_on(effect: &Effect) -> Option<Axis> {
+    axis_of(effect).or_else(|| Axis::ALL.get(output_of(effect)?).copied())
 }

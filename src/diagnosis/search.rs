@@ -2,8 +2,11 @@
 //!
 //! Consumes the problem; produces the point with its causes, the rivals of each with their probabilities, and what is left.
 
+use super::gusts::{gust_std, in_gusts, noisy, turbulence};
 use super::library::{Entry, library, prior_std, same_cause};
-use super::problem::{Hypothesis, Local, Point, Problem, With};
+use super::linearise::{Local, With};
+use super::point::{Hypothesis, Point};
+use super::problem::Problem;
 use super::record::RATE_MAX_HZ;
 use super::screen::{Score, screen};
 use crate::flight::derivative::AXES;
@@ -20,8 +23,9 @@ const HOPELESS: f64 = -8.0;
 const IN_THE_RUNNING: f64 = 30.0;
 /// Distance in odds, of the leading ones, within which a finer mesh decides.
 const CLOSE: f64 = 0.1;
-/// Noise of forces, of the least, beyond which gusts are looked for.
-const NOISY: f64 = 3.0;
+
+/// Odds against an instrument that reads early.
+const EARLY: f64 = 8.0;
 
 /// How the search goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,7 +91,9 @@ fn weight(effect: &Effect, entries: &[Entry]) -> f64 {
             own.push(&entry.effect);
         }
     }
-    -2.0 * libm::log((different.len().max(1) * own.len().max(1)) as f64)
+    // Instruments are late; one that is early is likelier to be the only one that is not late.
+    let early = matches!(effect, Effect::SensorDelay { delay, .. } if *delay < 0.0);
+    -2.0 * libm::log((different.len().max(1) * own.len().max(1)) as f64) - if early { EARLY } else { 0.0 }
 }
 
 /// Looks for causes.
@@ -207,88 +213,6 @@ fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings
     Some((problem.settle(point, SETTLED), ranked))
 }
 
-/// Gusts as they are tried first: standard deviations, m/s, and scale lengths, m.
-const SIGMAS: [f64; 3] = [0.25, 0.6, 1.4];
-const LENGTHS: [f64; 2] = [120.0, 350.0];
-
-/// The point with gusts instead of noise of forces; `None` where there are gusts already.
-fn in_gusts(problem: &Problem, point: &Point, rounds: usize) -> Option<(Point, Local)> {
-    if point.gust.0 > 0.0 {
-        return None;
-    }
-    let airspeed = problem.aircraft.trim().airspeed().max(1.0);
-    let calm = core::array::from_fn(|axis| problem.least[axis] * CALM);
-    let mut best: Option<(Point, f64)> = None;
-    for sigma in SIGMAS {
-        for length in LENGTHS {
-            let there = Point { gust: (sigma, length / airspeed), force: calm, ..point.clone() };
-            let Some(local) = problem.linearise(&there, &[], With::Cost) else { continue };
-            if best.as_ref().is_none_or(|(_, least)| local.cost < *least) {
-                best = Some((there, local.cost));
-            }
-        }
-    }
-    let (mut there, _) = best?;
-    for _ in 0..2 {
-        there = sharpened(problem, problem.settle(there, rounds)?.0)?;
-    }
-    problem.settle(there, 2)
-}
-
-/// Noise of forces in gusts before the innovations say better, of the least.
-const CALM: f64 = 4.0;
-/// Step of the logarithms of a gust's numbers.
-const GUST_STEP: f64 = 0.25;
-
-/// The gust's numbers at the bottom of a parabola each.
-fn sharpened(problem: &Problem, mut point: Point) -> Option<Point> {
-    for number in 0..2 {
-        let (by, _) = bottom(problem, &point, number)?;
-        scale_gust(&mut point, number, by);
-    }
-    Some(point)
-}
-
-fn scale_gust(point: &mut Point, number: usize, by: f64) {
-    let factor = libm::exp(by);
-    if number == 0 {
-        point.gust.0 *= factor;
-    } else {
-        point.gust.1 *= factor;
-    }
-}
-
-/// Where the parabola through three costs along the logarithm of a gust's number has its bottom, and its curvature.
-fn bottom(problem: &Problem, point: &Point, number: usize) -> Option<(f64, f64)> {
-    let cost = |by: f64| {
-        let mut there = point.clone();
-        scale_gust(&mut there, number, by);
-        Some(problem.linearise(&there, &[], With::Cost)?.cost)
-    };
-    let (here, up, down) = (cost(0.0)?, cost(GUST_STEP)?, cost(-GUST_STEP)?);
-    let curvature = (up + down - 2.0 * here) / (GUST_STEP * GUST_STEP);
-    let by = if curvature > 1.0 {
-        0.5 * (down - up) / GUST_STEP / curvature
-    } else if up < down {
-        GUST_STEP
-    } else {
-        -GUST_STEP
-    };
-    Some((by.clamp(-0.7, 0.7), curvature))
-}
-
-/// The gusts of a point as an effect.
-fn turbulence(problem: &Problem, point: &Point) -> Effect {
-    Effect::Turbulence { sigma: point.gust.0, length: point.gust.1 * problem.aircraft.trim().airspeed().max(1.0) }
-}
-
-/// Standard error of their standard deviation: the cost is minus twice the logarithm of the likelihood.
-fn gust_std(problem: &Problem, point: &Point) -> f64 {
-    bottom(problem, point, 0)
-        .filter(|(_, curvature)| *curvature > 0.0)
-        .map_or(f64::NAN, |(_, curvature)| point.gust.0 * libm::sqrt(2.0 / curvature))
-}
-
 /// Compares the best with those that are nearly as good on a mesh twice as fine, where the shape of a quick motion within a step
 /// counts: a lag is then told from a delay that is shorter than the step. What they are worth there replaces what they were.
 fn closer_look(problem: &Problem, best: &Point, ranked: &mut [Rival], fitted: &[(Point, f64)]) -> Option<Point> {
@@ -331,11 +255,6 @@ fn is_timing(effect: &Effect) -> bool {
         effect,
         Effect::SensorLag { .. } | Effect::SensorDelay { .. } | Effect::ActuatorLag { .. } | Effect::TransportDelay { .. }
     )
-}
-
-/// Whether there is more noise of forces than the controls' own makes.
-fn noisy(problem: &Problem, point: &Point) -> bool {
-    point.force.iter().zip(problem.least).any(|(force, least)| *force > NOISY * least)
 }
 
 /// The effect that an entry's score stands for.

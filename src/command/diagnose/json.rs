@@ -41,6 +41,9 @@ pub(super) fn document(answer: &Answer) -> Value {
             (one.axis.name().to_owned(), of)
         })
         .collect();
+    let extended: Vec<Value> = answer.extension.iter().map(|one| Value::Object(effect_json(one, answer.controls))).collect();
+    let set_aside: Vec<Value> =
+        diagnosis.set_aside.iter().map(|(run, why)| json!({ "run": run, "reason": why.to_string() })).collect();
     json!({
         "verdict": verdict(answer),
         "ranking": ranking,
@@ -48,9 +51,13 @@ pub(super) fn document(answer: &Answer) -> Value {
         "discrepancy": discrepancy,
         "gain": diagnosis.gain.as_ref().map_or(Value::Null, |(gain, _)| gained(answer, gain)),
         "extended_model": answer.extended.as_ref().map(|path| path.display().to_string()),
-        "extended_effects": answer.extension.iter().map(|one| Value::Object(effect_json(one, answer.controls))).collect::<Vec<_>>(),
-        "set_aside": diagnosis.set_aside.iter().map(|(run, why)| json!({ "run": run, "reason": why.to_string() })).collect::<Vec<_>>(),
+        "extended_effects": extended,
+        "set_aside": set_aside,
     })
+}
+
+fn declared(one: &Ranked) -> DeclaredEffect {
+    DeclaredEffect { effect: one.effect, std: Some(one.std).filter(|std| std.is_finite()) }
 }
 
 fn ranked(answer: &Answer, one: &Ranked) -> Value {

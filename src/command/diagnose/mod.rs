@@ -23,12 +23,12 @@ Example:
   sideslip diagnose --model puma-100kn.toml --fit 3211.csv lateral.csv doublet.csv --holdout other.csv --extended better.toml
   sideslip diagnose --model puma --speed 51.4 --density 1.024 --fit monday/*.csv --json -
 
-Every effect that a model file can have is a hypothesis, for every axis, control and channel: derivatives, nonlinear terms, the way
-of each control to its blade, rotor speed, gusts, the instruments. All are weighed together along the runs with the model's own
-tolerance free to answer, the best are fitted with their numbers free, and after each that is taken the search goes on until what
-remains is noise. Causes that the data do not tell apart are told together. Where no hypothesis explains what is there, it says so:
-on which axis, and in which band. The gain is that of free runs on runs which were not fitted; without a gain no model is extended.
-Runs should begin in the trim of the model.
+Every effect that a model file can have is a hypothesis, for every axis, control and channel: derivatives, nonlinear terms, the
+way of each control to its blade, rotor speed, gusts, the instruments. All are weighed together along the runs with the model's
+own tolerance free to answer, the best are fitted with their numbers free, and after each that is taken the search goes on until
+what remains is noise. Causes that the data do not tell apart are told together. Where no hypothesis explains what is there, it
+says so: on which axis, and in which band. The gain is that of free runs on runs which were not fitted; without a gain no model is
+extended. Runs should begin in the trim of the model.
 
 Exit status: 0 done, whatever was found; 1 failed while running; 2 the call, a recording or a model is wrong; 3 done, rows were
 skipped or a run was set aside. With --json - the table goes to standard error.";
