@@ -87,6 +87,11 @@ impl Changed<'_> {
         }
     }
 
+    /// The share of a control that acts, by its place; never nothing.
+    pub fn share(&self, control: usize) -> f64 {
+        self.effectiveness.get(control).copied().filter(|share| libm::fabs(*share) > 1e-6).unwrap_or(1.0)
+    }
+
     /// Specific force and angular acceleration by axis.
     pub fn forces(&self, deviations: &[f64; VARIABLES], rotor: f64) -> [f64; AXES] {
         let mut sum = forces(&self.model, deviations, rotor);

@@ -10,6 +10,8 @@
 
 pub mod aircraft;
 mod blade_passing;
+#[cfg(test)]
+mod checks;
 pub mod column;
 mod covariance;
 pub mod diagnose;

@@ -245,11 +245,12 @@ impl Posed<'_> {
     }
 
     /// The same of one that moves all axes.
-    fn column_forces(column: Column, here: &Here, moved: impl Fn(usize) -> Moved) -> Option<[f64; AXES]> {
+    fn column_forces(&self, column: Column, here: &Here, moved: impl Fn(usize) -> Moved) -> Option<[f64; AXES]> {
         match column {
             Column::Effectiveness(control) => {
                 let variable = Variable::CONTROLS.get(control)?.index();
-                Some(core::array::from_fn(|axis| here.by[axis][variable] * here.deviations[variable]))
+                let moved = here.deviations[variable] / self.model.share(control);
+                Some(core::array::from_fn(|axis| here.by[axis][variable] * moved))
             }
             Column::Moved(place) => {
                 let moved = moved(place);
@@ -274,7 +275,7 @@ impl Posed<'_> {
         for (k, &column) in columns.iter().enumerate() {
             if let Some((axis, value)) = Self::column_force(column, here) {
                 out[axis * width + k] = value as f32;
-            } else if let Some(values) = Self::column_forces(column, here, moved) {
+            } else if let Some(values) = self.column_forces(column, here, moved) {
                 values.into_iter().enumerate().for_each(|(axis, value)| out[axis * width + k] = value as f32);
             }
         }

@@ -27,6 +27,9 @@ const CLOSE: f64 = 0.1;
 /// Odds against an instrument that reads early.
 const EARLY: f64 = 8.0;
 
+/// Least half width of a dead zone, of the control's noise.
+const DROWNED: f64 = 4.0;
+
 /// How the search goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -192,6 +195,9 @@ fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings
             let Some(last) = there.hypotheses.last() else { continue };
             (last.effect, local.std(there.place_of(there.hypotheses.len() - 1)))
         };
+        if drowned(problem, &effect) {
+            continue;
+        }
         ranked.push(Rival { effect, std, odds: found, fitted: true });
         if best.as_ref().is_none_or(|(_, most)| found > *most) {
             best = Some((there.clone(), found));
@@ -207,7 +213,7 @@ fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings
         new
     });
     let Some((mut point, _)) = best.filter(|(_, odds)| *odds > 0.0) else { return Some((None, ranked)) };
-    if let Some(better) = closer_look(problem, &point, &mut ranked, &fitted) {
+    if let Some(better) = closer_look(problem, &point, &mut ranked, &fitted, |effect| weight(effect, &entries)) {
         point = better;
     }
     Some((problem.settle(point, SETTLED), ranked))
@@ -215,7 +221,13 @@ fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings
 
 /// Compares the best with those that are nearly as good on a mesh twice as fine, where the shape of a quick motion within a step
 /// counts: a lag is then told from a delay that is shorter than the step. What they are worth there replaces what they were.
-fn closer_look(problem: &Problem, best: &Point, ranked: &mut [Rival], fitted: &[(Point, f64)]) -> Option<Point> {
+fn closer_look(
+    problem: &Problem,
+    best: &Point,
+    ranked: &mut [Rival],
+    fitted: &[(Point, f64)],
+    worth: impl Fn(&Effect) -> f64,
+) -> Option<Point> {
     let leading = ranked.first().filter(|first| first.fitted)?.odds;
     let near = |odds: f64| odds > leading - (CLOSE * leading).max(IN_THE_RUNNING);
     let mut close: Vec<&(Point, f64)> = fitted.iter().filter(|(_, odds)| near(*odds)).collect();
@@ -230,7 +242,7 @@ fn closer_look(problem: &Problem, best: &Point, ranked: &mut [Rival], fitted: &[
         let (there, local) = finer.settle(point.clone(), HEAT + 1)?;
         let effect = there.hypotheses.last()?.effect;
         let std = local.std(there.place_of(there.hypotheses.len() - 1));
-        looked.push((there, Rival { effect, std, odds: leading, fitted: true }, local.evidence()));
+        looked.push((there, Rival { effect, std, odds: leading, fitted: true }, local.evidence() - worth(&effect)));
     }
     let least = looked.iter().map(|look| look.2).fold(f64::INFINITY, f64::min);
     let mut better = None;
@@ -255,6 +267,13 @@ fn is_timing(effect: &Effect) -> bool {
         effect,
         Effect::SensorLag { .. } | Effect::SensorDelay { .. } | Effect::ActuatorLag { .. } | Effect::TransportDelay { .. }
     )
+}
+
+/// Whether a dead zone is so narrow that it takes away the recorded control's noise, and nothing else.
+fn drowned(problem: &Problem, effect: &Effect) -> bool {
+    let Effect::DeadZone { control, half_width } = effect else { return false };
+    let noise = problem.runs.iter().filter_map(|run| run.input_noise.get(control.index())).copied().fold(0.0, f64::max);
+    *half_width < DROWNED * noise
 }
 
 /// The effect that an entry's score stands for.

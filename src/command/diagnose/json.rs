@@ -61,14 +61,12 @@ fn declared(one: &Ranked) -> DeclaredEffect {
 }
 
 fn ranked(answer: &Answer, one: &Ranked) -> Value {
-    let effect =
-        effect_json(&DeclaredEffect { effect: one.effect, std: Some(one.std).filter(|std| std.is_finite()) }, answer.controls);
+    let effect = effect_json(&declared(one), answer.controls);
     json!({ "effect": effect, "probability": one.probability })
 }
 
 fn cause(answer: &Answer, one: &Ranked) -> Map<String, Value> {
-    let mut document =
-        effect_json(&DeclaredEffect { effect: one.effect, std: Some(one.std).filter(|std| std.is_finite()) }, answer.controls);
+    let mut document = effect_json(&declared(one), answer.controls);
     document.insert("probability".to_owned(), json!(one.probability));
     document.insert("statement".to_owned(), json!(statement(one, answer.model.linear(), answer.controls)));
     document
