@@ -113,10 +113,42 @@ pub fn search(problem: &Problem, settings: &Settings) -> Option<Searched> {
         };
         (point, local) = next;
         rivals.push(ranked);
+        (point, local) = without_needless(problem, point, local, &mut rivals, settings);
     }
     let local = problem.linearise(&point, &[], With::Traces).unwrap_or(local);
     let left = problem.unexplained(&point)?;
     Some(Searched { left, base, point, local, rivals, refused })
+}
+
+/// Takes back causes that a later one has made needless: without them the evidence is hardly worse.
+fn without_needless(
+    problem: &Problem,
+    mut point: Point,
+    mut local: Local,
+    rivals: &mut Vec<Vec<Rival>>,
+    settings: &Settings,
+) -> (Point, Local) {
+    let gusts =
+        rivals.iter().position(|ranked| ranked.first().is_some_and(|first| matches!(first.effect, Effect::Turbulence { .. })));
+    let mut number = 0;
+    // The newest stands: it was weighed with all others in place.
+    while number + 1 < point.hypotheses.len() {
+        let mut fewer = point.clone();
+        fewer.hypotheses.remove(number);
+        let fewer = problem.settle(fewer, settings.rounds);
+        match fewer.filter(|(_, there)| there.evidence() - local.evidence() < settings.against) {
+            Some(without) => {
+                (point, local) = without;
+                // Gusts are a cause, but no hypothesis with a number of its own.
+                let place = number + usize::from(gusts.is_some_and(|gusts| gusts <= number));
+                if place < rivals.len() {
+                    rivals.remove(place);
+                }
+            }
+            None => number += 1,
+        }
+    }
+    (point, local)
 }
 
 /// The next cause, where one is worth it, and everything that was looked at.
@@ -148,8 +180,9 @@ fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings
     }
     let before = local.evidence();
     let odds = |there: &Local, effect: &Effect| before - there.evidence() + weight(effect, &entries) - settings.against;
-    // A few rounds for every start, and all for those that are still in the running.
-    let mut fits: Vec<(Point, Local, f64)> = Vec::new();
+    // A few rounds for every start, and all for those that are still in the running, by what they have come to or by what the
+    // screening made of them.
+    let mut fits: Vec<(Point, Local, f64, f64)> = Vec::new();
     for (entry, score) in chosen {
         if score.gain + weight(&entry.effect, &entries) - settings.against < HOPELESS {
             others.push(Rival {
@@ -169,7 +202,8 @@ fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings
             start.hypotheses.push(Hypothesis { effect, prior_std: prior });
             if let Some((there, local)) = problem.settle(start, HEAT) {
                 let odds = odds(&local, &effect);
-                fits.push((there, local, odds));
+                let hoped = score.gain + weight(&effect, &entries) - settings.against;
+                fits.push((there, local, odds, hoped));
             }
         }
     }
@@ -177,14 +211,14 @@ fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings
         && let Some((there, local)) = in_gusts(problem, point, settings.rounds)
     {
         let odds = odds(&local, &turbulence(problem, &there));
-        fits.push((there, local, odds));
+        fits.push((there, local, odds, odds));
     }
     let leading = fits.iter().map(|fit| fit.2).fold(f64::NEG_INFINITY, f64::max);
     let mut best: Option<(Point, f64)> = None;
     let (mut ranked, mut fitted) = (Vec::new(), Vec::new());
-    for (mut there, mut local, mut found) in fits {
-        let gusty = there.gust.0 > point.gust.0;
-        if found > leading - (0.5 * leading).max(IN_THE_RUNNING) && !gusty {
+    for (mut there, mut local, mut found, hoped) in fits {
+        let gusty = point.gust.0 == 0.0 && there.gust.0 > 0.0;
+        if found.max(hoped) > leading - (0.5 * leading).max(IN_THE_RUNNING) && !gusty {
             let Some(settled) = problem.settle(there, settings.rounds) else { continue };
             (there, local) = settled;
             found = there.hypotheses.last().map_or(found, |hypothesis| odds(&local, &hypothesis.effect));
