@@ -15,6 +15,7 @@ use super::record::{Record, Unfit};
 use super::residual::{Discrepancy, discrepancy};
 use super::screen::acts_on;
 use super::search::{Rival, Searched, Settings, search};
+use crate::flight::channel::Channel;
 use crate::flight::derivative::{AXES, Axis};
 use crate::flight::effect::Effect;
 use crate::flight::effect_file::DeclaredEffect;
@@ -86,6 +87,8 @@ pub struct Diagnosis {
     pub none: (f64, Vec<Ranked>),
     /// By axis.
     pub discrepancy: [Discrepancy; AXES],
+    /// Channels that do not begin in the model's trim, where so many are that the runs have another.
+    pub off_trim: Vec<Channel>,
     /// Runs that were set aside, and why.
     pub set_aside: Vec<(String, Unfit)>,
     /// The gain over the runs that were not used; with each, the predictions before and after.
@@ -104,6 +107,9 @@ pub enum NoDiagnosis {
     /// None was given.
     #[error("expected at least one run to diagnose, found none")]
     Empty,
+    /// The model has not all axes.
+    #[error("the model says nothing of {0}: expected derivatives on all six axes, which move together along a run")]
+    Silent(String),
     /// A control that never moves, and nothing else does.
     #[error("no control moves in any run: there is nothing to tell a cause by")]
     Still,
@@ -156,6 +162,11 @@ pub fn diagnose(
     }
     let fixed: Vec<Effect> = model.file.effects.iter().map(|declared| declared.effect).collect();
     let problem = Problem::new(Aircraft::of(model), fixed, records, model.file.tolerance);
+    let silent = problem.silent();
+    if !silent.is_empty() {
+        let names: Vec<&str> = silent.iter().map(|axis| axis.name()).collect();
+        return Err(NoDiagnosis::Silent(names.join(", ")));
+    }
     if !problem.moves() {
         return Err(NoDiagnosis::Still);
     }
@@ -167,7 +178,8 @@ pub fn diagnose(
     let unknown = unknown(&searched, &discrepancy);
     let none = none(&searched);
     let gain = gained(model, &findings, holdout)?;
-    Ok(Diagnosis { findings, unknown, none, discrepancy, set_aside, gain })
+    let off_trim = if problem.is_off_trim() { problem.off_trim.clone() } else { Vec::new() };
+    Ok(Diagnosis { findings, unknown, none, discrepancy, off_trim, set_aside, gain })
 }
 
 /// (1) for each of the rivals.

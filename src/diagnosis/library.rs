@@ -159,7 +159,10 @@ pub fn library(problem: &Problem, present: &[Effect]) -> Vec<Entry> {
             continue;
         }
         let channel = input_channel(input);
-        slope(problem, present, Effect::SensorBias { channel, value: 0.0 }, &mut entries);
+        // Off the model's trim a control's bias is what its trim is.
+        if !problem.is_off_trim() {
+            slope(problem, present, Effect::SensorBias { channel, value: 0.0 }, &mut entries);
+        }
         slope(problem, present, Effect::SensorScale { channel, factor: 1.0 }, &mut entries);
         slope(problem, present, Effect::SensorDelay { channel, delay: 0.0 }, &mut entries);
     }

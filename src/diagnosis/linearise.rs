@@ -14,9 +14,7 @@ use crate::flight::derivative::{AXES, Axis, Variable};
 use crate::flight::effect::{Effect, PositionedSensor};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-/// Standard deviations of a run's own forces and moments about the model's trim, m/s^2 and rad/s^2.
-const CONSTANT_STD: [f64; AXES] = [0.02, 0.02, 0.02, 0.002, 0.002, 0.002];
-/// Of a run's own biases of accelerometers and gyros.
+/// Standard deviations of a run's own biases of accelerometers and gyros.
 const BIAS_STD: [f64; 6] = [0.03, 0.03, 0.03, 0.0005, 0.0005, 0.0005];
 
 /// The neighbourhood of a point.
@@ -262,7 +260,7 @@ impl Problem {
             hold(places.len() + k, point.small[axis.index()][variable.index()], std);
         }
         for (number, own) in point.own.iter().enumerate() {
-            for (k, (value, std)) in own.iter().zip(CONSTANT_STD.iter().chain(&BIAS_STD)).enumerate() {
+            for (k, (value, std)) in own.iter().zip(self.constant_std.iter().chain(&BIAS_STD)).enumerate() {
                 hold(shared + number * OWN + k, *value, *std);
             }
         }

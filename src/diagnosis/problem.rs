@@ -14,10 +14,13 @@ use super::driven::Driven;
 use super::filter::NOISES;
 use super::linearise::{Local, With};
 use super::point::{OWN, Point, nudged};
-use super::record::{ROTOR, Record};
+use super::record::{OUTPUT_CHANNELS, ROTOR, Record, input_channel};
+use crate::estimation::compatibility::series::Series;
+use crate::flight::channel::Channel;
 use crate::flight::control::CONTROLS;
 use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
 use crate::flight::effect::Effect;
+use crate::flight::model::Trim;
 use nalgebra::DVector;
 
 /// Least spectral density of forces and moments.
@@ -30,6 +33,17 @@ const DENSITY_STEP: f64 = 3.0;
 const LEAST_CURVATURE: f64 = 0.3;
 /// A control moves that goes through so many times its noise.
 const STILL: f64 = 12.0;
+/// Standard deviations of a run's own forces and moments where it begins in the model's trim, m/s^2 and rad/s^2.
+const AT_TRIM_STD: [f64; AXES] = [0.02, 0.02, 0.02, 0.002, 0.002, 0.002];
+/// And where it does not: the model then says how forces change, not what they are.
+const OFF_TRIM_STD: [f64; AXES] = [2.0, 2.0, 2.0, 0.5, 0.5, 0.5];
+/// So many channels are off the trim for one reason each; more are another trim.
+const FEW: usize = 3;
+/// Window at a run's start that is its trim, s.
+const WINDOW_S: f64 = 1.0;
+/// A channel is off the trim by more than this: m/s, and rad of attitude, flow and controls.
+const OFF_SPEED: f64 = 1.0;
+const OFF_ANGLE: f64 = 0.006;
 /// Of a uniform distribution, half width to standard deviation.
 const UNIFORM: f64 = 0.577_350_269_189_625_8;
 
@@ -46,6 +60,10 @@ pub struct Problem {
     pub small: Vec<(Axis, Variable, f64)>,
     /// Noise of forces and moments that the controls' own noise makes.
     pub least: [f64; AXES],
+    /// What of each run does not begin in the model's trim.
+    pub off_trim: Vec<Channel>,
+    /// Standard deviations of a run's own forces and moments about the model's trim.
+    pub constant_std: [f64; AXES],
 }
 
 impl Problem {
@@ -71,7 +89,9 @@ impl Problem {
                 *least += by * by * density.fold(0.0, f64::max);
             }
         }
-        Problem { aircraft, fixed, runs, small, least }
+        let off_trim = off_trim(aircraft.trim(), &runs);
+        let constant_std = if off_trim.len() < FEW { AT_TRIM_STD } else { OFF_TRIM_STD };
+        Problem { aircraft, fixed, runs, small, least, off_trim, constant_std }
     }
 
     /// Nothing is wrong.
@@ -209,6 +229,18 @@ impl Problem {
         next
     }
 
+    /// Whether the runs begin elsewhere than in the model's trim.
+    pub fn is_off_trim(&self) -> bool {
+        self.off_trim.len() >= FEW
+    }
+
+    /// Axes that the model says nothing of.
+    pub fn silent(&self) -> Vec<Axis> {
+        let says =
+            |axis: &Axis| Variable::ALL.into_iter().any(|variable| self.aircraft.linear.derivative(*axis, variable) != 0.0);
+        Axis::ALL.into_iter().filter(|axis| !says(axis)).collect()
+    }
+
     /// Whether any control moves by more than its noise.
     pub fn moves(&self) -> bool {
         self.runs.iter().any(|run| {
@@ -227,4 +259,37 @@ impl Problem {
         let trimmed = place < CONTROLS || (place == ROTOR && self.aircraft.trim().rotor_speed.is_some());
         trimmed && self.runs.iter().any(|run| run.inputs.get(place).is_some_and(Option::is_some))
     }
+}
+
+/// Channels that do not begin where the model's trim has them, in any run.
+fn off_trim(trim: &Trim, runs: &[Record]) -> Vec<Channel> {
+    let airspeed = trim.airspeed().max(1.0);
+    let outputs = [
+        (6, trim.phi, OFF_ANGLE),
+        (7, trim.theta, OFF_ANGLE),
+        (9, airspeed, OFF_SPEED),
+        (10, libm::atan2(trim.w, trim.u), OFF_ANGLE),
+        (11, libm::asin((trim.v / airspeed).clamp(-1.0, 1.0)), OFF_ANGLE),
+    ];
+    let begins = |series: Option<&Series>| {
+        let series = series?;
+        let (from_s, _) = series.range_s()?;
+        Some(series.mean(from_s, from_s + WINDOW_S))
+    };
+    let mut off = Vec::new();
+    for (output, at_trim, most) in outputs {
+        if runs.iter().filter_map(|run| begins(run.outputs.get(output)?.as_ref())).any(|mean| libm::fabs(mean - at_trim) > most) {
+            off.push(OUTPUT_CHANNELS[output]);
+        }
+    }
+    for (input, at_trim) in trim.controls.into_iter().enumerate() {
+        if runs
+            .iter()
+            .filter_map(|run| begins(run.inputs.get(input)?.as_ref()))
+            .any(|mean| libm::fabs(mean - at_trim) > OFF_ANGLE)
+        {
+            off.push(input_channel(input));
+        }
+    }
+    off
 }

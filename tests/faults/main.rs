@@ -11,6 +11,7 @@
 mod program;
 
 mod design;
+mod diagnose;
 mod flight_condition;
 mod inspect;
 mod instrument_files;

@@ -52,6 +52,7 @@ pub(super) fn document(answer: &Answer) -> Value {
         "gain": diagnosis.gain.as_ref().map_or(Value::Null, |(gain, _)| gained(answer, gain)),
         "extended_model": answer.extended.as_ref().map(|path| path.display().to_string()),
         "extended_effects": extended,
+        "off_trim": diagnosis.off_trim.iter().map(|channel| channel.name(answer.controls)).collect::<Vec<_>>(),
         "set_aside": set_aside,
     })
 }

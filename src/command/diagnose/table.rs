@@ -33,6 +33,11 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
             let _ = writeln!(text, "     to tell: {}", manoeuvre(&first.effect, &second.effect));
         }
     }
+    if !diagnosis.off_trim.is_empty() {
+        let names: Vec<&str> = diagnosis.off_trim.iter().map(|channel| channel.name(answer.controls)).collect();
+        let words = "forces are taken about their own, and biases of controls cannot be told";
+        let _ = writeln!(text, "  note: runs do not begin in the model's trim ({}): {words}", names.join(", "));
+    }
     let _ = writeln!(text, "\n  axis  residual rms   after   noise  explained  mostly at");
     for one in &diagnosis.discrepancy {
         let unit = if one.axis.is_force() { "m/s^2" } else { "rad/s^2" };

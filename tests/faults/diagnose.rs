@@ -1,0 +1,90 @@
+//! `diagnose`: what it cannot use it refuses in words, and a lag that is put into a simulated flight comes back as the answer.
+
+use crate::program::{ended, folder, own, path, sideslip};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+/// A flight of a model file, pedal and cyclic moved, noise as flight-test instruments have it.
+fn flown(folder: &Path, name: &str, model: &Path, input: &str, seed: &str) -> PathBuf {
+    let file = folder.join(name);
+    let args = ["simulate", "--model", path(model), "--input", input, "--out", path(&file), "--duration", "12", "--seed", seed];
+    let (status, _, said) = ended(&sideslip(&[args.as_slice(), &["--noise", "--rate", "64", "--pilot", "attitude"]].concat()));
+    assert_eq!(status, 0, "{said}");
+    file
+}
+
+#[test]
+fn a_lag_in_the_flight_is_the_answer_and_its_extension_flies() {
+    let folder = folder("diagnose");
+    let model = own("replay/models/puma-like.toml");
+    let (lagging, json, extended) = (folder.join("lagging.toml"), folder.join("answer.json"), folder.join("extended.toml"));
+    let text = std::fs::read_to_string(&model).unwrap();
+    std::fs::write(&lagging, format!("{text}\n[[effect]]\nkind = \"actuator_lag\"\ncontrol = \"pedal\"\ntau = 0.2\n")).unwrap();
+    let fit = flown(&folder, "fit.csv", &lagging, "pedal:3211:0.02:0.7", "1");
+    let holdout = flown(&folder, "holdout.csv", &lagging, "pedal:doublet:0.02:0.8", "2");
+    let args = ["diagnose", "--model", path(&model), "--fit", path(&fit), "--holdout", path(&holdout)];
+    let (status, _, said) =
+        ended(&sideslip(&[args.as_slice(), &["--json", path(&json), "--extended", path(&extended)]].concat()));
+    assert_eq!(status, 0, "{said}");
+    let answer: Value = serde_json::from_str(&std::fs::read_to_string(&json).unwrap()).unwrap();
+    let verdict = &answer["verdict"];
+    assert_eq!((verdict["kind"].as_str(), verdict["control"].as_str()), (Some("actuator_lag"), Some("pedal")), "{verdict}");
+    let (tau, std) = (verdict["tau"].as_f64().unwrap(), verdict["std"].as_f64().unwrap());
+    assert!((tau - 0.2).abs() < 4.0 * std && std < 0.02, "{tau} +- {std}");
+    assert!(verdict["statement"].as_str().unwrap().contains("lag") && verdict["probability"].as_f64().unwrap() > 0.9);
+    assert!(answer["ranking"].as_array().unwrap().len() > 1);
+    assert_eq!(answer["gain"]["holdout"]["pooled"]["judged"], "gain");
+    assert_eq!(answer["extended_model"].as_str(), extended.to_str());
+    let again = flown(&folder, "again.csv", &extended, "pedal:step:0.01:1", "3");
+    assert!(again.exists());
+}
+
+#[test]
+fn what_cannot_be_used_is_refused_in_words() {
+    let folder = folder("diagnose-wrong");
+    let model = own("replay/models/puma-like.toml");
+    let text = std::fs::read_to_string(&model).unwrap();
+    let good = flown(&folder, "good.csv", &model, "pedal:doublet:0.02:1", "1");
+    let still = flown(&folder, "still.csv", &model, "pedal:doublet:0.0000001:1", "1");
+    let other = folder.join("other.csv");
+    let flight = std::fs::read_to_string(&good).unwrap();
+    std::fs::write(&other, flight.replace("# aircraft = \"", "# aircraft = \"another ")).unwrap();
+    let short = folder.join("short.csv");
+    let head = flight.lines().take_while(|line| line.starts_with('#')).count() + 1;
+    std::fs::write(&short, flight.lines().take(head + 60).collect::<Vec<_>>().join("\n") + "\n").unwrap();
+    let lateral = folder.join("lateral.toml");
+    let until = text.find("[derivatives.").unwrap();
+    std::fs::write(&lateral, format!("{}[derivatives.N]\nv = 0.02\npedal = -9.0\n", &text[..until])).unwrap();
+    let misspelt = folder.join("misspelt.toml");
+    std::fs::write(&misspelt, text.replace("pedal = ", "peddal = ")).unwrap();
+    for (model, fit, words) in [
+        (&model, vec![&still], "no control moves"),
+        (&model, vec![&good, &other], "runs of one aircraft"),
+        (&model, vec![&short], "at least 3 s"),
+        (&model, vec![&good, &good], "found the same file twice"),
+        (&lateral, vec![&good], "says nothing of X, Y, Z, L, M"),
+        (&misspelt, vec![&good], "peddal"),
+    ] {
+        let mut call = vec!["diagnose", "--model", path(model), "--fit"];
+        call.extend(fit.iter().map(|file| path(file)));
+        let (status, _, said) = ended(&sideslip(&call));
+        assert!(status == 2 && said.contains(words), "{words}: {status} {said}");
+        assert_eq!(said.trim().lines().count(), 1, "{said}");
+    }
+}
+
+/// A run that begins elsewhere than in the model's trim is looked at about its own, and that is said.
+#[test]
+fn another_trim_than_the_models_is_said() {
+    let folder = folder("diagnose-trim");
+    let run = folder.join("climb.csv");
+    let fly = ["simulate", "--model", "puma", "--speed", "51.4", "--climb", "5", "--input", "pedal:3211:0.02:0.7", "--noise"];
+    let (status, _, said) = ended(&sideslip(&[fly.as_slice(), &["--duration", "10", "--out", path(&run)]].concat()));
+    assert_eq!(status, 0, "{said}");
+    let call = ["diagnose", "--model", "puma", "--speed", "51.4", "--fit", path(&run), "--json", "-"];
+    let (_, out, said) = ended(&sideslip(&call));
+    let answer: Value = serde_json::from_str(&out).unwrap_or_else(|wrong| panic!("{wrong}: {said}"));
+    assert!(answer["off_trim"].as_array().unwrap().len() >= 3, "{answer}");
+    assert!(said.contains("do not begin in the model's trim"), "{said}");
+    assert!(answer["findings"].as_array().unwrap().iter().all(|one| one["channel"] != "collective"), "{answer}");
+}
