@@ -100,6 +100,7 @@ pub fn library(problem: &Problem, present: &[Effect]) -> Vec<Entry> {
         entries.push(Entry { effect, candidate, component, shared: false, prior_std: prior_std(&effect) });
     };
     let moved: Vec<Control> = Control::ALL.into_iter().filter(|control| range(problem, control.index()) > 0.0).collect();
+    let rotor_moves = problem.has_input(ROTOR) && range(problem, ROTOR) > 0.0;
     for axis in Axis::ALL {
         for variable in Variable::ALL {
             if !variable.is_control() || moved.iter().any(|control| control.variable() == variable) {
@@ -109,7 +110,7 @@ pub fn library(problem: &Problem, present: &[Effect]) -> Vec<Entry> {
         for term in Term::library() {
             plain(Effect::Nonlinear { axis, term, coefficient: 0.0 }, 0);
         }
-        if problem.has_input(ROTOR) {
+        if rotor_moves {
             plain(Effect::RotorSpeed { axis, coefficient: 0.0 }, 0);
         }
     }
@@ -155,7 +156,7 @@ pub fn library(problem: &Problem, present: &[Effect]) -> Vec<Entry> {
         }
     }
     for input in 0..=ROTOR {
-        if !problem.has_input(input) {
+        if !problem.has_input(input) || (input == ROTOR && !rotor_moves) {
             continue;
         }
         let channel = input_channel(input);
