@@ -50,6 +50,9 @@ pub(super) fn in_gusts(problem: &Problem, point: &Point, rounds: usize) -> Optio
 
 /// Noise of forces in gusts before the innovations say better, of the least.
 const CALM: f64 = 4.0;
+/// What the first-order spectrum leaves open of the standard deviation of Dryden's gusts over a minute or so, a part of it:
+/// their roughness is known well, and the length that ties it to the standard deviation is not.
+const SHAPE: f64 = 0.3;
 /// Step of the logarithms of a gust's numbers.
 const GUST_STEP: f64 = 0.25;
 
@@ -114,7 +117,8 @@ pub(super) fn gust_std(problem: &Problem, point: &Point) -> f64 {
     };
     let Some((sigma, length, both)) = curvatures() else { return f64::NAN };
     let free = sigma - both * both / length;
-    if length > 0.0 && free > 0.0 { point.gust.0 * libm::sqrt(2.0 / free) } else { f64::NAN }
+    let formal = if length > 0.0 && free > 0.0 { libm::sqrt(2.0 / free) } else { f64::NAN };
+    point.gust.0 * libm::hypot(formal, SHAPE)
 }
 
 /// What is known of the scale length beforehand, as a cost: about [`USUAL_M`], a factor of e^[`USUAL_STD`] either way.
