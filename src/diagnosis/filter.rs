@@ -133,6 +133,7 @@ pub fn pass(posed: &Posed<'_>, noise: &Noise, asked: Asked<'_>) -> Option<Passed
     let mut lag_before: Option<(f64, State)> = None;
     for node in 0..record.nodes {
         let moved = *posed.driven.nodes.get(node)?;
+        let mut step = None;
         if node > 0 {
             let over = *posed.driven.steps.get(node - 1)?;
             let force0 = posed.force(&x, &over);
@@ -149,16 +150,15 @@ pub fn pass(posed: &Posed<'_>, noise: &Noise, asked: Asked<'_>) -> Option<Passed
             for (of, one) in noisier.iter_mut().enumerate() {
                 one.propagate((&phi, &gamma), of, noise, dt, n);
             }
-            if width > 0 {
-                let here = posed.here(&x, &moved);
-                posed.all_forces(asked.columns, &here, node, &mut forces);
-                propagate_columns(&phi, &gamma, &d, &mut moved_d, (&forces_before, &forces), dt, width);
-                core::mem::swap(&mut d, &mut moved_d);
-            }
+            step = Some((phi, gamma));
         }
         let here = posed.here(&x, &moved);
         if width > 0 {
             posed.all_forces(asked.columns, &here, node, &mut forces);
+            if let Some((phi, gamma)) = &step {
+                propagate_columns(phi, gamma, &d, &mut moved_d, (&forces_before, &forces), dt, width);
+                core::mem::swap(&mut d, &mut moved_d);
+            }
             for (k, strength) in passed.strength.iter_mut().enumerate() {
                 *strength += (0..AXES).map(|axis| f64::from(forces[axis * width + k])).map(|f| f * f).sum::<f64>();
             }
@@ -186,7 +186,6 @@ pub fn pass(posed: &Posed<'_>, noise: &Noise, asked: Asked<'_>) -> Option<Passed
         for reading in posed.readings.at(node) {
             let c = reading.output;
             let lagged = posed.lag.is_some_and(|(output, _)| output == c);
-            let here = Here { deviations: here.deviations, moved, force: here.force, by: here.by, by_rotor: here.by_rotor };
             // Forces are those of the prediction; a correction within the node moves them by their slopes.
             let here = posed.at(here, &x, &before);
             let (mut value, mut h, by_force) = posed.seen(c, &x, &here)?;

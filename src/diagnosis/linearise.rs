@@ -134,7 +134,7 @@ impl Problem {
     }
 
     /// Every run at a point, with sensitivities to its parameters and to the candidates, or the cost alone.
-    pub fn linearise(&self, point: &Point, candidates: &[Candidate], with: With) -> Option<Local> {
+    pub fn linearise(&self, point: &Point, candidates: &[&Candidate], with: With) -> Option<Local> {
         let effects = self.effects(point);
         let model = self.aircraft.changed(&effects, &point.small);
         let (own_columns, own_moved) = if with == With::Cost { (Vec::new(), Vec::new()) } else { self.own_columns(point) };
@@ -147,19 +147,14 @@ impl Problem {
             columns.extend((0..6).map(Column::Bias));
         }
         let kept = columns.len();
-        for candidate in candidates {
-            columns.push(match candidate.column {
-                Column::Moved(_) => Column::Moved(
-                    own_moved.len()
-                        + candidates
-                            .iter()
-                            .take_while(|other| !core::ptr::eq(*other, candidate))
-                            .filter(|other| matches!(other.column, Column::Moved(_)))
-                            .count(),
-                ),
-                column => column,
-            });
-        }
+        let mut moving = own_moved.len();
+        columns.extend(candidates.iter().map(|candidate| match candidate.column {
+            Column::Moved(_) => {
+                moving += 1;
+                Column::Moved(moving - 1)
+            }
+            column => column,
+        }));
         let mut information = DMatrix::<f64>::zeros(order, order);
         let mut pull = DVector::<f64>::zeros(order);
         let mut cross = DMatrix::<f64>::zeros(order, candidates.len());
@@ -170,11 +165,10 @@ impl Problem {
         let mut noisier = [(0.0, 0.0); NOISES];
         for (number, record) in self.runs.iter().enumerate() {
             let driven = self.driven(record, &effects);
-            let moved: Vec<Driven> = own_moved
+            let moved: Vec<&Driven> = own_moved
                 .iter()
                 .filter_map(|by_run| by_run.get(number))
                 .chain(candidates.iter().filter(|c| matches!(c.column, Column::Moved(_))).filter_map(|c| c.moved.get(number)))
-                .cloned()
                 .collect();
             let own = point.own.get(number).copied().unwrap_or([0.0; OWN]);
             let (mut bias, mut factor, mut late, mut lag) = ([0.0; OUTPUTS], [1.0; OUTPUTS], [0.0; OUTPUTS], None);

@@ -29,7 +29,7 @@ pub struct Posed<'a> {
     /// What reaches the blades.
     pub driven: &'a Driven,
     /// Changes of that, by place.
-    pub moved: &'a [Driven],
+    pub moved: &'a [&'a Driven],
     /// The outputs' readings, skews undone.
     pub readings: &'a Readings,
     /// Offset of the forces and moments of this run.
@@ -47,6 +47,7 @@ pub struct Posed<'a> {
 }
 
 /// Forces and their slopes at a node.
+#[derive(Clone, Copy)]
 pub struct Here {
     pub(super) force: [f64; AXES],
     pub(super) by: Partials,
@@ -57,16 +58,7 @@ pub struct Here {
 
 impl Posed<'_> {
     pub(super) fn deviations(&self, x: &State, moved: &Moved) -> [f64; VARIABLES] {
-        let trim = self.trim;
-        let mut deviations = [0.0; VARIABLES];
-        deviations[0] = x[0] - x[GUST] - trim.u;
-        deviations[1] = x[1] - x[GUST + 1] - trim.v;
-        deviations[2] = x[2] - x[GUST + 2] - trim.w;
-        deviations[3..6].copy_from_slice(&x[3..6]);
-        for (place, variable) in Variable::CONTROLS.into_iter().enumerate() {
-            deviations[variable.index()] = moved[place];
-        }
-        deviations
+        deviations(self.trim, x, moved)
     }
 
     pub(super) fn force(&self, x: &State, moved: &Moved) -> [f64; AXES] {
@@ -306,6 +298,19 @@ impl Posed<'_> {
         }
         here
     }
+}
+
+/// Deviations from trim of a state, through the air, and of what moves the blades.
+pub(super) fn deviations(trim: &Trim, x: &State, moved: &Moved) -> [f64; VARIABLES] {
+    let mut deviations = [0.0; VARIABLES];
+    deviations[0] = x[0] - x[GUST] - trim.u;
+    deviations[1] = x[1] - x[GUST + 1] - trim.v;
+    deviations[2] = x[2] - x[GUST + 2] - trim.w;
+    deviations[3..6].copy_from_slice(&x[3..6]);
+    for (place, variable) in Variable::CONTROLS.into_iter().enumerate() {
+        deviations[variable.index()] = moved[place];
+    }
+    deviations
 }
 
 /// Time constant of the first-order gust along an axis: across the flight Dryden's is of second order, and has both the variance

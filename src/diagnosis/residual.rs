@@ -7,10 +7,12 @@
 //! holds 80 % of the power of what is left.
 
 use super::driven::Driven;
+use super::filter::State;
+use super::posed::deviations;
 use super::problem::Problem;
 use super::record::{ROTOR, Record};
 use super::search::Searched;
-use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
+use crate::flight::derivative::{AXES, Axis, VARIABLES};
 use crate::flight::effect::Effect;
 use core::f64::consts::TAU;
 
@@ -92,28 +94,11 @@ fn series(problem: &Problem, searched: &Searched, number: usize, run: &Record) -
     let (driven, moved) = (Driven::of(run, trim, &plain), Driven::of(run, trim, &whole));
     let mut series = Series { before: Default::default(), after: Default::default(), step_s: run.step_s };
     let Some(passed) = searched.local.runs.get(number) else { return series };
-    let deviations = |x: &[f64], inputs: &[f64]| {
-        let mut deviations = [0.0; VARIABLES];
-        let at = |place: usize| x.get(place).copied().unwrap_or(0.0);
-        let gust = |axis: usize| at(super::filter::GUST + axis);
-        deviations[..6].copy_from_slice(&[
-            at(0) - gust(0) - trim.u,
-            at(1) - gust(1) - trim.v,
-            at(2) - gust(2) - trim.w,
-            at(3),
-            at(4),
-            at(5),
-        ]);
-        for (variable, moved) in Variable::CONTROLS.into_iter().zip(inputs) {
-            deviations[variable.index()] = *moved;
-        }
-        deviations
-    };
     let half = 0.5 * run.step_s;
     for (node, x) in passed.states.iter().enumerate() {
         let (Some(at_node), Some(moved_at_node)) = (driven.nodes.get(node), moved.nodes.get(node)) else { continue };
-        let before = model.forces(&deviations(x, at_node), at_node[ROTOR]);
-        let after = extended.forces(&deviations(x, moved_at_node), moved_at_node[ROTOR]);
+        let before = model.forces(&deviations(trim, x, at_node), at_node[ROTOR]);
+        let after = extended.forces(&deviations(trim, x, moved_at_node), moved_at_node[ROTOR]);
         let time_s = run.time_s(node);
         for axis in 0..3 {
             if let Some(series_of) = run.outputs[axis].as_ref() {
@@ -124,9 +109,9 @@ fn series(problem: &Problem, searched: &Searched, number: usize, run: &Record) -
         }
         let Some(next) = passed.states.get(node + 1) else { continue };
         let (Some(over), Some(moved_over)) = (driven.steps.get(node), moved.steps.get(node)) else { continue };
-        let middle: Vec<f64> = x.iter().zip(next).map(|(a, b)| 0.5 * (a + b)).collect();
-        let before = model.forces(&deviations(&middle, over), over[ROTOR]);
-        let after = extended.forces(&deviations(&middle, moved_over), moved_over[ROTOR]);
+        let middle: State = core::array::from_fn(|i| 0.5 * (x[i] + next[i]));
+        let before = model.forces(&deviations(trim, &middle, over), over[ROTOR]);
+        let after = extended.forces(&deviations(trim, &middle, moved_over), moved_over[ROTOR]);
         for axis in 3..AXES {
             if let Some(gyro) = run.outputs[axis].as_ref() {
                 let at = |t: f64| gyro.mean(t - half, t + half);

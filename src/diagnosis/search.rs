@@ -5,7 +5,7 @@
 use super::gusts::{gust_std, in_gusts, noisy, turbulence};
 use super::library::{Entry, library, prior_std, same_cause};
 use super::linearise::{Local, With};
-use super::point::{Hypothesis, Point};
+use super::point::{Hypothesis, Point, nudged};
 use super::problem::Problem;
 use super::record::RATE_MAX_HZ;
 use super::screen::{Score, screen};
@@ -67,8 +67,6 @@ pub struct Rival {
 pub struct Searched {
     /// What noise beyond the least is still worth, by axis: how much the cost rises without it.
     pub left: [f64; AXES],
-    /// Before any cause.
-    pub base: (Point, Local),
     /// With all of them.
     pub point: Point,
     /// There.
@@ -79,30 +77,42 @@ pub struct Searched {
     pub refused: Vec<Rival>,
 }
 
-/// How many causes each kind has in a library, for what each is worth beforehand.
-fn weight(effect: &Effect, entries: &[Entry]) -> f64 {
-    let kinds: Vec<EffectKind> = entries.iter().map(|entry| entry.effect.kind()).collect();
-    let mut different: Vec<EffectKind> = Vec::new();
-    for &kind in &kinds {
-        if !different.contains(&kind) {
-            different.push(kind);
+/// What causes are worth beforehand: all kinds alike, and within a kind all of its causes in the library.
+struct Worth {
+    kinds: usize,
+    own: Vec<(EffectKind, usize)>,
+}
+
+impl Worth {
+    fn of(entries: &[Entry]) -> Self {
+        let mut causes: Vec<&Effect> = Vec::new();
+        let mut own: Vec<(EffectKind, usize)> = Vec::new();
+        for entry in entries {
+            if causes.iter().any(|there| same_cause(there, &entry.effect)) {
+                continue;
+            }
+            causes.push(&entry.effect);
+            let kind = entry.effect.kind();
+            match own.iter_mut().find(|(there, _)| *there == kind) {
+                Some((_, count)) => *count += 1,
+                None => own.push((kind, 1)),
+            }
         }
+        Worth { kinds: own.len().max(1), own }
     }
-    let mut own: Vec<&Effect> = Vec::new();
-    for entry in entries.iter().filter(|entry| entry.effect.kind() == effect.kind()) {
-        if !own.iter().any(|there| same_cause(there, &entry.effect)) {
-            own.push(&entry.effect);
-        }
+
+    /// Twice the logarithm of an effect's odds among all.
+    fn odds(&self, effect: &Effect) -> f64 {
+        let own = self.own.iter().find(|(kind, _)| *kind == effect.kind()).map_or(1, |(_, count)| *count);
+        // Instruments are late; one that is early is likelier to be the only one that is not late.
+        let early = matches!(effect, Effect::SensorDelay { delay, .. } if *delay < 0.0);
+        -2.0 * libm::log((self.kinds * own) as f64) - if early { EARLY } else { 0.0 }
     }
-    // Instruments are late; one that is early is likelier to be the only one that is not late.
-    let early = matches!(effect, Effect::SensorDelay { delay, .. } if *delay < 0.0);
-    -2.0 * libm::log((different.len().max(1) * own.len().max(1)) as f64) - if early { EARLY } else { 0.0 }
 }
 
 /// Looks for causes.
 pub fn search(problem: &Problem, settings: &Settings) -> Option<Searched> {
     let (mut point, mut local) = problem.settle(problem.zero(), SETTLED)?;
-    let base = (point.clone(), local.clone());
     let mut rivals: Vec<Vec<Rival>> = Vec::new();
     let mut refused = Vec::new();
     while rivals.len() < settings.causes {
@@ -117,7 +127,7 @@ pub fn search(problem: &Problem, settings: &Settings) -> Option<Searched> {
     }
     let local = problem.linearise(&point, &[], With::Traces).unwrap_or(local);
     let left = problem.unexplained(&point)?;
-    Some(Searched { left, base, point, local, rivals, refused })
+    Some(Searched { left, point, local, rivals, refused })
 }
 
 /// Takes back causes that a later one has made needless: without them the evidence is hardly worse.
@@ -157,8 +167,10 @@ type OneMore = (Option<(Point, Local)>, Vec<Rival>);
 /// The best cause besides those that are there, where it is worth it.
 fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings) -> Option<OneMore> {
     let entries = library(problem, &problem.effects(point));
-    let candidates: Vec<_> = entries.iter().map(|entry| entry.candidate.clone()).collect();
+    let candidates: Vec<_> = entries.iter().map(|entry| &entry.candidate).collect();
     let wide = problem.linearise(point, &candidates, With::Slopes)?;
+    let worth = Worth::of(&entries);
+    let hoped = |score: &Score, effect: &Effect| score.gain + worth.odds(effect) - settings.against;
     let scores = screen(&wide, &entries, &usual_forces(problem));
     let mut chosen: Vec<(&Entry, Score)> = Vec::new();
     let mut others: Vec<Rival> = Vec::new();
@@ -171,26 +183,21 @@ fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings
             chosen.push((entry, *score));
         } else if !others.iter().any(|other| same_cause(&other.effect, &entry.effect)) {
             let effect = sized(entry, score);
-            let odds = score.gain + weight(&effect, &entries) - settings.against;
-            others.push(Rival { effect, std: score.std, odds, fitted: false });
+            others.push(Rival { effect, std: score.std, odds: hoped(score, &effect), fitted: false });
         }
         if others.len() > 20 {
             break;
         }
     }
     let before = local.evidence();
-    let odds = |there: &Local, effect: &Effect| before - there.evidence() + weight(effect, &entries) - settings.against;
+    let odds = |there: &Local, effect: &Effect| before - there.evidence() + worth.odds(effect) - settings.against;
     // A few rounds for every start, and all for those that are still in the running, by what they have come to or by what the
     // screening made of them.
     let mut fits: Vec<(Point, Local, f64, f64)> = Vec::new();
     for (entry, score) in chosen {
-        if score.gain + weight(&entry.effect, &entries) - settings.against < HOPELESS {
-            others.push(Rival {
-                effect: sized(entry, &score),
-                std: score.std,
-                odds: score.gain + weight(&entry.effect, &entries) - settings.against,
-                fitted: false,
-            });
+        let promised = hoped(&score, &entry.effect);
+        if promised < HOPELESS {
+            others.push(Rival { effect: sized(entry, &score), std: score.std, odds: promised, fitted: false });
             continue;
         }
         for effect in starts(entry, &score) {
@@ -202,8 +209,7 @@ fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings
             start.hypotheses.push(Hypothesis { effect, prior_std: prior });
             if let Some((there, local)) = problem.settle(start, HEAT) {
                 let odds = odds(&local, &effect);
-                let hoped = score.gain + weight(&effect, &entries) - settings.against;
-                fits.push((there, local, odds, hoped));
+                fits.push((there, local, odds, hoped(&score, &effect)));
             }
         }
     }
@@ -247,7 +253,7 @@ fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings
         new
     });
     let Some((mut point, _)) = best.filter(|(_, odds)| *odds > 0.0) else { return Some((None, ranked)) };
-    if let Some(better) = closer_look(problem, &point, &mut ranked, &fitted, |effect| weight(effect, &entries)) {
+    if let Some(better) = closer_look(problem, &point, &mut ranked, &fitted, |effect| worth.odds(effect)) {
         point = better;
     }
     Some((problem.settle(point, SETTLED), ranked))
@@ -312,29 +318,19 @@ fn drowned(problem: &Problem, effect: &Effect) -> bool {
 
 /// The effect that an entry's score stands for.
 fn sized(entry: &Entry, score: &Score) -> Effect {
-    let mut effect = entry.effect;
-    if entry.shared {
-        return effect;
-    }
-    match &mut effect {
-        Effect::Derivative { delta: x, .. }
-        | Effect::Nonlinear { coefficient: x, .. }
-        | Effect::RotorSpeed { coefficient: x, .. }
-        | Effect::FlightPath { slope: x, .. }
-        | Effect::CrossFeed { gain: x, .. }
-        | Effect::SensorBias { value: x, .. }
-        | Effect::SensorDelay { delay: x, .. } => *x = score.size,
-        Effect::SensorScale { factor: x, .. } | Effect::ControlEffectiveness { factor: x, .. } => {
-            *x = (1.0 + score.size).max(0.1)
-        }
-        Effect::SensorPosition { offset_m, .. } => {
+    let size = match entry.effect {
+        _ if entry.shared => return entry.effect,
+        // A factor stays positive.
+        Effect::SensorScale { .. } | Effect::ControlEffectiveness { .. } => score.size.max(-0.9),
+        Effect::SensorPosition { sensor, mut offset_m } => {
             if let Some(offset) = offset_m.get_mut(entry.component) {
                 *offset = score.size;
             }
+            return Effect::SensorPosition { sensor, offset_m };
         }
-        _ => {}
-    }
-    effect
+        _ => score.size,
+    };
+    nudged(&entry.effect, size)
 }
 
 /// Where fits of an entry begin: what delays may also be a lag.
