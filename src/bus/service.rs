@@ -14,6 +14,7 @@ use super::root::{Role, RoleHeld, Root};
 use iceoryx2::config::Config;
 use iceoryx2::node::{Node, NodeBuilder};
 use iceoryx2::port::subscriber::SubscriberCreateError;
+use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::{FileName, Path as BusPath, SemanticString, ServiceName, SignalHandlingMode, ipc};
 use iceoryx2::service::builder::publish_subscribe::{PublishSubscribeOpenError, PublishSubscribeOpenOrCreateError};
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
@@ -243,6 +244,20 @@ impl<P: Payload> Publisher<P> {
         loan.write_payload(message).send().map_err(|error| refused(&self.root, format!("{error:?}")))?;
         self.next += 1;
         Ok(header)
+    }
+
+    /// Makes the connections to subscribers that came since. The next [`Publisher::publish`] would make them, which takes
+    /// memory and files: so a publisher that may not wait does it here, where nothing waits for it. Costs next to nothing
+    /// where nobody came.
+    ///
+    /// # Errors
+    /// [`BusError::Middleware`] where a subscriber's memory cannot be reached.
+    pub fn meet(&mut self) -> Result<(), BusError> {
+        self.port.update_connections().map_err(|error| BusError::Middleware {
+            path: self.root.clone(),
+            doing: format!("meeting readers of {}", P::SERVICE),
+            what: format!("{error:?}"),
+        })
     }
 
     /// How many messages were published.

@@ -61,9 +61,9 @@ impl Driven {
         });
         let mut path = ControlPath::new(effects);
         path.extend(&histories);
-        let fine = record.step_s / PARTS as f64;
-        let count = record.nodes * PARTS + PARTS;
-        let from_s = record.time_s(0) - 0.5 * record.step_s;
+        let fine = record.mesh.step_s / PARTS as f64;
+        let count = record.mesh.nodes * PARTS + PARTS;
+        let from_s = record.mesh.time_s(0) - 0.5 * record.mesh.step_s;
         let times: Vec<f64> = (0..=count).map(|k| from_s + fine * k as f64).collect();
         let blade = path.blade(&times);
         let rotor = match (record.inputs[ROTOR].as_ref(), trim.rotor_speed) {
@@ -80,13 +80,13 @@ impl Driven {
             }
             if let Some((series, at_trim)) = &rotor {
                 let begin_s = from_s + fine * from as f64;
-                sum[ROTOR] = series.mean(begin_s, begin_s + record.step_s) - at_trim;
+                sum[ROTOR] = series.mean(begin_s, begin_s + record.mesh.step_s) - at_trim;
             }
             sum
         };
         Driven {
-            steps: (0..record.nodes).map(|node| mean(node * PARTS + PARTS / 2)).collect(),
-            nodes: (0..record.nodes).map(|node| mean(node * PARTS)).collect(),
+            steps: (0..record.mesh.nodes).map(|node| mean(node * PARTS + PARTS / 2)).collect(),
+            nodes: (0..record.mesh.nodes).map(|node| mean(node * PARTS)).collect(),
         }
     }
 

@@ -90,7 +90,7 @@ pub struct Asked<'c> {
 /// Runs the filter; `None` where the motion leaves what the kinematics can carry.
 pub fn pass(posed: &Posed<'_>, noise: &Noise, asked: Asked<'_>) -> Option<Passed> {
     let record = posed.record;
-    let dt = record.step_s;
+    let dt = record.mesh.step_s;
     let width = asked.columns.len();
     let kept = asked.kept.min(width);
     let gust_s = noise.gust.1.max(dt);
@@ -131,7 +131,7 @@ pub fn pass(posed: &Posed<'_>, noise: &Noise, asked: Asked<'_>) -> Option<Passed
     let mut rows = Gathered::new(width, kept);
     let lag_seen = |x: &State, here: &Here| posed.lag.and_then(|(output, _)| posed.seen(output, x, here));
     let mut lag_before: Option<(f64, State)> = None;
-    for node in 0..record.nodes {
+    for node in 0..record.mesh.nodes {
         let moved = *posed.driven.nodes.get(node)?;
         let mut step = None;
         if node > 0 {
@@ -293,7 +293,7 @@ pub fn pass(posed: &Posed<'_>, noise: &Noise, asked: Asked<'_>) -> Option<Passed
         core::mem::swap(&mut forces, &mut forces_before);
     }
     rows.finish(&mut passed);
-    let nodes = record.nodes.max(1) as f64;
+    let nodes = record.mesh.nodes.max(1) as f64;
     passed.strength.iter_mut().for_each(|strength| *strength = libm::sqrt(*strength / nodes));
     Some(passed)
 }

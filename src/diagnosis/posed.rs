@@ -10,7 +10,8 @@ use super::aircraft::{Changed, Partials};
 use super::column::Column;
 use super::driven::{Driven, Moved};
 use super::filter::{GUST, STATES, Square, State};
-use super::record::{INPUTS, OUTPUTS, ROTOR, Readings, Record};
+use super::record::{INPUTS, OUTPUTS, ROTOR, Record};
+use crate::estimation::compatibility::readings::Readings;
 use crate::estimation::kinematics::{Attitude, velocity_rate, velocity_rate_by_rates, velocity_rate_by_velocity};
 use crate::flight::derivative::{AXES, VARIABLES, Variable};
 use crate::flight::model::Trim;
@@ -322,7 +323,7 @@ pub(super) fn gust_time(axis: usize, gust_s: f64) -> f64 {
 /// A first guess of the state, by what is measured at the start.
 pub(super) fn start(posed: &Posed<'_>) -> Option<State> {
     let record = posed.record;
-    let time_s = record.time_s(0);
+    let time_s = record.mesh.time_s(0);
     let read = |output: usize| {
         let series = record.outputs.get(output).and_then(Option::as_ref)?;
         Some((series.mean(time_s, time_s + 0.2) - posed.bias[output]) / posed.factor[output])

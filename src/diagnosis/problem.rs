@@ -211,7 +211,7 @@ impl Problem {
     /// A part of the step (1).
     fn stepped(&self, point: &Point, step: &DVector<f64>, part: f64) -> Point {
         let mut next = point.clone();
-        let run_s = self.runs.iter().map(Record::length_s).fold(f64::INFINITY, f64::min);
+        let run_s = self.runs.iter().map(|run| run.mesh.length_s()).fold(f64::INFINITY, f64::min);
         let at = |place: usize| part * step.get(place).copied().unwrap_or(0.0);
         let places = point.places();
         for (place, &key) in places.iter().enumerate() {

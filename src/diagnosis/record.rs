@@ -5,6 +5,7 @@
 //! rotor's blades is taken out first (`blade_passing`), so that what is left of a channel's third differences is its noise.
 
 use super::blade_passing;
+use crate::estimation::compatibility::readings::{Groups, Mesh, Readings};
 use crate::estimation::compatibility::series::Series;
 use crate::flight::channel::Channel;
 use crate::flight::control::{CONTROLS, Control};
@@ -65,23 +66,12 @@ pub struct Record {
     pub output_noise: [f64; OUTPUTS],
     /// Standard deviation of one sample of each input.
     pub input_noise: [f64; INPUTS],
-    /// Interval of the mesh, s.
-    pub step_s: f64,
-    /// Nodes of the mesh.
-    pub nodes: usize,
+    /// The mesh.
+    pub mesh: Mesh,
     begin_s: f64,
     end_s: f64,
     interval_s: f64,
-    first_s: f64,
-    groups: [Vec<Group>; OUTPUTS],
-}
-
-/// Samples of one output that are averaged.
-#[derive(Clone, Copy, Debug)]
-struct Group {
-    time_s: f64,
-    value: f64,
-    count: f64,
+    groups: Groups<OUTPUTS>,
 }
 
 /// Why a run can not be taken.
@@ -99,35 +89,6 @@ pub enum Unfit {
     /// Rates are interrupted.
     #[error("expected rates without gaps, found none from {0:.2} s to {1:.2} s: cut the run there")]
     Gap(f64, f64),
-}
-
-/// Samples of one output that fall to one node.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading {
-    /// Which output.
-    pub output: usize,
-    /// Their mean.
-    pub value: f64,
-    /// Their mean time less the node's, s.
-    pub late_s: f64,
-    /// How many.
-    pub count: f64,
-}
-
-/// Readings by node.
-#[derive(Clone, Debug, Default)]
-pub struct Readings {
-    all: Vec<Reading>,
-    begins: Vec<usize>,
-}
-
-impl Readings {
-    /// Those of one node.
-    pub fn at(&self, node: usize) -> &[Reading] {
-        let from = self.begins.get(node).copied().unwrap_or(0);
-        let to = self.begins.get(node + 1).copied().unwrap_or(from);
-        self.all.get(from..to).unwrap_or(&[])
-    }
 }
 
 impl Record {
@@ -160,13 +121,11 @@ impl Record {
             inputs,
             output_noise,
             input_noise,
-            step_s: 0.0,
-            nodes: 0,
+            mesh: Mesh::default(),
             begin_s: 0.0,
             end_s: 0.0,
             interval_s: 0.0,
-            first_s: 0.0,
-            groups: Default::default(),
+            groups: Groups::default(),
         };
         record.on_mesh()
     }
@@ -202,72 +161,15 @@ impl Record {
 
     /// Lays the mesh anew, not finer than this.
     pub fn lay_mesh(&mut self, rate_max_hz: f64) {
-        self.step_s = self.interval_s * libm::floor((1.0 / (rate_max_hz * self.interval_s) + 1e-6).max(1.0));
+        let step_s = self.interval_s * libm::floor((1.0 / (rate_max_hz * self.interval_s) + 1e-6).max(1.0));
         // A node stands in the middle of the gyros' samples that fall to it.
-        self.first_s = self.begin_s + 0.5 * (self.step_s - self.interval_s);
-        self.nodes = ((self.end_s - self.first_s) / self.step_s + 1e-6) as usize + 1;
-        self.groups = Default::default();
-        self.group();
-    }
-
-    /// Time of a node, s.
-    pub fn time_s(&self, node: usize) -> f64 {
-        self.first_s + self.step_s * node as f64
-    }
-
-    /// Length of the mesh, s.
-    pub fn length_s(&self) -> f64 {
-        self.step_s * self.nodes.saturating_sub(1) as f64
-    }
-
-    /// Averages each output's samples over the mesh as it stands without any skew: the same groups whatever is tried later, so
-    /// that costs can be compared.
-    fn group(&mut self) {
-        for (groups, series) in self.groups.iter_mut().zip(&self.outputs) {
-            let Some(series) = series else { continue };
-            let mut last = None;
-            for (time_s, value) in series.samples() {
-                let node = libm::round((time_s - self.first_s) / self.step_s);
-                if !(node >= 0.0 && node < self.nodes as f64) {
-                    continue;
-                }
-                match groups.last_mut().filter(|_| last == Some(node)) {
-                    Some(Group { time_s: mean_s, value: mean, count }) => {
-                        *count += 1.0;
-                        *mean += (value - *mean) / *count;
-                        *mean_s += (time_s - *mean_s) / *count;
-                    }
-                    None => groups.push(Group { time_s, value, count: 1.0 }),
-                }
-                last = Some(node);
-            }
-        }
+        let first_s = self.begin_s + 0.5 * (step_s - self.interval_s);
+        self.mesh = Mesh { first_s, step_s, nodes: ((self.end_s - first_s) / step_s + 1e-6) as usize + 1 };
+        self.groups = Groups::of(&self.outputs, &self.mesh, (f64::NEG_INFINITY, f64::INFINITY));
     }
 
     /// Readings of every output by node, taken as of the time that `late_s` before their own.
     pub fn readings(&self, late_s: &[f64; OUTPUTS]) -> Readings {
-        let mut keyed: Vec<(usize, Reading)> = Vec::new();
-        let last = self.nodes.saturating_sub(1) as f64;
-        for (output, groups) in self.groups.iter().enumerate() {
-            for group in groups {
-                let place = (group.time_s - late_s[output] - self.first_s) / self.step_s;
-                let node = libm::round(place).clamp(0.0, last);
-                let reading = Reading { output, value: group.value, late_s: (place - node) * self.step_s, count: group.count };
-                // What a skew moves out of the run is held at its end, where a straight line leads to it.
-                keyed.push((node as usize, reading));
-            }
-        }
-        keyed.sort_by_key(|(node, reading)| (*node, reading.output));
-        let mut readings = Readings::default();
-        for (node, reading) in keyed {
-            while readings.begins.len() <= node {
-                readings.begins.push(readings.all.len());
-            }
-            readings.all.push(reading);
-        }
-        while readings.begins.len() <= self.nodes {
-            readings.begins.push(readings.all.len());
-        }
-        readings
+        self.groups.readings(&self.mesh, late_s)
     }
 }

@@ -75,10 +75,10 @@ pub fn discrepancy(problem: &Problem, searched: &Searched) -> [Discrepancy; AXES
 fn noise_power(problem: &Problem, axis: usize) -> f64 {
     let parts = problem.runs.iter().filter_map(|run| {
         let series = run.outputs.get(axis)?.as_ref()?;
-        let count = (run.step_s / series.interval_s()?).max(1.0);
+        let count = (run.mesh.step_s / series.interval_s()?).max(1.0);
         let one = run.output_noise.get(axis)?;
         let mean = one * one / count;
-        Some(if axis < 3 { mean } else { 2.0 * mean / (run.step_s * run.step_s) })
+        Some(if axis < 3 { mean } else { 2.0 * mean / (run.mesh.step_s * run.mesh.step_s) })
     });
     let (sum, count) = parts.fold((0.0, 0.0), |(sum, count), part| (sum + part, count + 1.0));
     sum / f64::max(count, 1.0)
@@ -92,14 +92,14 @@ fn series(problem: &Problem, searched: &Searched, number: usize, run: &Record) -
     let (model, extended) =
         (problem.aircraft.changed(&plain, &[[0.0; VARIABLES]; AXES]), problem.aircraft.changed(&whole, small));
     let (driven, moved) = (Driven::of(run, trim, &plain), Driven::of(run, trim, &whole));
-    let mut series = Series { before: Default::default(), after: Default::default(), step_s: run.step_s };
+    let mut series = Series { before: Default::default(), after: Default::default(), step_s: run.mesh.step_s };
     let Some(passed) = searched.local.runs.get(number) else { return series };
-    let half = 0.5 * run.step_s;
+    let half = 0.5 * run.mesh.step_s;
     for (node, x) in passed.states.iter().enumerate() {
         let (Some(at_node), Some(moved_at_node)) = (driven.nodes.get(node), moved.nodes.get(node)) else { continue };
         let before = model.forces(&deviations(trim, x, at_node), at_node[ROTOR]);
         let after = extended.forces(&deviations(trim, x, moved_at_node), moved_at_node[ROTOR]);
-        let time_s = run.time_s(node);
+        let time_s = run.mesh.time_s(node);
         for axis in 0..3 {
             if let Some(series_of) = run.outputs[axis].as_ref() {
                 let measured = series_of.mean(time_s - half, time_s + half);
@@ -115,7 +115,7 @@ fn series(problem: &Problem, searched: &Searched, number: usize, run: &Record) -
         for axis in 3..AXES {
             if let Some(gyro) = run.outputs[axis].as_ref() {
                 let at = |t: f64| gyro.mean(t - half, t + half);
-                let measured = (at(time_s + run.step_s) - at(time_s)) / run.step_s;
+                let measured = (at(time_s + run.mesh.step_s) - at(time_s)) / run.mesh.step_s;
                 series.before[axis].push(measured - before[axis]);
                 series.after[axis].push(measured - after[axis]);
             }

@@ -119,7 +119,10 @@ impl Station<'_> {
                     self.take(&sample)?;
                     heard = Instant::now();
                 }
-                None => std::thread::sleep(if heard.elapsed() < QUIET { LOOK } else { LOOK_QUIET }),
+                None => {
+                    self.outlet.meet()?;
+                    std::thread::sleep(if heard.elapsed() < QUIET { LOOK } else { LOOK_QUIET });
+                }
             }
         }
         // What had come by then belongs to the run.

@@ -45,6 +45,19 @@ impl Outlet {
         })
     }
 
+    /// Meets the readers that came since, on every service: so that the first message of a service that speaks late opens no
+    /// connection on the way from a sample to its estimates.
+    pub(crate) fn meet(&mut self) -> Result<(), BusError> {
+        self.state.meet()?;
+        self.smoothed.meet()?;
+        self.innovation.meet()?;
+        self.derivatives.meet()?;
+        self.modes.meet()?;
+        self.output_error.meet()?;
+        self.event.meet()?;
+        self.taken.meet()
+    }
+
     /// What a sample brought; `sample` is the header that it came with. Derivatives go before modes, so that a reader
     /// who has modes finds their derivatives.
     pub(crate) fn tick(&mut self, sample: &Header, tick: &Tick) -> Result<(), BusError> {

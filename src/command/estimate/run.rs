@@ -302,6 +302,8 @@ mod tests {
         let puma = Path::new(env!("CARGO_MANIFEST_DIR")).join("replay/recordings/puma-100kn-pedal-3211.csv");
         let mut recording = Recording::open(&puma).unwrap();
         let (mut rows, mut sent, mut lagged) = (0, 0, 0);
+        // As where the estimator waits for samples: no service opens a connection with its first message.
+        outlet.meet().unwrap();
         while let Some(row) = recording.next_row().unwrap() {
             let payload = SamplePayload::new(&row.sample, std::iter::empty(), SAMPLE);
             let allocated = during(|| run.sample(&payload, &mut outlet).unwrap());
@@ -315,8 +317,8 @@ mod tests {
                 + heard::<ModesPayload>(&mut modes)
                 + heard(&mut output_errors)
                 + heard(&mut events);
-            // Everybody has found everybody by then.
-            if rows > 50 {
+            // Readers have found their publishers by then, and what grows to its size has grown.
+            if rows > 0 {
                 sent += published;
                 assert_eq!(allocated, 2 * published, "sample {rows}");
             }

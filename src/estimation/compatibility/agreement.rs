@@ -76,7 +76,7 @@ fn of_angle(record: &Record, theta: &Theta, output: usize) -> Option<f64> {
         let longest = |series: &Series| series.interval_s().map_or(0.0, |interval_s| GAP_MIN_S.max(2.5 * interval_s));
         used.into_iter().all(|series| series.longest_gap_s(centre - HALF_WIDTH_S, centre + HALF_WIDTH_S) <= longest(series))
     };
-    for centre in (0..record.nodes).map(|node| record.time_s(node)).filter(|&centre| whole(centre)) {
+    for centre in (0..record.mesh.nodes).map(|node| record.mesh.time_s(node)).filter(|&centre| whole(centre)) {
         let from = times.partition_point(|&t| t < centre - HALF_WIDTH_S).saturating_sub(1);
         let to = (times.partition_point(|&t| t <= centre + HALF_WIDTH_S) + 1).min(times.len());
         let Some(window) = times.get(from..to) else { continue };

@@ -23,8 +23,8 @@ const TURNED: f64 = 0.3;
 /// Accelerometers across gravity that (1) contradicts, in words.
 pub fn unbalanced(run: &Run) -> Option<String> {
     let record = &run.record;
-    let length_s = record.length_s() - END_S;
-    let begin_s = record.time_s(0);
+    let length_s = record.mesh.length_s() - END_S;
+    let begin_s = record.mesh.time_s(0);
     if !(length_s > 10.0 * END_S) {
         return None;
     }

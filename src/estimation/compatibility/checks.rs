@@ -100,18 +100,18 @@ fn the_cost_is_that_of_the_joint_density() {
     let found = pass(&Prepared::of(&record, &Theta::NONE), &noise, &[], true).unwrap().cost;
     let readings = record.readings(&Theta::NONE);
     let phi: Vec<(usize, f64)> =
-        (0..record.nodes).flat_map(|node| readings.at(node).iter().map(move |one| (node, one.value))).collect();
+        (0..record.mesh.nodes).flat_map(|node| readings.at(node).iter().map(move |one| (node, one.value))).collect();
     let start = record.start(0, &Theta::NONE)[3];
-    let mut mean = vec![start; record.nodes];
-    for node in 1..record.nodes {
+    let mut mean = vec![start; record.mesh.nodes];
+    for node in 1..record.mesh.nodes {
         let series = record.inputs[3].as_ref().unwrap();
-        mean[node] = mean[node - 1] + record.step_s * series.mean(record.time_s(node - 1), record.time_s(node));
+        mean[node] = mean[node - 1] + record.mesh.step_s * series.mean(record.mesh.time_s(node - 1), record.mesh.time_s(node));
     }
     let n = phi.len();
     let mut covariance = DMatrix::zeros(n, n);
     for (i, (a, _)) in phi.iter().enumerate() {
         for (j, (b, _)) in phi.iter().enumerate() {
-            let walked = 1e-3 * record.step_s * (*a.min(b)) as f64;
+            let walked = 1e-3 * record.mesh.step_s * (*a.min(b)) as f64;
             covariance[(i, j)] = 0.25 + walked + if i == j { 1e-4 } else { 0.0 };
         }
     }

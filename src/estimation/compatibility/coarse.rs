@@ -139,7 +139,7 @@ pub struct Told {
 pub fn coarse(record: &Record) -> Option<Told> {
     let measured = |channel: Channel| series(record, channel).is_some();
     let none = agreement(record, None);
-    let windows = (record.length_s() / WINDOW_S).max(1.0);
+    let windows = (record.mesh.length_s() / WINDOW_S).max(1.0);
     let score =
         |parts: &[Option<f64>; COMPARED]| -> f64 { parts.iter().flatten().map(|a| windows * libm::log(a.max(A_MIN))).sum() };
     if !none.iter().flatten().any(|a| *a > CONTRARY) {
@@ -185,8 +185,8 @@ fn agreement(record: &Record, put_right: Option<Coarse>) -> [Option<f64>; COMPAR
         let (whose, factor) = put_right.map_or((channel, 1.0), |one| one.put_right(channel));
         Some(factor * series(record, whose)?.mean(from_s, to_s))
     };
-    let begin_s = record.time_s(0) + END_S;
-    let count = ((record.length_s() - 2.0 * END_S) / (0.5 * WINDOW_S)) as usize;
+    let begin_s = record.mesh.time_s(0) + END_S;
+    let count = ((record.mesh.length_s() - 2.0 * END_S) / (0.5 * WINDOW_S)) as usize;
     let mut pairs: [Vec<(f64, f64)>; COMPARED] = Default::default();
     for window in 0..count.saturating_sub(1) {
         let from_s = begin_s + 0.5 * WINDOW_S * window as f64;

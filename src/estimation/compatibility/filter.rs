@@ -18,7 +18,8 @@ use super::motion::{STATES, Seen, jacobians, rate, seen};
 use super::parameter::{
     ACCELEROMETER_PLACE, ALPHA_PLACE, BETA_PLACE, BIAS, FLOW, INPUTS, OUTPUTS, SCALE, STANDING, TIMING, TURNED, Theta, VANE_PLACE,
 };
-use super::record::{Readings, Record};
+use super::readings::Readings;
+use super::record::Record;
 
 /// States with a lag of every output.
 const AUGMENTED: usize = STATES + OUTPUTS;
@@ -159,16 +160,16 @@ pub struct Prepared<'r> {
 impl<'r> Prepared<'r> {
     /// Corrects a run.
     pub fn of(record: &'r Record, theta: &'r Theta) -> Self {
-        let dt = record.step_s;
+        let dt = record.mesh.step_s;
         let over = |node: usize, from: f64, to: f64| {
-            let time_s = record.time_s(node);
+            let time_s = record.mesh.time_s(node);
             Driven::over(record, theta, time_s + from * dt, time_s + to * dt)
         };
         Prepared {
             record,
             theta,
-            steps: (0..record.nodes).map(|node| over(node, 0.0, 1.0)).collect(),
-            nodes: (0..record.nodes).map(|node| over(node, -0.5, 0.5)).collect(),
+            steps: (0..record.mesh.nodes).map(|node| over(node, 0.0, 1.0)).collect(),
+            nodes: (0..record.mesh.nodes).map(|node| over(node, -0.5, 0.5)).collect(),
             readings: record.readings(theta),
             places: core::array::from_fn(|c| place(record, theta, c)),
         }
@@ -215,7 +216,7 @@ impl<'r> Prepared<'r> {
 /// `None` where the motion leaves what the kinematics can carry.
 pub fn pass(prepared: &Prepared<'_>, noise: &Noise, active: &[usize], light: bool) -> Option<Passed> {
     let (record, theta) = (prepared.record, prepared.theta);
-    let dt = record.step_s;
+    let dt = record.mesh.step_s;
     let mut passed = Passed::default();
     let lagged: [bool; OUTPUTS] = core::array::from_fn(|c| record.outputs[c].is_some() && theta.lag[INPUTS + c]);
     let any_lag = lagged.iter().any(|is| *is);
@@ -224,7 +225,7 @@ pub fn pass(prepared: &Prepared<'_>, noise: &Noise, active: &[usize], light: boo
     let mut p = [[0.0; AUGMENTED]; AUGMENTED];
     let mut d: Vec<Wide> = vec![[0.0; AUGMENTED]; active.len()];
     let base = |x: &Wide| -> [f64; STATES] { core::array::from_fn(|i| x[i]) };
-    for node in 0..record.nodes {
+    for node in 0..record.mesh.nodes {
         let here = *prepared.nodes.get(node)?;
         if node == 0 || record.starts_anew(node) {
             x = [0.0; AUGMENTED];

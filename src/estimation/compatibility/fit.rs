@@ -313,7 +313,7 @@ impl Local {
                 by_output[innovation.output].push((innovation.whitened, influence));
             }
             for series in by_output.iter().filter(|series| series.len() > 10) {
-                let interval_s = run.record.length_s() / series.len() as f64;
+                let interval_s = run.record.mesh.length_s() / series.len() as f64;
                 let lags = ((COLOUR_S / interval_s) as usize).clamp(1, series.len() / 4);
                 let at_lag = |lag: usize, of: fn(&(f64, f64)) -> f64| -> f64 {
                     series.iter().zip(series.iter().skip(lag)).map(|(a, b)| of(a) * of(b)).sum()

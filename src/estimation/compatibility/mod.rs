@@ -20,6 +20,7 @@ pub mod noise;
 pub mod observable;
 pub mod odd;
 pub mod parameter;
+pub mod readings;
 pub mod record;
 mod refusal;
 pub mod select;

@@ -28,7 +28,7 @@ pub fn first_guess(record: &Record) -> Noise {
         let floor = if i < 3 { ACCELEROMETER_FLOOR } else { GYRO_FLOOR };
         record.inputs.get(i).and_then(Option::as_ref).map_or(MISSING, |series| {
             let std = series.noise_std().max(floor);
-            std * std * series.interval_s().unwrap_or(record.step_s)
+            std * std * series.interval_s().unwrap_or(record.mesh.step_s)
         })
     });
     let output = core::array::from_fn(|c| {

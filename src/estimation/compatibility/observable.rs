@@ -61,10 +61,11 @@ fn least_in(run: &Run, parameter: Parameter) -> Option<(f64, f64)> {
 
 /// How fast a motion changes, omega of (2), 1/s.
 fn pace(run: &Run, series: &Series) -> f64 {
-    let mean = |node: usize| series.mean(run.record.time_s(node) - 0.5 * SLOPE_S, run.record.time_s(node) + 0.5 * SLOPE_S);
-    let apart = (libm::round(SLOPE_S / run.record.step_s) as usize).max(1);
-    let pairs = run.record.nodes.saturating_sub(apart).max(1);
-    let slope = |node: usize| (mean(node + apart) - mean(node)) / (apart as f64 * run.record.step_s);
+    let mean =
+        |node: usize| series.mean(run.record.mesh.time_s(node) - 0.5 * SLOPE_S, run.record.mesh.time_s(node) + 0.5 * SLOPE_S);
+    let apart = (libm::round(SLOPE_S / run.record.mesh.step_s) as usize).max(1);
+    let pairs = run.record.mesh.nodes.saturating_sub(apart).max(1);
+    let slope = |node: usize| (mean(node + apart) - mean(node)) / (apart as f64 * run.record.mesh.step_s);
     let square = (0..pairs).map(slope).map(|slope| slope * slope).sum::<f64>() / pairs as f64;
     libm::sqrt(square) / motion(series).max(1e-9)
 }

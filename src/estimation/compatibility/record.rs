@@ -6,6 +6,7 @@
 
 use super::motion::STATES;
 use super::parameter::{INPUT_CHANNELS, INPUTS, OUTPUT_CHANNELS, OUTPUTS, SCALE, Theta};
+use super::readings::{Groups, Mesh, Readings};
 use super::series::Series;
 use crate::flight::channel::Channel;
 use crate::flight::run::RunGeometry;
@@ -36,51 +37,12 @@ pub struct Record {
     pub velocities: bool,
     /// What a factor is taken about: zero, but the mean where only changes count.
     pub about: [f64; OUTPUTS],
-    /// Interval of the mesh, s.
-    pub step_s: f64,
-    /// Nodes of the mesh.
-    pub nodes: usize,
+    /// The mesh; without nodes where there are no gyros.
+    pub mesh: Mesh,
     /// The gyros' own interval, s.
     pub sample_s: f64,
-    first_s: f64,
     anew: Vec<bool>,
-    groups: [Vec<Group>; OUTPUTS],
-}
-
-/// Samples of one output that are averaged.
-#[derive(Clone, Copy, Debug)]
-struct Group {
-    time_s: f64,
-    value: f64,
-    count: f64,
-}
-
-/// Readings of one output that fall to one node.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading {
-    /// Which output.
-    pub output: usize,
-    /// Their mean.
-    pub value: f64,
-    /// Their mean time less the node's, s.
-    pub late_s: f64,
-    /// How many.
-    pub count: f64,
-}
-
-/// Readings by node.
-pub struct Readings {
-    all: Vec<Reading>,
-    begins: Vec<usize>,
-}
-
-impl Readings {
-    /// Those of one node.
-    pub fn at(&self, node: usize) -> &[Reading] {
-        let from = self.begins.get(node).copied().unwrap_or(0);
-        let to = self.begins.get(node + 1).copied().unwrap_or(from);
-        self.all.get(from..to).unwrap_or(&[])
-    }
+    groups: Groups<OUTPUTS>,
 }
 
 impl Record {
@@ -116,15 +78,18 @@ impl Record {
                 *about = series.at(f64::NEG_INFINITY);
             }
         }
-        record.mesh();
-        if record.nodes > 0 {
-            record.group();
+        record.lay_mesh();
+        if record.mesh.nodes > 0 {
+            // Not at both ends, so that a skew moves none out of the run.
+            let (from_s, to_s) = (record.mesh.first_s, record.mesh.time_s(record.mesh.nodes.saturating_sub(1)));
+            let margin_s = EDGE_S.min(0.05 * (to_s - from_s));
+            record.groups = Groups::of(&record.outputs, &record.mesh, (from_s + margin_s, to_s - margin_s));
         }
         record
     }
 
     /// Lays the mesh over the time that the gyros cover.
-    fn mesh(&mut self) {
+    fn lay_mesh(&mut self) {
         let gyros: Vec<&Series> = self.inputs.iter().skip(3).flatten().collect();
         let range = gyros.iter().filter_map(|series| series.range_s());
         let (first_s, last_s) = range.fold((f64::NEG_INFINITY, f64::INFINITY), |(a, b), (c, d)| (a.max(c), b.min(d)));
@@ -132,16 +97,16 @@ impl Record {
         if gyros.len() < 3 || !(last_s > first_s) || !(interval_s > 0.0) {
             return;
         }
-        (self.first_s, self.sample_s) = (first_s, interval_s);
+        self.sample_s = interval_s;
         // Whole intervals of the gyros, so that no step is made up of parts of samples.
-        self.step_s = interval_s * libm::floor((1.0 / (RATE_MAX_HZ * interval_s) + 1e-6).max(1.0));
-        self.nodes = ((last_s - first_s) / self.step_s + 1e-6) as usize + 1;
-        self.anew = vec![false; self.nodes];
+        let step_s = interval_s * libm::floor((1.0 / (RATE_MAX_HZ * interval_s) + 1e-6).max(1.0));
+        self.mesh = Mesh { first_s, step_s, nodes: ((last_s - first_s) / step_s + 1e-6) as usize + 1 };
+        self.anew = vec![false; self.mesh.nodes];
         for series in self.inputs.iter().flatten() {
             let mut before_s = first_s;
             for (time_s, _) in series.samples() {
-                if time_s - before_s > GAP_S.max(3.0 * self.step_s) {
-                    let node = ((time_s - first_s) / self.step_s).ceil() as usize;
+                if time_s - before_s > GAP_S.max(3.0 * self.mesh.step_s) {
+                    let node = ((time_s - first_s) / self.mesh.step_s).ceil() as usize;
                     if let Some(anew) = self.anew.get_mut(node) {
                         *anew = true;
                     }
@@ -149,16 +114,6 @@ impl Record {
                 before_s = time_s;
             }
         }
-    }
-
-    /// Time of a node, s.
-    pub fn time_s(&self, node: usize) -> f64 {
-        self.first_s + self.step_s * node as f64
-    }
-
-    /// Length of the mesh, s.
-    pub fn length_s(&self) -> f64 {
-        self.step_s * self.nodes.saturating_sub(1) as f64
     }
 
     /// Whether nothing is carried to that node from the one before.
@@ -173,7 +128,7 @@ impl Record {
 
     /// A first guess of the state at a node, by what is measured there.
     pub fn start(&self, node: usize, theta: &Theta) -> [f64; STATES] {
-        let time_s = self.time_s(node);
+        let time_s = self.mesh.time_s(node);
         let read = |output: usize| {
             let series = self.outputs.get(output).and_then(Option::as_ref)?;
             let measured = INPUTS + output;
@@ -189,52 +144,8 @@ impl Record {
         [speed * cos_alpha * cos_beta, speed * sin_beta, speed * sin_alpha * cos_beta, phi, theta, psi, altitude, 0.0]
     }
 
-    /// Averages each output over the mesh as it stands without any skew: the same groups of samples whatever is tried later.
-    fn group(&mut self) {
-        let (from_s, to_s) = (self.first_s, self.time_s(self.nodes.saturating_sub(1)));
-        let margin_s = EDGE_S.min(0.05 * (to_s - from_s));
-        for (groups, series) in self.groups.iter_mut().zip(&self.outputs) {
-            let Some(series) = series else { continue };
-            let mut last = None;
-            for (time_s, value) in series.samples().filter(|(t, _)| *t >= from_s + margin_s && *t <= to_s - margin_s) {
-                let node = libm::round((time_s - self.first_s) / self.step_s);
-                match groups.last_mut().filter(|_| last == Some(node)) {
-                    Some(Group { time_s: mean_s, value: mean, count }) => {
-                        *count += 1.0;
-                        *mean_s += (time_s - *mean_s) / *count;
-                        *mean += (value - *mean) / *count;
-                    }
-                    None => groups.push(Group { time_s, value, count: 1.0 }),
-                }
-                last = Some(node);
-            }
-        }
-    }
-
     /// Readings of every output by node, each at the time when it was true.
     pub fn readings(&self, theta: &Theta) -> Readings {
-        let mut by_node: Vec<Reading> = Vec::new();
-        let mut keyed: Vec<(usize, Reading)> = Vec::new();
-        for (output, groups) in self.groups.iter().enumerate() {
-            let skew = theta.skew_s(INPUTS + output);
-            for group in groups {
-                let place = (group.time_s - skew - self.first_s) / self.step_s;
-                let node = libm::round(place).clamp(0.0, self.nodes.saturating_sub(1) as f64);
-                let late_s = (place - node) * self.step_s;
-                keyed.push((node as usize, Reading { output, value: group.value, late_s, count: group.count }));
-            }
-        }
-        keyed.sort_by_key(|(node, reading)| (*node, reading.output));
-        let mut begins = Vec::with_capacity(self.nodes + 1);
-        for (node, reading) in keyed {
-            while begins.len() <= node {
-                begins.push(by_node.len());
-            }
-            by_node.push(reading);
-        }
-        while begins.len() <= self.nodes {
-            begins.push(by_node.len());
-        }
-        Readings { all: by_node, begins }
+        self.groups.readings(&self.mesh, &core::array::from_fn(|output| theta.skew_s(INPUTS + output)))
     }
 }

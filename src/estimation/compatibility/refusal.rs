@@ -41,8 +41,8 @@ pub(super) fn refusal(record: &Record, samples: &[Sample], screened: &[Screened]
     if backwards * 20 > samples.len() {
         return Some(format!("its clock does not go forward at {backwards} of {} samples", samples.len()));
     }
-    if !(record.length_s() >= LENGTH_MIN_S) {
-        return Some(too_short(record.length_s()));
+    if !(record.mesh.length_s() >= LENGTH_MIN_S) {
+        return Some(too_short(record.mesh.length_s()));
     }
     if !(record.sample_s * RATE_MIN_HZ < 1.0 + 1e-6) {
         return Some(format!("angular rates at {:.1} Hz: at least {RATE_MIN_HZ:.0} Hz are needed", 1.0 / record.sample_s));
@@ -63,8 +63,8 @@ pub(super) fn refusal(record: &Record, samples: &[Sample], screened: &[Screened]
     if record.outputs.iter().all(Option::is_none) {
         return Some("no attitude and no air data to compare the rates with".to_owned());
     }
-    if record.gaps() as f64 > record.length_s() / LENGTH_MIN_S {
-        return Some(format!("{} gaps in {:.0} s: no stretch is long enough{because}", record.gaps(), record.length_s()));
+    if record.gaps() as f64 > record.mesh.length_s() / LENGTH_MIN_S {
+        return Some(format!("{} gaps in {:.0} s: no stretch is long enough{because}", record.gaps(), record.mesh.length_s()));
     }
     let moved = record.inputs.iter().skip(3).flatten().map(motion);
     let most = moved.fold(0.0, f64::max);
