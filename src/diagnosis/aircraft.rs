@@ -46,6 +46,15 @@ impl Aircraft {
         Aircraft { linear: model.linear().clone(), level1: model.level1.clone() }
     }
 
+    /// Whether nothing is said of an axis.
+    pub fn is_silent(&self, axis: usize) -> bool {
+        let model = &self.linear;
+        let linear = model.derivatives.get(axis).into_iter().flatten().chain(model.rotor_speed.get(axis));
+        let mut linear = linear.map(|derivative| libm::fabs(*derivative));
+        let terms = || model.terms.iter().any(|term| term.axis.index() == axis);
+        self.level1.is_none() && !linear.any(|size| size > 0.0) && !terms()
+    }
+
     /// The trim.
     pub fn trim(&self) -> &Trim {
         &self.linear.trim

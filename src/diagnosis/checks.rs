@@ -7,7 +7,7 @@ use super::problem::Problem;
 use super::record::Record;
 use crate::flight::channel::Channel;
 use crate::flight::control::Control;
-use crate::flight::derivative::{AXES, Axis, Variable};
+use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
 use crate::flight::effect::{Effect, PositionedSensor};
 use crate::flight::run::RunGeometry;
 use crate::flight::term::Term;
@@ -36,12 +36,12 @@ fn problem() -> Problem {
     };
     let samples = flight.fly().unwrap().samples;
     let record = Record::of("one", &samples, RunGeometry::DEFAULT).unwrap();
-    Problem::new(Aircraft::of(&model), Vec::new(), vec![record], 0.03)
+    Problem::new(Aircraft::of(&model), Vec::new(), vec![record], 0.03, &[[0.0; VARIABLES]; AXES])
 }
 
 fn with(problem: &Problem, effect: Effect) -> Point {
     let mut point = problem.zero();
-    point.hypotheses.push(Hypothesis { effect, prior_std: 1e3 });
+    point.hypotheses.push(Hypothesis::of(effect, 1e3));
     point
 }
 

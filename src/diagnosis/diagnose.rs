@@ -9,7 +9,8 @@
 
 use super::aircraft::Aircraft;
 use super::free_run::{self, NoPrediction, Prediction};
-use super::gain::{Gain, Judged, gain};
+use super::gain::{Estimate, Gain, Judged, gain};
+use super::kinematics::{Kinematics, kinematics};
 use super::problem::Problem;
 use super::record::{Record, Unfit};
 use super::residual::{Discrepancy, discrepancy};
@@ -63,6 +64,8 @@ pub struct Finding {
     pub cause: Ranked,
     /// What else it may be, the most probable first, the cause itself among them.
     pub ranking: Vec<Ranked>,
+    /// On the runs kept back: the pooled error with all causes over that with all but this one.
+    pub held_out: Option<Estimate>,
 }
 
 /// Something that no cause explains.
@@ -85,8 +88,10 @@ pub struct Diagnosis {
     pub unknown: Option<Unknown>,
     /// Probability that nothing is wrong, and what else was looked at where nothing was found.
     pub none: (f64, Vec<Ranked>),
-    /// By axis.
-    pub discrepancy: [Discrepancy; AXES],
+    /// By axis, of those that the model says something of.
+    pub discrepancy: Vec<Discrepancy>,
+    /// Axes that it says nothing of.
+    pub silent: Vec<Axis>,
     /// Channels that do not begin in the model's trim, where so many are that the runs have another.
     pub off_trim: Vec<Channel>,
     /// Runs that were set aside, and why.
@@ -107,9 +112,9 @@ pub enum NoDiagnosis {
     /// None was given.
     #[error("expected at least one run to diagnose, found none")]
     Empty,
-    /// The model has not all axes.
-    #[error("the model says nothing of {0}: expected derivatives on all six axes, which move together along a run")]
-    Silent(String),
+    /// The model has nothing.
+    #[error("the model says nothing of any axis: expected derivatives, found none")]
+    Silent,
     /// A control that never moves, and nothing else does.
     #[error("no control moves in any run: there is nothing to tell a cause by")]
     Still,
@@ -148,38 +153,83 @@ pub fn diagnose(
     settings: &Settings,
 ) -> Result<Diagnosis, NoDiagnosis> {
     let (mut records, mut set_aside) = (Vec::new(), Vec::new());
-    for run in fit {
+    for (place, run) in fit.iter().enumerate() {
         match Record::of(&run.name, &run.samples, run.geometry) {
-            Ok(record) => records.push(record),
+            Ok(record) => records.push((place, record)),
             Err(unfit) => set_aside.push((run.name.clone(), unfit)),
         }
     }
+    let problem = posed(model, records.iter().map(|(_, record)| record.clone()).collect(), &set_aside)?;
+    // Instruments are judged without the model meanwhile; mostly they are well, and the first look stands.
+    let (kinematics, first) = std::thread::scope(|scope| {
+        let beside = scope.spawn(|| kinematics(fit));
+        let first = look(problem, &[], settings);
+        (beside.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), first)
+    });
+    let Kinematics { set_aside: unlike, known } = kinematics;
+    // In gusts, which the search has a word for, air data do not follow from the rest, and are none the worse.
+    let gusty = first.as_ref().is_some_and(|(_, searched, _)| searched.point.gust.0 > 0.0);
+    let (apart, alike): (Vec<_>, Vec<_>) =
+        records.into_iter().partition(|(place, _)| !gusty && unlike.iter().any(|(there, _)| there == place));
+    let looked = if apart.is_empty() && known.is_empty() {
+        first
+    } else {
+        for (place, record) in apart {
+            let why = unlike.iter().find(|(there, _)| *there == place).map(|(_, why)| why.clone()).unwrap_or_default();
+            set_aside.push((record.name, Unfit::Instruments(why)));
+        }
+        let problem = posed(model, alike.into_iter().map(|(_, record)| record).collect(), &set_aside)?;
+        look(problem, &known, settings)
+    };
+    let Some((problem, searched, unknown)) = looked else {
+        return Err(NoDiagnosis::Search(
+            "the model cannot be followed along these runs: it leaves what the equations of motion can carry",
+        ));
+    };
+    let mut findings = findings(&problem, &searched);
+    let discrepancy = discrepancy(&problem, &searched);
+    let none = none(&searched);
+    let gain = gained(model, &mut findings, holdout)?;
+    let off_trim = if problem.is_off_trim() { problem.off_trim.clone() } else { Vec::new() };
+    let (silent, said): (Vec<Axis>, Vec<Axis>) = Axis::ALL.into_iter().partition(|axis| problem.silent[axis.index()]);
+    let discrepancy = discrepancy.into_iter().filter(|one| said.contains(&one.axis)).collect();
+    Ok(Diagnosis { findings, unknown, none, discrepancy, silent, off_trim, set_aside, gain })
+}
+
+/// The runs and the model, where there is anything to tell.
+fn posed(model: &FlightModel, records: Vec<Record>, set_aside: &[(String, Unfit)]) -> Result<Problem, NoDiagnosis> {
     if records.is_empty() {
-        return Err(match set_aside.pop() {
-            Some((name, unfit)) => NoDiagnosis::NoRun(name, unfit),
+        return Err(match set_aside.last() {
+            Some((name, unfit)) => NoDiagnosis::NoRun(name.clone(), unfit.clone()),
             None => NoDiagnosis::Empty,
         });
     }
     let fixed: Vec<Effect> = model.file.effects.iter().map(|declared| declared.effect).collect();
-    let problem = Problem::new(Aircraft::of(model), fixed, records, model.file.tolerance);
-    let silent = problem.silent();
-    if !silent.is_empty() {
-        let names: Vec<&str> = silent.iter().map(|axis| axis.name()).collect();
-        return Err(NoDiagnosis::Silent(names.join(", ")));
+    let problem = Problem::new(Aircraft::of(model), fixed, records, model.file.tolerance, &model.file.stds);
+    if problem.silent.iter().all(|silent| *silent) {
+        return Err(NoDiagnosis::Silent);
     }
     if !problem.moves() {
         return Err(NoDiagnosis::Still);
     }
-    let searched = search(&problem, settings).ok_or(NoDiagnosis::Search(
-        "the model cannot be followed along these runs: it leaves what the equations of motion can carry",
-    ))?;
-    let findings = findings(&problem, &searched);
-    let discrepancy = discrepancy(&problem, &searched);
-    let unknown = unknown(&searched, &discrepancy);
-    let none = none(&searched);
-    let gain = gained(model, &findings, holdout)?;
-    let off_trim = if problem.is_off_trim() { problem.off_trim.clone() } else { Vec::new() };
-    Ok(Diagnosis { findings, unknown, none, discrepancy, off_trim, set_aside, gain })
+    Ok(problem)
+}
+
+/// What a search came to, the problem with the noise that it was ended with.
+type Looked = (Problem, Searched, Option<Unknown>);
+
+/// Searches; where even the causes that were found leave instruments that scatter by more than their noise, that is their noise,
+/// and the search is begun again with it.
+fn look(problem: Problem, known: &[Vec<DeclaredEffect>], settings: &Settings) -> Option<Looked> {
+    let searched = search(&problem, known, settings)?;
+    let unknown = unknown(&searched, &discrepancy(&problem, &searched));
+    match problem.with_noise_about(&searched.point) {
+        Some(noisier) => {
+            let searched = search(&noisier, known, settings)?;
+            Some((noisier, searched, unknown))
+        }
+        None => Some((problem, searched, unknown)),
+    }
 }
 
 /// (1) for each of the rivals.
@@ -206,7 +256,7 @@ fn findings(problem: &Problem, searched: &Searched) -> Vec<Finding> {
             let std = searched.local.std(searched.point.main_place_of(place));
             Ranked { effect: hypothesis.effect, std, probability: first.probability }
         };
-        Some(Finding { cause, ranking })
+        Some(Finding { cause, ranking, held_out: None })
     });
     found.collect()
 }
@@ -236,22 +286,29 @@ fn none(searched: &Searched) -> (f64, Vec<Ranked>) {
     (1.0 - others.iter().map(|rival| rival.probability).sum::<f64>().min(1.0), others)
 }
 
-/// Hold-out runs predicted before and after.
-fn gained(model: &FlightModel, findings: &[Finding], holdout: &[Recorded]) -> Result<Option<Gained>, NoDiagnosis> {
+/// Hold-out runs predicted before and after, and without each of the causes.
+fn gained(model: &FlightModel, findings: &mut [Finding], holdout: &[Recorded]) -> Result<Option<Gained>, NoDiagnosis> {
     if holdout.is_empty() {
         return Ok(None);
     }
-    let before: Vec<Effect> = model.file.effects.iter().map(|declared| declared.effect).collect();
-    let after: Vec<Effect> = before.iter().copied().chain(findings.iter().map(|finding| finding.cause.effect)).collect();
-    let mut pairs = Vec::new();
-    for run in holdout {
-        let flown = free_run::Run::of(&run.samples, &run.geometry);
-        let predict = |effects: &[Effect]| {
-            free_run::predict(model, effects, &flown).map_err(|wrong| NoDiagnosis::Holdout(run.name.clone(), wrong))
-        };
-        pairs.push((predict(&before)?, predict(&after)?));
+    let flown: Vec<free_run::Run<'_>> = holdout.iter().map(|run| free_run::Run::of(&run.samples, &run.geometry)).collect();
+    let own: Vec<Effect> = model.file.effects.iter().map(|declared| declared.effect).collect();
+    let predict = |causes: &[Effect]| -> Result<Vec<Prediction>, NoDiagnosis> {
+        let effects: Vec<Effect> = own.iter().chain(causes).copied().collect();
+        let all = flown.iter().zip(holdout).map(|(flown, run)| {
+            free_run::predict(model, &effects, flown).map_err(|wrong| NoDiagnosis::Holdout(run.name.clone(), wrong))
+        });
+        all.collect()
+    };
+    let gain_of = |before: &[Prediction], after: &[Prediction]| gain(&before.iter().zip(after).collect::<Vec<_>>());
+    let causes: Vec<Effect> = findings.iter().map(|finding| finding.cause.effect).collect();
+    let (before, after) = (predict(&[])?, predict(&causes)?);
+    for (place, finding) in findings.iter_mut().enumerate() {
+        let others: Vec<Effect> =
+            causes.iter().enumerate().filter(|(other, _)| *other != place).map(|(_, effect)| *effect).collect();
+        let without = if others.is_empty() { before.clone() } else { predict(&others)? };
+        finding.held_out = gain_of(&without, &after).pooled.map(|pooled| pooled.ratio);
     }
-    let both: Vec<(&Prediction, &Prediction)> = pairs.iter().map(|(before, after)| (before, after)).collect();
-    let gain = gain(&both);
-    Ok(Some((gain, pairs)))
+    let gain = gain_of(&before, &after);
+    Ok(Some((gain, before.into_iter().zip(after).collect())))
 }

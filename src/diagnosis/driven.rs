@@ -4,7 +4,7 @@
 //! deviations from the model's trim. An instrument's error is undone first: true(t) = (read(t + delay) - bias)/factor, and a lag
 //! by its own equation, true = read + tau d(read)/dt. Then the way of `simulation::control_path`, the same that `simulate` flies.
 
-use super::record::{INPUTS, ROTOR, Record, input_channel};
+use super::record::{FELT, INPUTS, ROTOR, Record, input_channel};
 use crate::estimation::compatibility::series::Series;
 use crate::flight::control::{CONTROLS, Control};
 use crate::flight::effect::Effect;
@@ -15,7 +15,7 @@ use crate::simulation::history::History;
 /// Parts of a step.
 const PARTS: usize = 4;
 
-/// Deviations of four blades and of the rotor's speed.
+/// Deviations of four blades and of the rotor's speed, and what was felt on silent axes.
 pub type Moved = [f64; INPUTS];
 
 /// Over a whole run.
@@ -81,6 +81,12 @@ impl Driven {
             if let Some((series, at_trim)) = &rotor {
                 let begin_s = from_s + fine * from as f64;
                 sum[ROTOR] = series.mean(begin_s, begin_s + record.mesh.step_s) - at_trim;
+            }
+            for (sum, series) in sum.iter_mut().zip(&record.inputs).skip(FELT) {
+                if let Some(series) = series {
+                    let begin_s = from_s + fine * from as f64;
+                    *sum = series.mean(begin_s, begin_s + record.mesh.step_s);
+                }
             }
             sum
         };

@@ -34,6 +34,11 @@ const CORE: usize = 10;
 /// Standard deviations before the first reading.
 const START_STD: [f64; STATES] = [10.0, 10.0, 10.0, 0.5, 0.5, 0.5, 0.5, 0.5, 1.0, 300.0, 0.0, 0.0, 0.0, 10.0];
 
+/// The vane that shows a component of the velocity.
+const FLOW: [usize; 3] = [9, 11, 10];
+/// Its standard deviation where there is none, m/s.
+const START_STD_UNSEEN: f64 = 2.0;
+
 /// Noises that are found: of six axes, and of gusts.
 pub const NOISES: usize = AXES + 1;
 
@@ -120,6 +125,8 @@ pub fn pass(posed: &Posed<'_>, noise: &Noise, asked: Asked<'_>) -> Option<Passed
     let mut x = start(posed)?;
     let mut p = [[0.0; STATES]; STATES];
     for (i, std) in START_STD.into_iter().enumerate() {
+        // Without a vane the flow is near that of the trim.
+        let std = if (i == 1 || i == 2) && record.outputs[FLOW[i]].is_none() { START_STD_UNSEEN } else { std };
         p[i][i] = std * std;
     }
     if posed.lag.is_none() {

@@ -101,7 +101,7 @@ pub fn library(problem: &Problem, present: &[Effect]) -> Vec<Entry> {
     };
     let moved: Vec<Control> = Control::ALL.into_iter().filter(|control| range(problem, control.index()) > 0.0).collect();
     let rotor_moves = problem.has_input(ROTOR) && range(problem, ROTOR) > 0.0;
-    for axis in Axis::ALL {
+    for axis in Axis::ALL.into_iter().filter(|axis| !problem.silent[axis.index()]) {
         for variable in Variable::ALL {
             if !variable.is_control() || moved.iter().any(|control| control.variable() == variable) {
                 plain(Effect::Derivative { axis, variable, delta: 0.0 }, 0);

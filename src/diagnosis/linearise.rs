@@ -6,7 +6,7 @@
 use super::column::Column;
 use super::driven::Driven;
 use super::filter::{Asked, NOISES, Noise, Passed, pass};
-use super::point::{OWN, Point, moves_blades, nothing, output_of};
+use super::point::{OWN, Point, moves_blades, output_of};
 use super::posed::Posed;
 use super::problem::Problem;
 use super::record::{OUTPUTS, Record};
@@ -248,7 +248,7 @@ impl Problem {
         let places = point.places();
         for (place, &key) in places.iter().enumerate() {
             let Some(hypothesis) = point.hypotheses.get(key.0) else { continue };
-            hold(place, point.number(key) - nothing(&hypothesis.effect), hypothesis.prior_std);
+            hold(place, point.number(key) - hypothesis.beforehand(key.1), hypothesis.prior_std);
         }
         for (k, &(axis, variable, std)) in self.small.iter().enumerate() {
             hold(places.len() + k, point.small[axis.index()][variable.index()], std);

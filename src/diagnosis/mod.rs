@@ -21,6 +21,7 @@ pub mod filter;
 pub mod free_run;
 pub mod gain;
 mod gusts;
+pub mod kinematics;
 pub mod library;
 pub mod linearise;
 pub mod point;

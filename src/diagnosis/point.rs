@@ -13,8 +13,22 @@ pub const OWN: usize = AXES + 6;
 pub struct Hypothesis {
     /// The effect with its number.
     pub effect: Effect,
-    /// Standard deviation of the number about nothing being wrong.
+    /// Standard deviation of the number about what it is taken to be beforehand.
     pub prior_std: f64,
+    /// That, where it is known to be something.
+    pub known: Option<Effect>,
+}
+
+impl Hypothesis {
+    /// Of an effect of which nothing is known but how large it may be.
+    pub fn of(effect: Effect, prior_std: f64) -> Self {
+        Hypothesis { effect, prior_std, known: None }
+    }
+
+    /// What a component of its number is taken to be beforehand: nothing being wrong, or what is known.
+    pub(super) fn beforehand(&self, component: usize) -> f64 {
+        self.known.map_or(nothing(&self.effect), |known| number(&known, component))
+    }
 }
 
 /// Where everything stands.
@@ -74,6 +88,14 @@ pub fn moves_blades(effect: &Effect) -> bool {
     }
 }
 
+/// A component of an effect's number.
+fn number(effect: &Effect, component: usize) -> f64 {
+    match effect {
+        Effect::SensorPosition { offset_m, .. } => offset_m.get(component).copied().unwrap_or(0.0),
+        effect => effect.main_number().unwrap_or(0.0),
+    }
+}
+
 /// What an effect is when nothing is wrong, as its number.
 pub fn nothing(effect: &Effect) -> f64 {
     match effect {
@@ -123,15 +145,11 @@ impl Point {
     }
 
     pub(super) fn number(&self, (hypothesis, component): (usize, usize)) -> f64 {
-        match self.hypotheses.get(hypothesis).map(|hypothesis| hypothesis.effect) {
-            Some(Effect::SensorPosition { offset_m, .. }) => offset_m.get(component).copied().unwrap_or(0.0),
-            Some(effect) => effect.main_number().unwrap_or(0.0),
-            None => 0.0,
-        }
+        self.hypotheses.get(hypothesis).map_or(0.0, |hypothesis| number(&hypothesis.effect, component))
     }
 
     pub(super) fn change(&mut self, (hypothesis, component): (usize, usize), by: f64, run_s: f64) {
-        let Some(Hypothesis { effect, prior_std }) = self.hypotheses.get_mut(hypothesis) else { return };
+        let Some(Hypothesis { effect, prior_std, .. }) = self.hypotheses.get_mut(hypothesis) else { return };
         // One step goes no further than this prior allows.
         let by = by.clamp(-1.5 * *prior_std, 1.5 * *prior_std);
         if let Effect::SensorPosition { offset_m, .. } = effect {

@@ -5,12 +5,14 @@
 //! motion are those of `simulation::motion`; gusts take from the velocity through the air, and their rates are
 //!     g' = -g/tau                                                                                     (1)
 //! with tau the scale length over the airspeed along the flight, and two thirds of it across.
+//! Along an axis that the model says nothing of, the force is what the accelerometer felt there; where none stands, and about
+//! such an axis, it is noise, and the motion follows its instruments.
 
 use super::aircraft::{Changed, Partials};
 use super::column::Column;
 use super::driven::{Driven, Moved};
 use super::filter::{GUST, STATES, Square, State};
-use super::record::{INPUTS, OUTPUTS, ROTOR, Record};
+use super::record::{FELT, INPUTS, OUTPUTS, ROTOR, Record};
 use crate::estimation::compatibility::readings::Readings;
 use crate::estimation::kinematics::{Attitude, velocity_rate, velocity_rate_by_rates, velocity_rate_by_velocity};
 use crate::flight::derivative::{AXES, VARIABLES, Variable};
@@ -64,8 +66,24 @@ impl Posed<'_> {
 
     pub(super) fn force(&self, x: &State, moved: &Moved) -> [f64; AXES] {
         let mut force = self.model.forces(&self.deviations(x, moved), moved[ROTOR]);
-        force.iter_mut().zip(self.constant).for_each(|(force, constant)| *force += constant);
+        let turning = [force[3], force[4], force[5]];
+        for (axis, force) in force.iter_mut().enumerate() {
+            *force = self.felt(axis, x, moved, turning).unwrap_or(*force) + self.constant[axis];
+        }
         force
+    }
+
+    /// What an accelerometer felt along an axis that the model says nothing of, brought to the centre of mass:
+    ///     f = f_measured - w' x r - w x (w x r)                                                       (2)
+    fn felt(&self, axis: usize, x: &State, moved: &Moved, [dp, dq, dr]: [f64; 3]) -> Option<f64> {
+        self.record.inputs.get(FELT + axis)?.as_ref()?;
+        let ([rx, ry, rz], [p, q, r]) = (self.accelerometer_m, [x[3], x[4], x[5]]);
+        let arm = match axis {
+            0 => dq * rz - dr * ry + p * (q * ry + r * rz) - (q * q + r * r) * rx,
+            1 => dr * rx - dp * rz + q * (p * rx + r * rz) - (p * p + r * r) * ry,
+            _ => dp * ry - dq * rx + r * (p * rx + q * ry) - (p * p + q * q) * rz,
+        };
+        Some(moved.get(FELT + axis)? - arm)
     }
 
     /// Rate of change of the state.

@@ -9,12 +9,13 @@
 //!     ln q <- ln q - (d cost)/(d^2 cost)                                                              (3)
 //! It is never less than what the noise of the recorded controls makes.
 
-use super::aircraft::Aircraft;
+use super::aircraft::{Aircraft, Partials};
 use super::driven::Driven;
 use super::filter::NOISES;
 use super::linearise::{Local, With};
 use super::point::{OWN, Point, nudged};
-use super::record::{OUTPUT_CHANNELS, ROTOR, Record, input_channel};
+use super::record::{FELT, OUTPUT_CHANNELS, ROTOR, Record, input_channel};
+use super::search::SETTLED;
 use crate::estimation::compatibility::series::Series;
 use crate::flight::channel::Channel;
 use crate::flight::control::CONTROLS;
@@ -29,8 +30,23 @@ const LEAST_DENSITY: [f64; AXES] = [1e-6, 1e-6, 1e-6, 1e-8, 1e-8, 1e-8];
 const FIRST_DENSITY: [f64; AXES] = [1e-2, 1e-2, 1e-2, 1e-4, 1e-4, 1e-4];
 /// Most that the logarithm of a density changes at once.
 const DENSITY_STEP: f64 = 3.0;
+/// Parts of a step that are tried.
+const STEPS: [f64; 4] = [1.0, 0.3, 0.1, 0.03];
 /// Least second derivative by a noise's logarithm.
 const LEAST_CURVATURE: f64 = 0.3;
+/// The same on an axis that the model says nothing of: with an accelerometer, without one, and of moments.
+const SILENT_DENSITY: (f64, f64, f64) = (1e-2, 1.0, 1e-2);
+/// Standard deviation of what an accelerometer there is off by, m/s^2, and of a force and a moment that nothing says, m/s^2 and
+/// rad/s^2.
+const SILENT_STD: (f64, f64, f64) = (0.3, 3.0, 0.05);
+/// Lags that the colour of innovations is looked for in.
+const COLOUR_LAGS: usize = 40;
+/// Innovations that scatter by more than this, of the variance that they should have, are of noisier instruments.
+const NOISIER: f64 = 2.0;
+/// Instruments are noisier than they seem where more than this part of all that the runs have is.
+const NOISY_PART: f64 = 0.25;
+/// Times that their noise is taken anew.
+const NOISE_ROUNDS: usize = 5;
 /// A control moves that goes through so many times its noise.
 const STILL: f64 = 12.0;
 /// Standard deviations of a run's own forces and moments where it begins in the model's trim, m/s^2 and rad/s^2.
@@ -60,6 +76,8 @@ pub struct Problem {
     pub small: Vec<(Axis, Variable, f64)>,
     /// Noise of forces and moments that the controls' own noise makes.
     pub least: [f64; AXES],
+    /// Axes that the model says nothing of.
+    pub silent: [bool; AXES],
     /// What of each run does not begin in the model's trim.
     pub off_trim: Vec<Channel>,
     /// Standard deviations of a run's own forces and moments about the model's trim.
@@ -67,12 +85,17 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// Of runs and a model whose derivatives may each be off by so much of themselves.
-    pub fn new(aircraft: Aircraft, fixed: Vec<Effect>, runs: Vec<Record>, tolerance: f64) -> Self {
+    /// Of runs and a model whose derivatives may each be off by so much of themselves, and by their standard errors.
+    pub fn new(aircraft: Aircraft, fixed: Vec<Effect>, mut runs: Vec<Record>, tolerance: f64, stds: &Partials) -> Self {
+        let silent = core::array::from_fn(|axis| aircraft.is_silent(axis));
+        for run in &mut runs {
+            (0..3).filter(|&axis| silent[axis]).for_each(|axis| run.feel(axis));
+        }
         let mut small = Vec::new();
         for axis in Axis::ALL {
             for variable in Variable::ALL {
-                let std = UNIFORM * tolerance * libm::fabs(aircraft.linear.derivative(axis, variable));
+                let relative = UNIFORM * tolerance * libm::fabs(aircraft.linear.derivative(axis, variable));
+                let std = libm::hypot(relative, stds[axis.index()][variable.index()]);
                 if std > 0.0 {
                     small.push((axis, variable, std));
                 }
@@ -89,14 +112,28 @@ impl Problem {
                 *least += by * by * density.fold(0.0, f64::max);
             }
         }
+        let felt = |axis: usize| runs.iter().all(|run| run.inputs.get(FELT + axis).is_some_and(Option::is_some));
         let off_trim = off_trim(aircraft.trim(), &runs);
-        let constant_std = if off_trim.len() < FEW { AT_TRIM_STD } else { OFF_TRIM_STD };
-        Problem { aircraft, fixed, runs, small, least, off_trim, constant_std }
+        let mut constant_std = if off_trim.len() < FEW { AT_TRIM_STD } else { OFF_TRIM_STD };
+        for axis in (0..AXES).filter(|&axis| silent[axis]) {
+            constant_std[axis] = of_silent(axis, felt(axis), SILENT_STD);
+            if axis < 3 && felt(axis) {
+                let density = runs.iter().filter_map(|run| {
+                    let noise = run.input_noise.get(FELT + axis)?;
+                    Some(noise * noise * run.inputs.get(FELT + axis)?.as_ref()?.interval_s()?)
+                });
+                least[axis] += density.fold(0.0, f64::max);
+            }
+        }
+        Problem { aircraft, fixed, runs, small, least, silent, off_trim, constant_std }
     }
 
     /// Nothing is wrong.
     pub fn zero(&self) -> Point {
-        let force = core::array::from_fn(|axis| FIRST_DENSITY[axis].max(self.least[axis]));
+        let felt = |axis: usize| self.runs.iter().all(|run| run.inputs.get(FELT + axis).is_some_and(Option::is_some));
+        let first =
+            |axis: usize| if self.silent[axis] { of_silent(axis, felt(axis), SILENT_DENSITY) } else { FIRST_DENSITY[axis] };
+        let force = core::array::from_fn(|axis| first(axis).max(self.least[axis]));
         Point {
             hypotheses: Vec::new(),
             small: [[0.0; VARIABLES]; AXES],
@@ -170,7 +207,7 @@ impl Problem {
     pub fn unexplained(&self, point: &Point) -> Option<[f64; AXES]> {
         let here = self.linearise(point, &[], With::Cost)?.cost;
         let mut rises = [0.0; AXES];
-        for (axis, rise) in rises.iter_mut().enumerate() {
+        for (axis, rise) in rises.iter_mut().enumerate().filter(|(axis, _)| !self.silent[*axis]) {
             let mut without = point.clone();
             without.force[axis] = self.least[axis];
             *rise = self.linearise(&without, &[], With::Cost).map_or(f64::INFINITY, |there| there.cost - here);
@@ -192,15 +229,15 @@ impl Problem {
             let moved = moved.fold(0.0, f64::max);
             let step = local.factor.solve(&local.pull);
             let gain = step.dot(&local.pull);
-            let mut next = self.stepped(&point, &step, 1.0);
-            (next.force, next.gust.0) = (force, gust);
-            let mut there = self.linearise(&next, &[], With::Slopes);
-            if there.is_none() {
-                next = self.stepped(&point, &step, 0.3);
+            // A step may lead out of what the kinematics can carry: then a part of it, and in the end none.
+            let parts = STEPS.into_iter().find_map(|part| {
+                let mut next = self.stepped(&point, &step, part);
                 (next.force, next.gust.0) = (force, gust);
-                there = self.linearise(&next, &[], With::Slopes);
-            }
-            (point, local) = (next, there?);
+                let there = self.linearise(&next, &[], With::Slopes)?;
+                Some((next, there))
+            });
+            let Some(next) = parts else { break };
+            (point, local) = next;
             if gain < 0.3 && moved < 0.5 {
                 break;
             }
@@ -229,16 +266,43 @@ impl Problem {
         next
     }
 
+    /// The same with each output of each run as noisy as it is about a point: its innovations e, whitened by the noise that was
+    /// taken, scatter by more or are coloured, so that n of them count as fewer. The variance is multiplied by
+    ///     mean e^2 (1 + 2 sum rho_k)                                                                (4)
+    /// with rho_k their autocorrelation up to where it is first not positive, until that is nowhere much more than one. `None`
+    /// where it is much more on a few only: a force that the model lacks is seen by these, noisy instruments are all alike.
+    pub fn with_noise_about(&self, point: &Point) -> Option<Problem> {
+        let mut noisier = self.clone();
+        let mut point = point.clone();
+        for round in 0..NOISE_ROUNDS {
+            let local = noisier.linearise(&point, &[], With::Traces)?;
+            let (mut much, mut all) = (0.0, 0.0);
+            for (run, passed) in noisier.runs.iter_mut().zip(&local.runs) {
+                let seen = run.output_noise.iter_mut().zip(&run.outputs).enumerate().filter(|(_, (_, series))| series.is_some());
+                for (output, (noise, _)) in seen {
+                    let of = passed.innovations.iter().filter(|(_, place, _)| *place == output);
+                    let by = scatter(&of.map(|(_, _, e)| *e).collect::<Vec<f64>>());
+                    all += 1.0;
+                    if by > NOISIER {
+                        *noise *= libm::sqrt(by);
+                        much += 1.0;
+                    }
+                }
+            }
+            if round == 0 && !(much > NOISY_PART * all) {
+                return None;
+            }
+            if much == 0.0 {
+                break;
+            }
+            (point, _) = noisier.settle(point, SETTLED)?;
+        }
+        Some(noisier)
+    }
+
     /// Whether the runs begin elsewhere than in the model's trim.
     pub fn is_off_trim(&self) -> bool {
         self.off_trim.len() >= FEW
-    }
-
-    /// Axes that the model says nothing of.
-    pub fn silent(&self) -> Vec<Axis> {
-        let says =
-            |axis: &Axis| Variable::ALL.into_iter().any(|variable| self.aircraft.linear.derivative(*axis, variable) != 0.0);
-        Axis::ALL.into_iter().filter(|axis| !says(axis)).collect()
     }
 
     /// Whether any control moves by more than its noise.
@@ -258,6 +322,29 @@ impl Problem {
     pub fn has_input(&self, place: usize) -> bool {
         let trimmed = place < CONTROLS || (place == ROTOR && self.aircraft.trim().rotor_speed.is_some());
         trimmed && self.runs.iter().any(|run| run.inputs.get(place).is_some_and(Option::is_some))
+    }
+}
+
+/// (4) of whitened innovations in order of time.
+fn scatter(e: &[f64]) -> f64 {
+    if e.len() < COLOUR_LAGS {
+        return 1.0;
+    }
+    let product = |lag: usize| e.iter().zip(e.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>() / e.len() as f64;
+    let power = product(0);
+    if !(power > 0.0) {
+        return 1.0;
+    }
+    let coloured: f64 = (1..COLOUR_LAGS).map(|lag| product(lag) / power).take_while(|rho| *rho > 0.0).sum();
+    power * (1.0 + 2.0 * coloured)
+}
+
+/// Of an axis that the model says nothing of: a force that is felt, one that is not, a moment.
+fn of_silent(axis: usize, felt: bool, (felt_one, force, moment): (f64, f64, f64)) -> f64 {
+    match axis {
+        0..3 if felt => felt_one,
+        0..3 => force,
+        _ => moment,
     }
 }
 

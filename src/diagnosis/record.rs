@@ -39,16 +39,22 @@ pub const OUTPUT_CHANNELS: [Channel; OUTPUTS] = [
     Channel::Beta,
     Channel::Altitude,
 ];
-/// What moves the aircraft: four controls and the rotor's speed.
-pub const INPUTS: usize = CONTROLS + 1;
+/// What moves the aircraft: four controls, the rotor's speed, and what accelerometers felt on axes that the model says nothing of.
+pub const INPUTS: usize = CONTROLS + 4;
 /// Place of the rotor's speed among the inputs.
 pub const ROTOR: usize = CONTROLS;
+/// First place of what accelerometers felt.
+pub const FELT: usize = CONTROLS + 1;
 /// No instrument is better than this.
 const NOISE_FLOOR: [f64; OUTPUTS] = [0.01, 0.01, 0.01, 1e-4, 1e-4, 1e-4, 2e-4, 2e-4, 2e-4, 0.03, 2e-4, 2e-4, 0.1];
 
 /// The channel of an input.
 pub fn input_channel(input: usize) -> Channel {
-    Control::ALL.get(input).map_or(Channel::RotorSpeed, |control| control.channel())
+    match Control::ALL.get(input) {
+        Some(control) => control.channel(),
+        None if input == ROTOR => Channel::RotorSpeed,
+        None => OUTPUT_CHANNELS.get(input.wrapping_sub(FELT)).copied().unwrap_or(Channel::Az),
+    }
 }
 
 /// A run.
@@ -77,6 +83,9 @@ pub struct Record {
 /// Why a run can not be taken.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Unfit {
+    /// Its instruments do not agree, with no model of the forces in the loop.
+    #[error("its instruments do not agree with each other: {0}")]
+    Instruments(String),
     /// Rates are missing.
     #[error("expected the rates p, q and r, found no samples of `{0}`")]
     NoRates(&'static str),
@@ -105,7 +114,7 @@ impl Record {
             let series = line(channel)?;
             Some(if matches!(channel, Channel::Psi | Channel::Phi) { series.unwrapped() } else { series })
         });
-        let inputs: [Option<Series>; INPUTS] = core::array::from_fn(|input| line(input_channel(input)));
+        let inputs = core::array::from_fn(|input| if input < FELT { line(input_channel(input)) } else { None });
         if let (Some(rotor), Some(blades)) = (&inputs[ROTOR], geometry.blades) {
             for series in outputs.iter_mut().take(6).flatten() {
                 *series = blade_passing::taken_out(series, rotor, f64::from(blades));
@@ -128,6 +137,14 @@ impl Record {
             groups: Groups::default(),
         };
         record.on_mesh()
+    }
+
+    /// Takes the accelerometer along an axis that the model says nothing of for what moved the aircraft along it.
+    pub fn feel(&mut self, axis: usize) {
+        let (Some(output), Some(input)) = (self.outputs.get_mut(axis), self.inputs.get_mut(FELT + axis)) else { return };
+        *input = output.take();
+        self.input_noise[FELT + axis] = self.output_noise[axis];
+        self.groups = Groups::of(&self.outputs, &self.mesh, (f64::NEG_INFINITY, f64::INFINITY));
     }
 
     /// Lays the mesh over the time that the gyros cover.

@@ -11,9 +11,10 @@ use super::record::RATE_MAX_HZ;
 use super::screen::{Score, screen};
 use crate::flight::derivative::AXES;
 use crate::flight::effect::{Effect, EffectKind};
+use crate::flight::effect_file::DeclaredEffect;
 
 /// Rounds after which a point has settled, one way or the other.
-const SETTLED: usize = 14;
+pub(super) const SETTLED: usize = 14;
 
 /// Rounds that every start has.
 const HEAT: usize = 2;
@@ -110,12 +111,19 @@ impl Worth {
     }
 }
 
-/// Looks for causes.
-pub fn search(problem: &Problem, settings: &Settings) -> Option<Searched> {
+/// Looks for causes, after those that are known without the model: each with what else it may be.
+pub fn search(problem: &Problem, known: &[Vec<DeclaredEffect>], settings: &Settings) -> Option<Searched> {
     let (mut point, mut local) = problem.settle(problem.zero(), SETTLED)?;
     let mut rivals: Vec<Vec<Rival>> = Vec::new();
     let mut refused = Vec::new();
-    while rivals.len() < settings.causes {
+    for explanations in known {
+        if let Some((next, ranked)) = told_apart(problem, &point, &local, explanations) {
+            (point, local) = next;
+            rivals.push(ranked);
+        }
+    }
+    let known = rivals.len();
+    while rivals.len() < known + settings.causes {
         let (taken, ranked) = one_more(problem, &point, &local, settings)?;
         let Some(next) = taken else {
             refused = ranked;
@@ -123,11 +131,29 @@ pub fn search(problem: &Problem, settings: &Settings) -> Option<Searched> {
         };
         (point, local) = next;
         rivals.push(ranked);
-        (point, local) = without_needless(problem, point, local, &mut rivals, settings);
+        (point, local) = without_needless(problem, point, local, &mut rivals, known, settings);
     }
     let local = problem.linearise(&point, &[], With::Traces).unwrap_or(local);
     let left = problem.unexplained(&point)?;
     Some(Searched { left, point, local, rivals, refused })
+}
+
+/// A cause that is known beforehand, by the explanation that the runs bear out best.
+fn told_apart(problem: &Problem, point: &Point, local: &Local, explanations: &[DeclaredEffect]) -> Option<Known> {
+    let fits = explanations.iter().filter_map(|&DeclaredEffect { effect, std }| {
+        let mut start = point.clone();
+        start.hypotheses.push(Hypothesis { effect, prior_std: std.or(prior_std(&effect))?, known: Some(effect) });
+        let (there, found) = problem.settle(start, SETTLED)?;
+        let place = there.hypotheses.len().checked_sub(1)?;
+        let effect = there.hypotheses.get(place)?.effect;
+        let std = found.std(there.main_place_of(place));
+        let odds = local.evidence() - found.evidence();
+        Some((Rival { effect, std, odds, fitted: true }, (there, found)))
+    });
+    let mut fits: Vec<(Rival, (Point, Local))> = fits.collect();
+    fits.sort_by(|(a, _), (b, _)| b.odds.total_cmp(&a.odds));
+    let ranked = fits.iter().map(|(rival, _)| *rival).collect();
+    fits.into_iter().next().map(|(_, best)| (best, ranked))
 }
 
 /// Takes back causes that a later one has made needless: without them the evidence is hardly worse.
@@ -136,12 +162,13 @@ fn without_needless(
     mut point: Point,
     mut local: Local,
     rivals: &mut Vec<Vec<Rival>>,
+    known: usize,
     settings: &Settings,
 ) -> (Point, Local) {
     let gusts =
         rivals.iter().position(|ranked| ranked.first().is_some_and(|first| matches!(first.effect, Effect::Turbulence { .. })));
-    let mut number = 0;
-    // The newest stands: it was weighed with all others in place.
+    // What was known beforehand stands, and so does the newest: it was weighed with all others in place.
+    let mut number = known;
     while number + 1 < point.hypotheses.len() {
         let mut fewer = point.clone();
         fewer.hypotheses.remove(number);
@@ -160,6 +187,9 @@ fn without_needless(
     }
     (point, local)
 }
+
+/// The point with a cause that is known, and its explanations.
+type Known = ((Point, Local), Vec<Rival>);
 
 /// The next cause, where one is worth it, and everything that was looked at.
 type OneMore = (Option<(Point, Local)>, Vec<Rival>);
@@ -206,7 +236,7 @@ fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings
                 Effect::RateLimit { rate: number, .. } | Effect::DeadZone { half_width: number, .. } => number,
                 _ => score.prior_std,
             });
-            start.hypotheses.push(Hypothesis { effect, prior_std: prior });
+            start.hypotheses.push(Hypothesis::of(effect, prior));
             if let Some((there, local)) = problem.settle(start, HEAT) {
                 let odds = odds(&local, &effect);
                 fits.push((there, local, odds, hoped(&score, &effect)));

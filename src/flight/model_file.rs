@@ -3,11 +3,12 @@
 //! Consumes a text; produces a [`ModelFile`]; writes one back. A misspelt derivative, axis, control or key is an error
 //! with line and column, what was found and the nearest valid name. `u` and `theta` of `[trim]` are required, its other
 //! entries are zero where absent (the rotor speed is then unknown). Of `[derivatives.N]` the keys are variables
-//! (`v`, `pedal`), nonlinear terms (`"v*|v|"`) and `rotor_speed`.
+//! (`v`, `pedal`), nonlinear terms (`"v*|v|"`) and `rotor_speed`. Of `[tolerance.N]` they are variables, and the values the
+//! standard errors of these derivatives, as an identification found them.
 
 use super::channel::ControlNames;
 use super::control::Control;
-use super::derivative::{Axis, Variable};
+use super::derivative::{AXES, Axis, VARIABLES, Variable};
 use super::document::{Entry, Misread, Table, Text};
 use super::effect_file::{DeclaredEffect, Naming, read_effects};
 use super::model::{LinearModel, Trim};
@@ -26,6 +27,8 @@ pub struct ModelFile {
     pub linear: LinearModel,
     /// Relative tolerance of every derivative.
     pub tolerance: f64,
+    /// Standard errors of the derivatives by axis and variable, the derivatives' units; zero where the file says nothing.
+    pub stds: [[f64; VARIABLES]; AXES],
     /// Effects in the order of the file.
     pub effects: Vec<DeclaredEffect>,
     /// How the file calls the controls.
@@ -39,6 +42,7 @@ impl ModelFile {
             name: name.to_owned(),
             linear,
             tolerance: DEFAULT_TOLERANCE,
+            stds: [[0.0; VARIABLES]; AXES],
             effects: Vec::new(),
             controls: ControlNames::Rotorcraft,
         }
@@ -83,9 +87,9 @@ impl ModelFile {
             _ => return Err(kind.choice("a kind of model", &["linear", "level1"])),
         };
         let name = root.find("name").map_or(Ok(""), |entry| entry.text())?.to_owned();
-        let tolerance = read_tolerance(&root)?;
+        let (tolerance, stds) = read_tolerance(&root, &naming)?;
         let effects = read_effects(&root, &naming)?;
-        Ok((ModelFile { name, linear, tolerance, effects, controls: naming.kept() }, level1))
+        Ok((ModelFile { name, linear, tolerance, stds, effects, controls: naming.kept() }, level1))
     }
 
     /// The file's text; read again it gives the same model, number for number.
@@ -105,6 +109,12 @@ impl ModelFile {
             let _ = writeln!(text, "{} = {value:?}", control.name(self.controls));
         }
         let _ = writeln!(text, "\n[tolerance]\nderivatives = {:?}", self.tolerance);
+        for (axis, stds) in Axis::ALL.into_iter().zip(&self.stds).filter(|(_, stds)| stds.iter().any(|std| *std > 0.0)) {
+            let _ = writeln!(text, "\n[tolerance.{}]", axis.name());
+            for (variable, std) in Variable::ALL.into_iter().zip(stds).filter(|(_, std)| **std > 0.0) {
+                let _ = writeln!(text, "{} = {std:?}", variable.name(self.controls));
+            }
+        }
         for axis in Axis::ALL {
             let entries = self.axis_entries(axis);
             if !entries.is_empty() {
@@ -197,11 +207,28 @@ fn read_derivative(entry: &Entry<'_>, axis: Axis, naming: &Naming, model: &mut L
     added.map_err(|_| entry.misread(format_args!("expected at most {} nonlinear terms in a model", super::model::MODEL_TERMS)))
 }
 
-fn read_tolerance(root: &Table<'_>) -> Result<f64, Misread> {
-    let Some(entry) = root.find("tolerance") else { return Ok(DEFAULT_TOLERANCE) };
+/// The tolerance of every derivative, and standard errors of some.
+type Tolerance = (f64, [[f64; VARIABLES]; AXES]);
+
+fn read_tolerance(root: &Table<'_>, naming: &Naming) -> Result<Tolerance, Misread> {
+    let mut stds = [[0.0; VARIABLES]; AXES];
+    let Some(entry) = root.find("tolerance") else { return Ok((DEFAULT_TOLERANCE, stds)) };
     let table = entry.table("[tolerance]")?;
-    table.allow_only(&["derivatives"])?;
-    table.find("derivatives").map_or(Ok(DEFAULT_TOLERANCE), |entry| entry.not_negative())
+    table.allow_only(&["derivatives", "X", "Y", "Z", "L", "M", "N"])?;
+    for (axis, row) in Axis::ALL.into_iter().zip(&mut stds) {
+        let Some(entry) = table.find(axis.name()) else { continue };
+        for entry in entry.table("[tolerance.AXIS]")?.entries() {
+            let Some(variable) = Variable::from_name(entry.key) else {
+                return Err(entry.unknown_key("a variable", &naming.variable_names()));
+            };
+            naming.note(entry.key).map_err(|what| entry.misread(what))?;
+            if let Some(std) = row.get_mut(variable.index()) {
+                *std = entry.not_negative()?;
+            }
+        }
+    }
+    let tolerance = table.find("derivatives").map_or(Ok(DEFAULT_TOLERANCE), |entry| entry.not_negative())?;
+    Ok((tolerance, stds))
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use super::super::effect_json::effect_json;
 use super::Answer;
+use super::table::borne_out;
 use serde_json::{Map, Value, json};
 use sideslip::diagnosis::diagnose::Ranked;
 use sideslip::diagnosis::explain::{class, manoeuvre, statement, unknown};
@@ -23,6 +24,11 @@ pub(super) fn document(answer: &Answer) -> Value {
         .iter()
         .map(|finding| {
             let mut document = cause(answer, &finding.cause);
+            if let Some(ratio) = &finding.held_out {
+                document.insert("held_out".to_owned(), json!(borne_out(ratio.judged())));
+                document.insert("held_out_ratio".to_owned(), json!(ratio.value));
+                document.insert("held_out_ratio_interval".to_owned(), json!(ratio.interval));
+            }
             let class = class(finding);
             if let [first, second, ..] = class.as_slice() {
                 document.insert("class".to_owned(), class.iter().map(|one| ranked(answer, one)).collect());
@@ -53,6 +59,7 @@ pub(super) fn document(answer: &Answer) -> Value {
         "extended_model": answer.extended.as_ref().map(|path| path.display().to_string()),
         "extended_effects": extended,
         "off_trim": diagnosis.off_trim.iter().map(|channel| channel.name(answer.controls)).collect::<Vec<_>>(),
+        "silent": diagnosis.silent.iter().map(|axis| axis.name()).collect::<Vec<_>>(),
         "set_aside": set_aside,
     })
 }

@@ -4,8 +4,18 @@ use super::Answer;
 use super::json::{dutch_roll, judged};
 use sideslip::diagnosis::diagnose::Ranked;
 use sideslip::diagnosis::explain::{class, manoeuvre, statement, unknown};
+use sideslip::diagnosis::gain::Judged;
 use sideslip::outputs::terminal::Style;
 use std::fmt::Write;
+
+/// What the runs kept back say of one cause.
+pub(super) fn borne_out(judged: Judged) -> &'static str {
+    match judged {
+        Judged::Gain => "borne out",
+        Judged::NoGain => "neither borne out nor refuted",
+        Judged::Loss => "refuted",
+    }
+}
 
 /// Findings, what remains, the gain.
 pub(super) fn text(answer: &Answer, style: Style) -> String {
@@ -25,6 +35,15 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
     }
     for (number, finding) in diagnosis.findings.iter().enumerate() {
         let _ = writeln!(text, "  {}. {} (probability {:.2})", number + 1, say(&finding.cause), finding.cause.probability);
+        if let Some(ratio) = &finding.held_out {
+            let [low, high] = ratio.interval;
+            let words = borne_out(ratio.judged());
+            let _ = writeln!(
+                text,
+                "     on the runs kept back: {words} (error with it over without: {:.3} [{low:.3} {high:.3}])",
+                ratio.value
+            );
+        }
         let class = class(finding);
         if let [first, second, ..] = class.as_slice() {
             for rival in class.iter().skip(1) {
@@ -37,6 +56,11 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
         let names: Vec<&str> = diagnosis.off_trim.iter().map(|channel| channel.name(answer.controls)).collect();
         let words = "forces are taken about their own, and biases of controls cannot be told";
         let _ = writeln!(text, "  note: runs do not begin in the model's trim ({}): {words}", names.join(", "));
+    }
+    if !diagnosis.silent.is_empty() {
+        let names: Vec<&str> = diagnosis.silent.iter().map(|axis| axis.name()).collect();
+        let words = "the motion there is taken as it was measured";
+        let _ = writeln!(text, "  note: the model says nothing of {}: {words}", names.join(", "));
     }
     let _ = writeln!(text, "\n  axis  residual rms   after   noise  explained  mostly at");
     for one in &diagnosis.discrepancy {

@@ -2,7 +2,7 @@
 
 use super::frequency::InBand;
 use super::table;
-use sideslip::flight::derivative::{Axis, Variable};
+use sideslip::flight::derivative::{AXES, Axis, VARIABLES, Variable};
 use sideslip::flight::model::{LinearModel, Trim};
 use sideslip::flight::model_file::ModelFile;
 use sideslip::identification::columns::Columns;
@@ -109,7 +109,8 @@ pub(super) fn model(identified: &Identified, runs: &[Columns]) -> Option<String>
         controls,
     };
     let mut model = LinearModel::about(trim);
-    for ((axis, variable), value) in linear.derivatives.iter().zip(theta) {
+    let mut stds = [[0.0; VARIABLES]; AXES];
+    for (((axis, variable), value), std) in linear.derivatives.iter().zip(theta).zip(&identified.fitted.std) {
         // Flow angles are velocities over airspeed; their own rows are over airspeed, too.
         let row = if linear.choice.states.iter().any(|state| matches!((state.as_str(), axis), ("beta", 'Y') | ("alpha", 'Z'))) {
             datum.airspeed
@@ -122,8 +123,10 @@ pub(super) fn model(identified: &Identified, runs: &[Columns]) -> Option<String>
             own => (own, 1.0),
         };
         let axis = Axis::from_name(&axis.to_string())?;
-        *model.derivative_mut(axis, Variable::from_name(name)?) = value * row * column;
+        let variable = Variable::from_name(name)?;
+        *model.derivative_mut(axis, variable) = value * row * column;
+        stds[axis.index()][variable.index()] = (std * row * column).max(0.0);
     }
     let controls = runs.first().map(|run| run.geometry.controls).unwrap_or_default();
-    Some(ModelFile { controls, ..ModelFile::of("identified", model) }.to_toml())
+    Some(ModelFile { controls, stds, ..ModelFile::of("identified", model) }.to_toml())
 }

@@ -1,0 +1,42 @@
+//! Instruments first: what the kinematics alone say of the runs, with no model of the forces in the loop.
+//!
+//! Consumes the runs as they were recorded; produces the runs that are set aside, for their instruments do not agree or are not
+//! those of the others, and the instruments' errors that all others share, each with what else it may be.
+
+use super::diagnose::Recorded;
+use crate::estimation::compatibility::correction::Correction;
+use crate::estimation::compatibility::verdict::{Candidate, Fitness, Verdict, check};
+use crate::flight::effect::Effect;
+use crate::flight::effect_file::DeclaredEffect;
+
+/// What the kinematics alone say.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Kinematics {
+    /// Runs by place that are not to be used, and why.
+    pub set_aside: Vec<(usize, String)>,
+    /// Errors of instruments: each explanation of one, the likeliest first.
+    pub known: Vec<Vec<DeclaredEffect>>,
+}
+
+/// Checks the runs together.
+pub fn kinematics(runs: &[Recorded]) -> Kinematics {
+    let candidate = |run: &Recorded| Candidate { name: run.name.clone(), samples: run.samples.clone(), geometry: run.geometry };
+    let verdicts = check(&runs.iter().map(candidate).collect::<Vec<_>>());
+    let effects = |verdict: &Verdict| -> Vec<Effect> { verdict.corrections.iter().map(|one| one.effect.effect).collect() };
+    let fit: Vec<(usize, &Verdict)> =
+        verdicts.iter().enumerate().filter(|(_, verdict)| verdict.fitness != Fitness::NotFit).collect();
+    // The instruments of most runs; of two alike the first.
+    let like = |one: &Verdict| fit.iter().filter(|(_, other)| effects(other) == effects(one)).count();
+    let usual = fit.iter().rev().max_by_key(|(_, verdict)| like(verdict)).map(|(_, verdict)| *verdict);
+    let Some(usual) = usual else {
+        return Kinematics { set_aside: verdicts.iter().map(|one| one.reason.clone()).enumerate().collect(), known: Vec::new() };
+    };
+    let aside = verdicts.iter().enumerate().filter(|(_, one)| one.fitness == Fitness::NotFit || effects(one) != effects(usual));
+    let explanations = |correction: &Correction| -> Vec<DeclaredEffect> {
+        core::iter::once(correction.effect).chain(correction.alternatives.iter().map(|one| one.effect)).collect()
+    };
+    Kinematics {
+        set_aside: aside.map(|(place, one)| (place, one.reason.clone())).collect(),
+        known: usual.corrections.iter().map(explanations).collect(),
+    }
+}
