@@ -10,6 +10,7 @@ pub(crate) mod estimate;
 mod estimation_options;
 mod flight_condition;
 mod flown_inputs;
+mod free_run_curves;
 pub(crate) mod identify;
 pub(crate) mod ingest;
 pub(crate) mod inspect;

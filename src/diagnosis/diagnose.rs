@@ -7,7 +7,9 @@
 //! What the search cannot explain is what noise of forces beyond that of the controls is still worth, axis by axis; where the
 //! causes found explain less than [`EXPLAINED`] of what they and that noise explain together, the answer is `unknown`.
 
+use super::against::{Against, against};
 use super::aircraft::Aircraft;
+use super::companions::{Companions, companions};
 use super::free_run::{self, NoPrediction, Prediction};
 use super::gain::{Estimate, Gain, Judged, gain};
 use super::kinematics::{Kinematics, kinematics};
@@ -16,8 +18,9 @@ use super::record::{Record, Unfit};
 use super::residual::{Discrepancy, discrepancy};
 use super::screen::acts_on;
 use super::search::{Rival, Searched, Settings, search};
+use super::whole::whole;
 use crate::flight::channel::Channel;
-use crate::flight::derivative::{AXES, Axis};
+use crate::flight::derivative::Axis;
 use crate::flight::effect::Effect;
 use crate::flight::effect_file::DeclaredEffect;
 use crate::flight::run::RunGeometry;
@@ -30,6 +33,8 @@ pub const TEMPERATURE: f64 = 2.0;
 pub const EXPLAINED: f64 = 0.85;
 /// Less than this is no discrepancy, in cost.
 pub const NOTHING: f64 = 25.0;
+/// Part of what is there that many derivatives together may leave.
+const MANY_LEAVE: f64 = 0.03;
 /// So many causes on one axis are none.
 const CROWD: usize = 3;
 /// Rivals that are told.
@@ -55,6 +60,8 @@ pub struct Ranked {
     pub std: f64,
     /// (1).
     pub probability: f64,
+    /// Twice the logarithm of its odds against nothing; of the cause found.
+    pub odds: f64,
 }
 
 /// A cause that was found.
@@ -66,6 +73,8 @@ pub struct Finding {
     pub ranking: Vec<Ranked>,
     /// On the runs kept back: the pooled error with all causes over that with all but this one.
     pub held_out: Option<Estimate>,
+    /// The residual against it; gusts have none.
+    pub against: Option<Against>,
 }
 
 /// Something that no cause explains.
@@ -92,6 +101,8 @@ pub struct Diagnosis {
     pub discrepancy: Vec<Discrepancy>,
     /// Axes that it says nothing of.
     pub silent: Vec<Axis>,
+    /// What the residuals go with, by axis.
+    pub companions: Vec<Companions>,
     /// Channels that do not begin in the model's trim, where so many are that the runs have another.
     pub off_trim: Vec<Channel>,
     /// Runs that were set aside, and why.
@@ -189,11 +200,12 @@ pub fn diagnose(
     let mut findings = findings(&problem, &searched);
     let discrepancy = discrepancy(&problem, &searched);
     let none = none(&searched);
+    let companions = companions(&problem, &searched);
     let gain = gained(model, &mut findings, holdout)?;
     let off_trim = if problem.is_off_trim() { problem.off_trim.clone() } else { Vec::new() };
     let (silent, said): (Vec<Axis>, Vec<Axis>) = Axis::ALL.into_iter().partition(|axis| problem.silent[axis.index()]);
     let discrepancy = discrepancy.into_iter().filter(|one| said.contains(&one.axis)).collect();
-    Ok(Diagnosis { findings, unknown, none, discrepancy, silent, off_trim, set_aside, gain })
+    Ok(Diagnosis { findings, unknown, none, discrepancy, silent, companions, off_trim, set_aside, gain })
 }
 
 /// The runs and the model, where there is anything to tell.
@@ -221,15 +233,28 @@ type Looked = (Problem, Searched, Option<Unknown>);
 /// Searches; where even the causes that were found leave instruments that scatter by more than their noise, that is their noise,
 /// and the search is begun again with it.
 fn look(problem: Problem, known: &[Vec<DeclaredEffect>], settings: &Settings) -> Option<Looked> {
-    let searched = search(&problem, known, settings)?;
-    let unknown = unknown(&searched, &discrepancy(&problem, &searched));
+    let (searched, unknown) = look_once(&problem, known, settings)?;
     match problem.with_noise_about(&searched.point) {
         Some(noisier) => {
-            let searched = search(&noisier, known, settings)?;
+            let (searched, _) = look_once(&noisier, known, settings)?;
             Some((noisier, searched, unknown))
         }
         None => Some((problem, searched, unknown)),
     }
+}
+
+/// A few causes, or where these do not do many derivatives that are off.
+fn look_once(problem: &Problem, known: &[Vec<DeclaredEffect>], settings: &Settings) -> Option<(Searched, Option<Unknown>)> {
+    let searched = search(problem, known, settings)?;
+    let unknown = unknown_of(problem, &searched);
+    if known.is_empty() && (unknown.is_some() || searched.rivals.len() >= settings.causes) {
+        let most = MANY_LEAVE * searched.before.iter().sum::<f64>();
+        let better = |many: &Searched| many.left.iter().sum::<f64>() < most && many.local.evidence() < searched.local.evidence();
+        if let Some(many) = whole(problem, &searched, settings).filter(better) {
+            return Some((many, None));
+        }
+    }
+    Some((searched, unknown))
 }
 
 /// (1) for each of the rivals.
@@ -238,31 +263,38 @@ fn ranked(rivals: &[Rival]) -> Vec<Ranked> {
     let weight = |odds: f64| libm::exp((odds - most) / (2.0 * TEMPERATURE));
     let sum = weight(0.0) + rivals.iter().map(|rival| weight(rival.odds)).sum::<f64>();
     let told = rivals.iter().take(TOLD);
-    told.map(|rival| Ranked { effect: rival.effect, std: rival.std, probability: weight(rival.odds) / sum }).collect()
+    let one = |rival: &Rival| {
+        let (effect, std, odds) = (rival.effect, rival.std, rival.odds);
+        Ranked { effect, std, probability: weight(odds) / sum, odds }
+    };
+    told.map(one).collect()
 }
 
 fn findings(problem: &Problem, searched: &Searched) -> Vec<Finding> {
     let mut number = 0;
+    let mut pictures = against(problem, searched).into_iter();
     let found = searched.rivals.iter().filter_map(|rivals| {
         let ranking = ranked(rivals);
         let first = ranking.first()?;
+        let mut picture = None;
         let cause = if let Effect::Turbulence { .. } = first.effect {
             let length = searched.point.gust.1 * problem.aircraft.trim().airspeed();
             Ranked { effect: Effect::Turbulence { sigma: searched.point.gust.0, length }, ..*first }
         } else {
             let place = number;
             number += 1;
+            picture = pictures.next().flatten();
             let hypothesis = searched.point.hypotheses.get(place)?;
             let std = searched.local.std(searched.point.main_place_of(place));
-            Ranked { effect: hypothesis.effect, std, probability: first.probability }
+            Ranked { effect: hypothesis.effect, std, ..*first }
         };
-        Some(Finding { cause, ranking, held_out: None })
+        Some(Finding { cause, ranking, held_out: None, against: picture })
     });
     found.collect()
 }
 
 /// Where the causes leave too much.
-fn unknown(searched: &Searched, discrepancy: &[Discrepancy; AXES]) -> Option<Unknown> {
+fn unknown_of(problem: &Problem, searched: &Searched) -> Option<Unknown> {
     let explained: f64 = searched.rivals.iter().filter_map(|rivals| rivals.first()).map(|rival| rival.odds.max(0.0)).sum();
     let left: f64 = searched.left.iter().filter(|left| **left > 0.0).sum();
     // Many causes on one axis are the library's terms making up one that it does not have.
@@ -276,6 +308,7 @@ fn unknown(searched: &Searched, discrepancy: &[Discrepancy; AXES]) -> Option<Unk
     let (place, worth) = searched.left.iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
     let axis = if left < NOTHING { crowded? } else { Axis::ALL.get(place).copied()? };
     let place = axis.index();
+    let discrepancy = discrepancy(problem, searched);
     Some(Unknown { axis, band_hz: discrepancy.get(place)?.band_hz, worth })
 }
 

@@ -4,15 +4,18 @@
 //! flown, `aircraft` what the model makes of it, `posed` the two together; `filter` (with `covariance` and `slopes`) compares
 //! them along a run. `problem` joins several runs at a `point`, and `linearise` has its neighbourhood. `library` holds the
 //! hypotheses, `screen` weighs them all at once, `search` fits the best and looks again; `diagnose` says what came of it,
-//! `explain` in words. `free_run` predicts runs, and `gain` says how much better one model predicts than another.
+//! `explain` in words, `companions` and `against` (with `residual_series` and `spectrum`) by what the residuals go with.
+//! `free_run` predicts runs, and `gain` says how much better one model predicts than another.
 //! Assumed: body axes, SI; controls in straight lines between samples; a run begins in its own trim.
 //! Refused: a run without rates, one too short, a control that the model answers to and the run lacks.
 
+pub mod against;
 pub mod aircraft;
 mod blade_passing;
 #[cfg(test)]
 mod checks;
 pub mod column;
+pub mod companions;
 mod covariance;
 pub mod diagnose;
 pub mod driven;
@@ -29,6 +32,9 @@ pub mod posed;
 pub mod problem;
 pub mod record;
 pub mod residual;
+mod residual_series;
 pub mod screen;
 pub mod search;
 mod slopes;
+pub mod spectrum;
+pub mod whole;

@@ -2,18 +2,13 @@
 //!
 //! Consumes the problem and where the search ended; the state along each run is that of the extended model's filter. Produces
 //!     e = a_measured - F_model(x, u)                                                                  (1)
-//! for accelerometers at the nodes and, of the gyros, for the difference of two means over the step between them; its rms, the
-//! part of its power that the causes explain, 1 - (rms after)^2/(rms before)^2 with the noise taken from both, and the band that
-//! holds 80 % of the power of what is left.
+//! as the instruments see it (`residual_series`); its rms, the part of its power that the causes explain,
+//! 1 - (rms after)^2/(rms before)^2 with the noise taken from both, and the band that holds 80 % of the power of what is left.
 
-use super::driven::Driven;
-use super::filter::State;
-use super::posed::deviations;
 use super::problem::Problem;
-use super::record::{ROTOR, Record};
+use super::residual_series::Flown;
 use super::search::Searched;
 use crate::flight::derivative::{AXES, Axis, VARIABLES};
-use crate::flight::effect::Effect;
 use core::f64::consts::TAU;
 
 /// Part of the power that a band holds.
@@ -39,15 +34,16 @@ pub struct Discrepancy {
 }
 
 /// (1) of one run by axis: before and after, at the steps.
-struct Series {
-    before: [Vec<f64>; AXES],
-    after: [Vec<f64>; AXES],
-    step_s: f64,
+#[derive(Default)]
+pub(super) struct Series {
+    pub(super) before: [Vec<f64>; AXES],
+    pub(super) after: [Vec<f64>; AXES],
+    pub(super) step_s: f64,
 }
 
 /// By axis.
 pub fn discrepancy(problem: &Problem, searched: &Searched) -> [Discrepancy; AXES] {
-    let all: Vec<Series> = problem.runs.iter().enumerate().map(|(number, run)| series(problem, searched, number, run)).collect();
+    let all: Vec<Series> = (0..problem.runs.len()).map(|number| series(problem, searched, number)).collect();
     core::array::from_fn(|axis| {
         let pick =
             |after: bool| all.iter().map(move |one| (if after { &one.after[axis] } else { &one.before[axis] }, one.step_s));
@@ -77,51 +73,23 @@ fn noise_power(problem: &Problem, axis: usize) -> f64 {
         let series = run.outputs.get(axis)?.as_ref()?;
         let count = (run.mesh.step_s / series.interval_s()?).max(1.0);
         let one = run.output_noise.get(axis)?;
-        let mean = one * one / count;
-        Some(if axis < 3 { mean } else { 2.0 * mean / (run.mesh.step_s * run.mesh.step_s) })
+        // A step's mean of straight lines between n samples weighs the two at either end by 7/8 and 1/8, the latter those of
+        // the step beside, so that neighbours have something in common.
+        let (own, beside) = if count > 1.5 { (count - 0.4375, 0.21875) } else { (0.59375, 0.1875) };
+        let one = one * one / (count * count);
+        Some(if axis < 3 { one * own } else { 2.0 * one * (own - beside) / (run.mesh.step_s * run.mesh.step_s) })
     });
     let (sum, count) = parts.fold((0.0, 0.0), |(sum, count), part| (sum + part, count + 1.0));
     sum / f64::max(count, 1.0)
 }
 
-fn series(problem: &Problem, searched: &Searched, number: usize, run: &Record) -> Series {
-    let trim = problem.aircraft.trim();
-    let small = &searched.point.small;
-    let plain: Vec<Effect> = problem.fixed.clone();
-    let whole = problem.effects(&searched.point);
-    let (model, extended) =
-        (problem.aircraft.changed(&plain, &[[0.0; VARIABLES]; AXES]), problem.aircraft.changed(&whole, small));
-    let (driven, moved) = (Driven::of(run, trim, &plain), Driven::of(run, trim, &whole));
-    let mut series = Series { before: Default::default(), after: Default::default(), step_s: run.mesh.step_s };
-    let Some(passed) = searched.local.runs.get(number) else { return series };
-    let half = 0.5 * run.mesh.step_s;
-    for (node, x) in passed.states.iter().enumerate() {
-        let (Some(at_node), Some(moved_at_node)) = (driven.nodes.get(node), moved.nodes.get(node)) else { continue };
-        let before = model.forces(&deviations(trim, x, at_node), at_node[ROTOR]);
-        let after = extended.forces(&deviations(trim, x, moved_at_node), moved_at_node[ROTOR]);
-        let time_s = run.mesh.time_s(node);
-        for axis in 0..3 {
-            if let Some(series_of) = run.outputs[axis].as_ref() {
-                let measured = series_of.mean(time_s - half, time_s + half);
-                series.before[axis].push(measured - before[axis]);
-                series.after[axis].push(measured - after[axis]);
-            }
-        }
-        let Some(next) = passed.states.get(node + 1) else { continue };
-        let (Some(over), Some(moved_over)) = (driven.steps.get(node), moved.steps.get(node)) else { continue };
-        let middle: State = core::array::from_fn(|i| 0.5 * (x[i] + next[i]));
-        let before = model.forces(&deviations(trim, &middle, over), over[ROTOR]);
-        let after = extended.forces(&deviations(trim, &middle, moved_over), moved_over[ROTOR]);
-        for axis in 3..AXES {
-            if let Some(gyro) = run.outputs[axis].as_ref() {
-                let at = |t: f64| gyro.mean(t - half, t + half);
-                let measured = (at(time_s + run.mesh.step_s) - at(time_s)) / run.mesh.step_s;
-                series.before[axis].push(measured - before[axis]);
-                series.after[axis].push(measured - after[axis]);
-            }
-        }
+pub(super) fn series(problem: &Problem, searched: &Searched, number: usize) -> Series {
+    let Some(flown) = Flown::of(problem, searched, number) else { return Series::default() };
+    Series {
+        before: flown.residuals(&problem.fixed, &[[0.0; VARIABLES]; AXES]),
+        after: flown.residuals(&problem.effects(&searched.point), &searched.point.small),
+        step_s: flown.step_s(),
     }
-    series
 }
 
 /// The narrowest band from below that leaves out as much on either side of [`HELD`] of the power.

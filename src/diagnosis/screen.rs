@@ -43,11 +43,7 @@ pub fn screen(local: &Local, entries: &[Entry], usual: &[f64; AXES]) -> Vec<Scor
             let column = local.cross.column(place);
             let information = local.diagonal.get(place)? - column.dot(&reduced.column(place));
             let pull = local.candidate_pull.get(place)? - column.dot(&answer);
-            let prior_std = entry.prior_std.or_else(|| {
-                let strength = *local.strength.get(place)?;
-                let axis = axis_of(&entry.effect)?;
-                (strength > 0.0).then(|| usual[axis.index()] / strength)
-            })?;
+            let prior_std = prior_of(entry, local, place, usual)?;
             let information = information.max(0.0);
             // What the data hardly know anything of is nobody's cause.
             if information * prior_std * prior_std < KNOWN {
@@ -60,6 +56,15 @@ pub fn screen(local: &Local, entries: &[Entry], usual: &[f64; AXES]) -> Vec<Scor
         .collect();
     scores.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     scores
+}
+
+/// s of an entry, the candidate at that place: its own, or what makes its force as large as is usual on its axis.
+pub(super) fn prior_of(entry: &Entry, local: &Local, place: usize, usual: &[f64; AXES]) -> Option<f64> {
+    entry.prior_std.or_else(|| {
+        let strength = *local.strength.get(place)?;
+        let axis = axis_of(&entry.effect)?;
+        (strength > 0.0).then(|| usual[axis.index()] / strength)
+    })
 }
 
 /// The axis that an effect adds to.

@@ -68,6 +68,8 @@ pub struct Rival {
 pub struct Searched {
     /// What noise beyond the least is still worth, by axis: how much the cost rises without it.
     pub left: [f64; AXES],
+    /// What noise was worth before there was any cause.
+    pub before: [f64; AXES],
     /// With all of them.
     pub point: Point,
     /// There.
@@ -114,14 +116,26 @@ impl Worth {
 /// Looks for causes, after those that are known without the model: each with what else it may be.
 pub fn search(problem: &Problem, known: &[Vec<DeclaredEffect>], settings: &Settings) -> Option<Searched> {
     let (mut point, mut local) = problem.settle(problem.zero(), SETTLED)?;
+    let before = problem.unexplained(&point)?;
     let mut rivals: Vec<Vec<Rival>> = Vec::new();
-    let mut refused = Vec::new();
     for explanations in known {
         if let Some((next, ranked)) = told_apart(problem, &point, &local, explanations) {
             (point, local) = next;
             rivals.push(ranked);
         }
     }
+    go_on(problem, (point, local), rivals, before, settings)
+}
+
+/// Looks for causes besides those that are there.
+pub(super) fn go_on(
+    problem: &Problem,
+    (mut point, mut local): (Point, Local),
+    mut rivals: Vec<Vec<Rival>>,
+    before: [f64; AXES],
+    settings: &Settings,
+) -> Option<Searched> {
+    let mut refused = Vec::new();
     let known = rivals.len();
     while rivals.len() < known + settings.causes {
         let (taken, ranked) = one_more(problem, &point, &local, settings)?;
@@ -135,7 +149,7 @@ pub fn search(problem: &Problem, known: &[Vec<DeclaredEffect>], settings: &Setti
     }
     let local = problem.linearise(&point, &[], With::Traces).unwrap_or(local);
     let left = problem.unexplained(&point)?;
-    Some(Searched { left, point, local, rivals, refused })
+    Some(Searched { left, before, point, local, rivals, refused })
 }
 
 /// A cause that is known beforehand, by the explanation that the runs bear out best.
@@ -387,7 +401,7 @@ fn starts(entry: &Entry, score: &Score) -> Vec<Effect> {
 }
 
 /// Root mean square of the model's own forces, by axis: what a hypothesis is measured by beforehand.
-fn usual_forces(problem: &Problem) -> [f64; AXES] {
+pub(super) fn usual_forces(problem: &Problem) -> [f64; AXES] {
     let mut usual = [0.3, 0.3, 0.5, 0.05, 0.05, 0.05];
     for run in &problem.runs {
         for (axis, usual) in usual.iter_mut().enumerate() {

@@ -12,9 +12,15 @@
 //! -N/2 ln(mean nu^2). So a bank of such filters, each with an index L of its own, runs side by side, and the likeliest
 //! pair is that of the least mean squared innovation:
 //!     R = (1 - alpha) mean nu^2,  q from (2) or (3)                                               (4)
+//! A filter that has just begun knows neither level nor slope. Its gains at the n-th sample are those of the straight line (of
+//! the mean) through all of them, until they have fallen to the steady ones,
+//!     alpha_n = 2 (2 n - 1)/(n (n + 1)), beta_n = 6/(n (n + 1));   level: alpha_n = 1/n              (5)
+//! and its innovations, of variance R/(1 - alpha_n), count as (1 - alpha_n)/(1 - alpha) nu^2. So it begins again after
+//! `LATE` intervals without a sample: what a gap brings is no innovation of (2) or (3).
 //! Source: P. R. Kalata, The tracking index, IEEE Trans. AES-20, 1984 (2), (3); R. K. Mehra, Approaches to adaptive filtering,
-//! IEEE Trans. AC-17, 1972 (maximum likelihood of the innovations).
-//! Assumed: samples about evenly spaced; lines of vibration and quantisation count as noise.
+//! IEEE Trans. AC-17, 1972 (maximum likelihood of the innovations); E. Brookner, Tracking and Kalman filtering made easy, 1998,
+//! on growing memory (5).
+//! Assumed: samples about evenly spaced, but for gaps; lines of vibration and quantisation count as noise.
 //! Cannot answer before `COUNT_MIN` samples.
 
 /// Filters in a bank, their tracking indexes a factor `STEP` apart from `FIRST` on.
@@ -29,6 +35,8 @@ const SETTLE: u32 = 10;
 const MEMORY_S: f64 = 60.0;
 /// Weight of the newest interval in the running mean of intervals.
 const INTERVAL_GAIN: f64 = 0.02;
+/// So many times the mean interval, or the one before, without a sample are a gap.
+const LATE: f64 = 4.0;
 
 /// What wanders: the slope of the channel, or the channel itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,6 +70,8 @@ pub struct NoiseBank {
     count: u32,
     since: u32,
     last_s: f64,
+    /// The interval before, and the mean.
+    before_s: f64,
     interval_s: f64,
 }
 
@@ -78,6 +88,15 @@ fn gains(wander: Wander, index: f64) -> (f64, f64) {
             (1.0 - c * c, 2.0 * (1.0 - c) * (1.0 - c))
         }
         Wander::Level => (0.5 * index * (libm::sqrt(index * index + 4.0) - index), 0.0),
+    }
+}
+
+/// alpha and beta of a filter that has begun `sample` samples ago, that one counted, (5).
+fn first_gains(wander: Wander, sample: u32) -> (f64, f64) {
+    let n = f64::from(sample);
+    match wander {
+        Wander::Slope => (2.0 * (2.0 * n - 1.0) / (n * (n + 1.0)), 6.0 / (n * (n + 1.0))),
+        Wander::Level => (1.0 / n, 0.0),
     }
 }
 
@@ -116,6 +135,7 @@ impl NoiseBank {
             count: 0,
             since: 0,
             last_s: 0.0,
+            before_s: 0.0,
             interval_s: 0.0,
         }
     }
@@ -129,6 +149,12 @@ impl NoiseBank {
     pub fn take(&mut self, time_s: f64, value: f64, turn: f64) {
         let interval_s = time_s - self.last_s;
         self.last_s = time_s;
+        // Late as the one before: no gap, but another rate.
+        let usual_s = self.interval_s.max(self.before_s);
+        self.before_s = interval_s;
+        if usual_s > 0.0 && interval_s > LATE * usual_s {
+            self.since = 0;
+        }
         self.since = self.since.saturating_add(1);
         if self.since == 1 {
             if self.count == 0 {
@@ -160,9 +186,21 @@ impl NoiseBank {
             }
         }
         let per_s = 1.0 / interval_s;
-        for (i, innovation) in innovation.iter().enumerate() {
-            self.level[i] += self.alpha[i] * innovation;
-            self.slope[i] += self.beta[i] * per_s * innovation;
+        // (5) is never above 4/n; the slowest filter settles last.
+        let young = f64::from(self.since) * self.alpha[0] < 4.0;
+        let (first_alpha, first_beta) = if young { first_gains(self.wander, self.since) } else { (0.0, 0.0) };
+        if first_alpha > self.alpha[0] {
+            for (i, innovation) in innovation.iter_mut().enumerate() {
+                let (alpha, beta) = (self.alpha[i].max(first_alpha), self.beta[i].max(first_beta));
+                self.level[i] += alpha * *innovation;
+                self.slope[i] += beta * per_s * *innovation;
+                *innovation *= libm::sqrt(((1.0 - alpha) / (1.0 - self.alpha[i])).max(0.0));
+            }
+        } else {
+            for (i, innovation) in innovation.iter().enumerate() {
+                self.level[i] += self.alpha[i] * innovation;
+                self.slope[i] += self.beta[i] * per_s * innovation;
+            }
         }
         if counts {
             for (mean, innovation) in self.mean.iter_mut().zip(&innovation) {
@@ -256,6 +294,42 @@ mod tests {
             let allowed = if q * t > 10.0 * r { 0.19 } else { 0.06 };
             assert!((found_r - 1.0).abs() < allowed, "{wander:?} {r} {q} {t}: R {found_r}");
             assert!((ratio - 1.0).abs() < 0.25, "{wander:?} {r} {q} {t}: q {ratio}");
+        }
+    }
+
+    /// What a gap brings says nothing of a sample's noise: the answer stays, however far the signal went meanwhile.
+    #[test]
+    fn a_gap_changes_nothing() {
+        let t: f64 = 1.0 / 256.0;
+        for (wander, r, q, away) in [(Wander::Slope, 9e-6_f64, 0.03_f64, 0.3), (Wander::Level, 2.5e-3, 0.2, 20.0)] {
+            for lost in [560..610, 20..150, 4900..5119] {
+                let (mut found_r, mut found_q) = (0.0, 0.0);
+                for run in 0..20 {
+                    let mut seed = 11 + run;
+                    let (mut x, mut y) = (0.0, 0.0);
+                    let mut bank = NoiseBank::new(wander);
+                    for i in 0..5120 {
+                        let turn = if i == lost.start + 3 { away } else { 0.0 };
+                        let w = normal(&mut seed);
+                        match wander {
+                            Wander::Slope => {
+                                x += t * y + 0.5 * t * t * (q / t).sqrt() * w;
+                                y += t * (q / t).sqrt() * w + turn;
+                            }
+                            Wander::Level => x += (q * t).sqrt() * w + turn,
+                        }
+                        if !lost.contains(&i) {
+                            bank.take(f64::from(i) * t, x + r.sqrt() * normal(&mut seed), 0.0);
+                        }
+                    }
+                    let noise = bank.likeliest().unwrap();
+                    found_r += noise.noise_var / r / 20.0;
+                    found_q += noise.intensity.ln() / 20.0;
+                }
+                let ratio = found_q.exp() / q;
+                assert!((found_r - 1.0).abs() < 0.03, "{wander:?}, lost {lost:?}: R {found_r}");
+                assert!((ratio - 1.0).abs() < 0.1, "{wander:?}, lost {lost:?}: q {ratio}");
+            }
         }
     }
 

@@ -22,6 +22,9 @@ const TAU_S: f64 = 1.0;
 const LINES: usize = 2;
 /// Folded lines slower than this are left, Hz.
 const CLEAR_HZ: f64 = 4.0;
+/// So many samples show a channel's interval, and so many intervals without one are a gap.
+const SAMPLED: u32 = 8;
+const GAP_INTERVALS: f64 = 4.0;
 /// Corner of the slow part, as a part of the blades' passing.
 const SLOW: f64 = 0.25;
 
@@ -96,7 +99,12 @@ impl LineNotch {
                 continue;
             }
             lines.count = lines.count.saturating_add(1);
-            lines.interval_s += (interval_s - lines.interval_s) / f64::from(lines.count.min(50));
+            // What was lost on the way says nothing of how fast the channel is sampled, and one sample after it counts as one.
+            let gap = lines.count > SAMPLED && interval_s > GAP_INTERVALS * lines.interval_s;
+            if !gap {
+                lines.interval_s += (interval_s - lines.interval_s) / f64::from(lines.count.min(50));
+            }
+            let learnt_s = if gap { lines.interval_s } else { interval_s };
             let (mut rest, mut used) = (value, [false; LINES]);
             for (k, (weights, reference)) in lines.weights.iter().zip(&references).enumerate() {
                 let line_hz = (k + 1) as f64 * rate / TAU;
@@ -110,7 +118,7 @@ impl LineNotch {
             lines.slow += (SLOW * rate * interval_s).min(1.0) * (rest - lines.slow);
             let fast = rest - lines.slow;
             // Quick to learn at first: the mean over what there is.
-            let gain = 2.0 * (interval_s / TAU_S).max(1.0 / f64::from(lines.count + 8)).min(0.25);
+            let gain = 2.0 * (learnt_s / TAU_S).max(1.0 / f64::from(lines.count + 8)).min(0.25);
             for ((weights, reference), used) in lines.weights.iter_mut().zip(&references).zip(used) {
                 if used {
                     weights[0] += gain * fast * reference[0];
@@ -161,6 +169,26 @@ mod tests {
         let (changed, _, _) = run(256.0, motion, |_| 0.0, 4.0);
         // The delay of the header, 2 sin moved by 0.2 ms at 6 rad/s.
         assert!(changed < 0.004, "{changed}");
+    }
+
+    #[test]
+    fn a_gap_unlearns_no_line() {
+        let mut notch = LineNotch::new(Some(4), 0.5);
+        let (mut left, mut count) = (0.0, 0.0);
+        for t in (0..12 * 128).map(|i| f64::from(i) / 128.0).filter(|t| !(6.0..6.4).contains(t)) {
+            let (motion, line) = (-9.8 + 2.0 * libm::sin(3.0 * t), 0.6 * libm::cos(108.0 * t + 1.0));
+            let mut sample = Sample::new(t);
+            sample.set(Channel::Az, motion + line);
+            sample.set(Channel::RotorSpeed, 27.0);
+            notch.clean(&mut sample);
+            if (6.4..6.9).contains(&t) {
+                left += (sample.get(Channel::Az).unwrap() - motion).powi(2);
+                count += 1.0;
+            }
+        }
+        // Half a tenth of the line, as without a gap; with the whole gap's weight a fifth of it was there again.
+        assert!((left / count).sqrt() < 0.05 * 0.6, "{}", (left / count).sqrt());
+        assert!(!notch.folded());
     }
 
     #[test]

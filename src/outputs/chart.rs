@@ -1,9 +1,12 @@
 //! Charts as SVG text: curves and points with error bars over a common axis, panels below each other.
 //!
-//! Consumes numbers with names and units; produces one self-contained SVG, no fonts, no scripts, no network. What is not finite
-//! is left out of a curve. The colours differ in lightness too, for eyes and printers that see no hue (after Okabe and Ito).
+//! Consumes numbers with names and units; produces one self-contained SVG, no fonts, no scripts, no network; or one [`figure`]
+//! for a page of `page`, whose style sheet gives it its font and, on a dark ground, its colours. What is not finite is left out
+//! of a curve. The colours differ in lightness too, for eyes and printers that see no hue (after Okabe and Ito).
 
+use super::page::escaped;
 use plotters::prelude::*;
+use std::fmt::Write;
 
 /// Distinguishable also without colour vision: Okabe and Ito, Color Universal Design (2008).
 const COLOURS: [RGBColor; 7] = [
@@ -93,7 +96,8 @@ fn stacked(panels: &[(Panel, Vec<Marks>)], legend: u32) -> Result<String, ChartE
         area.fill(&WHITE).map_err(|error| ChartError(error.to_string()))?;
         for (part, panel) in area.split_evenly((panels.len().max(1), 1)).iter().zip(panels) {
             let (panel, marks) = panel;
-            let entries = draw(part, panel, marks, legend)?;
+            let look = Look { fine: 1, caption: true, legend, inside: legend == 0, powers: false, reach: [f64::NAN; 2] };
+            let entries = draw(part, panel, marks, look)?;
             if legend > 0 {
                 beside(part, &entries)?;
             }
@@ -101,6 +105,69 @@ fn stacked(panels: &[(Panel, Vec<Marks>)], legend: u32) -> Result<String, ChartE
         area.present().map_err(|error| ChartError(error.to_string()))?;
     }
     Ok(text)
+}
+
+/// How a figure for a page is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Figure {
+    /// Its size, pixels.
+    pub size: (u32, u32),
+    /// Whether y is a logarithm to the base of ten, its ticks to be written as what they stand for.
+    pub powers: bool,
+    /// Values that the y axis reaches in any case; none where it is not finite.
+    pub reach: [f64; 2],
+}
+
+impl Figure {
+    /// Two stand beside each other.
+    pub const OF_A_PAGE: Figure = Figure { size: (560, 260), powers: false, reach: [f64::NAN; 2] };
+}
+
+/// More points are drawn smaller.
+const MANY: usize = 60;
+
+/// Dots to a pixel of a figure: coordinates are whole numbers.
+const FINE: u32 = 4;
+
+/// A panel as a figure of a page: its title and legend as text above a picture without ground, in the page's font and colours.
+///
+/// # Errors
+/// [`ChartError`] where the panel holds no finite point.
+pub fn figure(panel: &Panel, marks: &[Marks], figure: &Figure) -> Result<String, ChartError> {
+    let (width, height) = figure.size;
+    let mut drawn = String::new();
+    let look = Look { fine: FINE, caption: false, legend: 0, inside: false, powers: figure.powers, reach: figure.reach };
+    let entries = {
+        let area = SVGBackend::with_string(&mut drawn, (FINE * width, FINE * height)).into_drawing_area();
+        let entries = draw(&area, panel, marks, look)?;
+        area.present().map_err(|error| ChartError(error.to_string()))?;
+        entries
+    };
+    // Within a page the picture needs no name of its language, and its size is the page's to give.
+    let body = drawn.split_once('>').map_or("", |(_, body)| body);
+    let mut text = format!("<figure style=\"max-width:{width}px\"><figcaption><b>{}</b>", escaped(&panel.title));
+    for (name, colour, is_point) in &entries {
+        let place = COLOURS.iter().position(|one| one == colour).unwrap_or(0);
+        let kind = if *is_point { "dot" } else { "line" };
+        let _ = write!(text, " <span class=\"key {kind} c{place}\">{}</span>", escaped(name));
+    }
+    let (view_x, view_y) = (FINE * width, FINE * height);
+    let label = escaped(&format!("{}: {} over {}", panel.title, panel.y, panel.x));
+    let _ =
+        write!(text, "</figcaption><svg viewBox=\"0 0 {view_x} {view_y}\" role=\"img\" aria-label=\"{label}\">{body}</figure>");
+    Ok(text)
+}
+
+/// How a panel is drawn.
+#[derive(Clone, Copy)]
+struct Look {
+    fine: u32,
+    caption: bool,
+    /// Room for a legend beside.
+    legend: u32,
+    inside: bool,
+    powers: bool,
+    reach: [f64; 2],
 }
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
@@ -144,7 +211,7 @@ fn beside(area: &Area<'_>, entries: &[Entry<'_>]) -> Result<(), ChartError> {
 }
 
 /// Draws a panel and gives the entries of its legend; where no room is left for those, it has the legend inside.
-fn draw<'p>(area: &Area<'_>, panel: &'p Panel, marks: &'p [Marks], legend: u32) -> Result<Vec<Entry<'p>>, ChartError> {
+fn draw<'p>(area: &Area<'_>, panel: &'p Panel, marks: &'p [Marks], look: Look) -> Result<Vec<Entry<'p>>, ChartError> {
     let wrong = |error: &dyn std::fmt::Display| ChartError(format!("{}: {error}", panel.title));
     let bars: Vec<(f64, f64)> = marks.iter().flat_map(|marks| &marks.marks).flat_map(ends).collect();
     let points = || panel.curves.iter().flat_map(|curve| &curve.points).chain(&bars).filter(finite);
@@ -152,45 +219,78 @@ fn draw<'p>(area: &Area<'_>, panel: &'p Panel, marks: &'p [Marks], legend: u32) 
     else {
         return Err(wrong(&"expected a finite point, found none"));
     };
+    let [low, high] = look.reach;
+    let (bottom, top) = (bottom.min(low), top.max(high));
     let margin = if top > bottom { 0.05 * (top - bottom) } else { 0.5 };
     let right = if right > left { right } else { left + 1.0 };
     // A point on the very edge would stand on the axis.
     let aside = if marks.is_empty() { 0.0 } else { 0.02 * (right - left) };
-    let mut chart = ChartBuilder::on(area)
-        .caption(&panel.title, ("sans-serif", 18))
-        .margin(12)
-        .margin_right(12 + legend)
-        .x_label_area_size(42)
-        .y_label_area_size(74)
+    let fine = look.fine;
+    let mut builder = ChartBuilder::on(area);
+    if look.caption {
+        builder.caption(&panel.title, ("sans-serif", 18 * fine));
+    }
+    let mut chart = builder
+        .margin(if look.caption { 12 } else { 4 } * fine)
+        .margin_top(if look.caption { 12 } else { 9 } * fine)
+        .margin_right(12 * fine + look.legend)
+        .x_label_area_size(42 * fine)
+        .y_label_area_size(74 * fine)
         .build_cartesian_2d(left - aside..right + aside, bottom - margin..top + margin)
         .map_err(|error| wrong(&error))?;
-    chart.configure_mesh().x_desc(&panel.x).y_desc(&panel.y).light_line_style(WHITE).draw().map_err(|error| wrong(&error))?;
+    let mut mesh = chart.configure_mesh();
+    mesh.x_desc(&panel.x).y_desc(&panel.y);
+    let (plain_x, plain_y) = (|x: &f64| plain(*x), |y: &f64| plain(*y));
+    let power = |y: &f64| format!("{:.0e}", libm::pow(10.0, *y));
+    if look.caption {
+        mesh.light_line_style(WHITE);
+    } else {
+        let font = ("sans-serif", 15 * fine);
+        mesh.light_line_style(TRANSPARENT).label_style(font).axis_desc_style(font).x_labels(8).y_labels(5);
+        mesh.x_label_formatter(&plain_x).y_label_formatter(&plain_y);
+        mesh.axis_style(BLACK.stroke_width(fine)).set_all_tick_mark_size(4 * fine as i32);
+    }
+    if look.powers {
+        mesh.y_label_formatter(&power);
+    }
+    mesh.draw().map_err(|error| wrong(&error))?;
     let mut colours = COLOURS.iter().cycle();
     let mut drawn_as: Vec<Entry<'p>> = Vec::new();
     for (curve, colour) in panel.curves.iter().zip(&mut colours) {
         drawn_as.push((&curve.name, *colour, false));
-        let style = colour.stroke_width(2);
+        let style = colour.stroke_width(if look.caption { 2 } else { 3 * fine / 2 });
         let line = LineSeries::new(curve.points.iter().filter(finite).copied(), style);
         let drawn = chart.draw_series(line).map_err(|error| wrong(&error))?;
         drawn.label(&curve.name).legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
     }
-    for Marks { name, marks } in marks {
+    let sets = marks.len();
+    for (set, Marks { name, marks }) in marks.iter().enumerate() {
         let of_curve = drawn_as.iter().find(|(curve, ..)| curve == name).map(|&(_, colour, _)| colour);
         let colour = of_curve.or_else(|| colours.next().copied()).unwrap_or(BLACK);
         let there = || marks.iter().filter(|mark| finite(&&mark.point));
-        let bars = there().map(|mark| PathElement::new(ends(mark), colour.stroke_width(1)));
+        let barred = there().filter(|mark| mark.either_way > 0.0);
+        let bars = barred.map(|mark| PathElement::new(ends(mark), colour.stroke_width(fine)));
         chart.draw_series(bars).map_err(|error| wrong(&error))?;
-        let dots = there().map(|mark| Circle::new(mark.point, 3, colour.filled()));
+        // In a figure what comes later does not hide what is there.
+        let under = if look.caption { 0 } else { 2 * u32::try_from(sets - 1 - set).unwrap_or(0) };
+        let radius = if marks.len() > MANY { 3 * fine / 2 } else { (3 + under) * fine };
+        let dots = there().map(|mark| Circle::new(mark.point, radius, colour.filled()));
         chart.draw_series(dots).map_err(|error| wrong(&error))?;
         if of_curve.is_none() {
             drawn_as.push((name, colour, true));
         }
     }
-    if legend == 0 {
+    if look.inside {
         let inside = chart.configure_series_labels().background_style(WHITE.mix(0.8)).border_style(BLACK).draw();
         inside.map_err(|error| wrong(&error))?;
     }
     Ok(drawn_as)
+}
+
+/// A tick's number, four digits at most and nothing twice: `0`, `-0.15`.
+fn plain(tick: f64) -> String {
+    let rounded: f64 = format!("{tick:.3e}").parse().unwrap_or(tick);
+    if libm::fabs(rounded) < 1e-12 { "0".to_owned() } else { rounded.to_string() }
 }
 
 #[cfg(test)]
@@ -216,6 +316,23 @@ mod tests {
         assert!(text.starts_with("<svg") && text.trim_end().ends_with("</svg>") && !text.contains("NaN"));
         let empty = Panel { curves: vec![curve("none", &[(f64::NAN, 1.0)])], ..panel };
         assert!(svg(&[empty]).unwrap_err().to_string().contains("expected a finite point"));
+    }
+
+    #[test]
+    fn a_figure_leaves_its_font_and_ground_to_the_page_and_marks_that_come_later_hide_nothing() {
+        let curve = Curve { name: "a < b".into(), points: vec![(0.0, -2.0), (4.0, -1.0)] };
+        let panel = Panel { title: "T & U".into(), x: "x, s".into(), y: "y, 1".into(), curves: vec![curve] };
+        let mark = Mark { point: (1.0, -1.5), either_way: 0.0 };
+        let marks = ["first", "second"].map(|name| Marks { name: name.into(), marks: vec![mark] });
+        let look = Figure { powers: true, reach: [-2.0, 0.0], ..Figure::OF_A_PAGE };
+        let text = figure(&panel, &marks, &look).unwrap();
+        assert!(!text.contains("http") && !text.contains("#FFFFFF") && text.contains("T &amp; U") && text.contains("a &lt; b"));
+        // Powers of ten on the ticks, up to what the axis is to reach.
+        assert!(["1e-2", "1e0"].iter().all(|tick| text.contains(tick)), "{text}");
+        let radii: Vec<u32> = text.split(" r=\"").skip(1).map(|rest| rest.split('"').next().unwrap().parse().unwrap()).collect();
+        assert_eq!(radii, [5 * FINE, 3 * FINE]);
+        assert_eq!([-0.15000000000000002, -0.0, 1e-17, 2.0, 1500.0].map(plain), ["-0.15", "0", "0", "2", "1500"]);
+        assert!(figure(&Panel { curves: Vec::new(), ..panel }, &[], &look).is_err());
     }
 
     #[test]

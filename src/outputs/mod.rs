@@ -29,6 +29,8 @@ mod output_error_json;
 #[cfg(feature = "std")]
 pub mod output_error_text;
 #[cfg(feature = "std")]
+pub mod page;
+#[cfg(feature = "std")]
 pub mod queue;
 #[cfg(feature = "std")]
 pub mod state_file;

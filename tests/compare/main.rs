@@ -1,4 +1,5 @@
-//! Compare: a model beside flights, simulated ones whose answer is known and real ones, and what is gained by an extended model.
+//! Compare: a model beside flights, simulated ones whose answer is known and real ones, and what is gained by an extended model;
+//! the page of a diagnosis, which shows both.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -12,4 +13,5 @@ mod program;
 
 mod calls;
 mod flights;
+mod page;
 mod recordings;

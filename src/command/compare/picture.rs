@@ -1,10 +1,9 @@
 //! Measured and simulated, channel by channel over one time, the controls above them.
 
+use super::super::free_run_curves::{controls, overlay};
 use super::Compared;
-use sideslip::diagnosis::free_run::{Predicted, Prediction};
-use sideslip::flight::channel::Channel;
-use sideslip::flight::effect::Effect;
-use sideslip::outputs::chart::{ChartError, Curve, Panel, svg_with_marks};
+use sideslip::diagnosis::free_run::Prediction;
+use sideslip::outputs::chart::{ChartError, Panel, svg_with_marks};
 
 /// Most points of a curve; more cannot be told apart on the page.
 const MOST_POINTS: usize = 1500;
@@ -25,43 +24,18 @@ pub(super) fn svg(runs: &[&Compared]) -> Result<String, ChartError> {
 
 fn panels(one: &Compared, before: String) -> Vec<Panel> {
     let names = one.info.geometry().controls;
-    let controls: Vec<Curve> = Channel::CONTROLS
-        .into_iter()
-        .filter_map(|channel| {
-            let points: Vec<(f64, f64)> =
-                one.samples.iter().filter_map(|sample| Some((sample.time_s, sample.get(channel)?))).collect();
-            let first = points.first()?.1;
-            Some(curve(channel.name(names), points.iter().map(|&(time_s, value)| (time_s, value - first)), points.len()))
-        })
-        .collect();
+    let controls = controls(&one.samples, names, MOST_POINTS);
     let panel = |title: String, y: String, curves| Panel { title, x: "time, s".to_owned(), y, curves };
     let mut panels = Vec::new();
     if !controls.is_empty() {
         panels.push(panel(format!("{before}controls"), "from the first value, rad".to_owned(), controls));
     }
+    let mut beside: Vec<(&str, &Prediction)> = vec![("model", &one.model)];
+    beside.extend(one.beside.as_ref().map(|other| ("model beside", other)));
     for predicted in &one.model.channels {
         let (name, unit) = (predicted.channel.name(names), predicted.channel.si_unit());
-        let measured_at_trim = predicted.at_trim + predicted.offset;
-        let measured = predicted.times_s.iter().zip(&predicted.measured).map(|(&time_s, z)| (time_s, z - measured_at_trim));
-        let mut curves = vec![curve("measured", measured, predicted.times_s.len()), simulated("model", predicted, &one.model)];
-        if let Some(beside) = &one.beside
-            && let Some(predicted) = beside.channels.iter().find(|other| other.channel == predicted.channel)
-        {
-            curves.push(simulated("model beside", predicted, beside));
-        }
+        let curves = overlay(predicted, &beside, MOST_POINTS);
         panels.push(panel(format!("{before}{name}"), format!("{name}, deviation from trim, {unit}"), curves));
     }
     panels
-}
-
-/// What was predicted as a deviation from trim; where a bias is at stake, from what was measured in trim.
-fn simulated(name: &str, predicted: &Predicted, of: &Prediction) -> Curve {
-    let biased = of.effects.iter().any(|one| matches!(one, Effect::SensorBias { channel, .. } if *channel == predicted.channel));
-    let at_trim = predicted.at_trim + if biased { predicted.offset } else { 0.0 };
-    let points = predicted.times_s.iter().zip(&predicted.predicted).map(|(&time_s, y)| (time_s, y - at_trim));
-    curve(name, points, predicted.times_s.len())
-}
-
-fn curve(name: &str, points: impl Iterator<Item = (f64, f64)>, count: usize) -> Curve {
-    Curve { name: name.to_owned(), points: points.step_by(count.div_ceil(MOST_POINTS).max(1)).collect() }
 }

@@ -4,12 +4,13 @@ use super::super::effect_json::effect_json;
 use super::Answer;
 use super::table::borne_out;
 use serde_json::{Map, Value, json};
+use sideslip::diagnosis::companions::{CHANCE, Companions};
 use sideslip::diagnosis::diagnose::Ranked;
 use sideslip::diagnosis::explain::{class, manoeuvre, statement, unknown};
 use sideslip::diagnosis::gain::{Estimate, Gain, Judged, Pooled};
 use sideslip::flight::effect::Effect;
 use sideslip::flight::effect_file::DeclaredEffect;
-use sideslip::simulation::eigenmodes::eigenmodes;
+use sideslip::simulation::eigenmodes::{Eigenmodes, eigenmodes};
 use sideslip::simulation::linear::{state_matrix, with_effects};
 
 /// The whole answer.
@@ -42,8 +43,13 @@ pub(super) fn document(answer: &Answer) -> Value {
         .iter()
         .map(|one| {
             let unit = if one.axis.is_force() { "m/s^2" } else { "rad/s^2" };
-            let of = json!({ "rms": one.rms, "unit": unit, "explained": one.explained, "rms_after": one.rms_after,
+            let mut of = json!({ "rms": one.rms, "unit": unit, "explained": one.explained, "rms_after": one.rms_after,
                 "noise": one.noise, "band_hz": [one.band_hz.0, one.band_hz.1] });
+            if let Some(own) = diagnosis.companions.iter().find(|own| own.axis == one.axis) {
+                of["spectrum"] = spectrum(own, unit);
+                of["coherence"] = json!({ "before": together(answer, own, false), "after": together(answer, own, true),
+                    "level": own.level, "chance": CHANCE, "segments": own.segments });
+            }
             (one.axis.name().to_owned(), of)
         })
         .collect();
@@ -61,6 +67,23 @@ pub(super) fn document(answer: &Answer) -> Value {
         "off_trim": diagnosis.off_trim.iter().map(|channel| channel.name(answer.controls)).collect::<Vec<_>>(),
         "silent": diagnosis.silent.iter().map(|axis| axis.name()).collect::<Vec<_>>(),
         "set_aside": set_aside,
+    })
+}
+
+/// The strongest lines, not the whole spectrum.
+fn spectrum(own: &Companions, unit: &str) -> Value {
+    let lines = own.strongest().into_iter().map(|line| {
+        let at = |list: &[f64]| list.get(line).copied();
+        json!({ "hz": at(&own.hz), "before": at(&own.before), "after": at(&own.after), "noise": at(&own.noise) })
+    });
+    json!({ "unit": format!("({unit})^2/Hz"), "lines": lines.collect::<Vec<_>>() })
+}
+
+/// The most coherent signal, null where none is.
+fn together(answer: &Answer, own: &Companions, after: bool) -> Value {
+    own.together(after).map_or(Value::Null, |one| {
+        json!({ "signal": one.signal.name(answer.controls), "coherence": one.coherence,
+            "band_hz": [one.band_hz.0, one.band_hz.1] })
     })
 }
 
@@ -89,7 +112,7 @@ fn verdict(answer: &Answer) -> Value {
     match diagnosis.findings.first() {
         Some(first) => Value::Object(cause(answer, &first.cause)),
         None => {
-            let none = Ranked { effect: Effect::None, std: f64::NAN, probability: diagnosis.none.0 };
+            let none = Ranked { effect: Effect::None, std: f64::NAN, probability: diagnosis.none.0, odds: 0.0 };
             Value::Object(cause(answer, &none))
         }
     }
@@ -148,7 +171,12 @@ pub(super) fn judged(judged: Judged) -> &'static str {
 
 /// The Dutch roll of the model with its own effects and these.
 pub(super) fn dutch_roll(answer: &Answer, extension: &[DeclaredEffect]) -> Value {
+    let root = modes(answer, extension).and_then(|modes| modes.dutch_roll);
+    root.map_or(Value::Null, |root| json!({ "real": root.re, "imag": root.im }))
+}
+
+/// Its roots.
+pub(super) fn modes(answer: &Answer, extension: &[DeclaredEffect]) -> Option<Eigenmodes> {
     let effects: Vec<Effect> = answer.model.file.effects.iter().chain(extension).map(|declared| declared.effect).collect();
-    let modes = with_effects(answer.model.linear(), &effects).ok().and_then(|linear| eigenmodes(&state_matrix(&linear)));
-    modes.and_then(|modes| modes.dutch_roll).map_or(Value::Null, |root| json!({ "real": root.re, "imag": root.im }))
+    eigenmodes(&state_matrix(&with_effects(answer.model.linear(), &effects).ok()?))
 }

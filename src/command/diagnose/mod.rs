@@ -1,6 +1,7 @@
 //! `sideslip diagnose`: what a model gets wrong, its cause, the extended model, the gain on runs it never saw.
 
 mod json;
+mod page;
 mod table;
 
 use super::flight_condition::FlightCondition;
@@ -57,6 +58,9 @@ pub(crate) struct Args {
     /// Write the extended model to this file, where there is one
     #[arg(long, value_name = "FILE")]
     extended: Option<PathBuf>,
+    /// Write a page for a sceptic to this file: the answer, every run beside both models, what the residuals go with, the gain
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
 }
 
 /// Everything that is told.
@@ -66,6 +70,12 @@ struct Answer {
     extension: Vec<DeclaredEffect>,
     controls: ControlNames,
     extended: Option<PathBuf>,
+}
+
+/// The runs, for pictures.
+struct Flights<'r> {
+    fit: &'r [Recorded],
+    holdout: &'r [Recorded],
 }
 
 /// Reads, diagnoses and tells.
@@ -94,20 +104,24 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let extension = diagnosis.extension();
     let extended = args.extended.clone().filter(|_| !extension.is_empty());
     let answer = Answer { model, diagnosis, extension, controls, extended };
-    tell(args, &answer)?;
+    tell(args, &answer, &Flights { fit: &fit, holdout: &holdout })?;
     for loss in &losses {
         message(format_args!("sideslip: {loss}"));
     }
     Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })
 }
 
-fn tell(args: &Args, answer: &Answer) -> Result<(), Failure> {
+fn tell(args: &Args, answer: &Answer, flights: &Flights<'_>) -> Result<(), Failure> {
     if let Some(path) = &answer.extended {
         let all: Vec<DeclaredEffect> = answer.model.file.effects.iter().chain(&answer.extension).copied().collect();
         let text = answer.model.with_effects(&all).map_err(|wrong| Failure::Running(wrong.to_string()))?;
         write_whole(path, |file| file.write_all(text.as_bytes()))?;
     } else if let Some(path) = &args.extended {
         message(format_args!("sideslip: {}: not written, for there is nothing to extend", path.display()));
+    }
+    if let Some(path) = &args.html {
+        let text = page::text(answer, flights)?;
+        write_whole(path, |file| file.write_all(text.as_bytes()))?;
     }
     let style = if args.json.is_some() { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
     let text = table::text(answer, style);
@@ -123,7 +137,7 @@ fn tell(args: &Args, answer: &Answer) -> Result<(), Failure> {
 fn refuse_wrong_outputs(args: &Args) -> Result<(), Failure> {
     let inputs: Vec<PathBuf> = args.fit.iter().chain(&args.holdout).chain([&args.condition.model]).cloned().collect();
     let json = args.json.as_ref().filter(|json| json.as_os_str() != "-");
-    for (option, output) in [("--json", json), ("--extended", args.extended.as_ref())] {
+    for (option, output) in [("--json", json), ("--extended", args.extended.as_ref()), ("--html", args.html.as_ref())] {
         if let Some(output) = output {
             refuse_to_overwrite(option, output, &inputs)?;
             refuse_without_folder(option, output)?;

@@ -2,6 +2,7 @@
 
 use super::Answer;
 use super::json::{dutch_roll, judged};
+use sideslip::diagnosis::companions::{Companions, Together};
 use sideslip::diagnosis::diagnose::Ranked;
 use sideslip::diagnosis::explain::{class, manoeuvre, statement, unknown};
 use sideslip::diagnosis::gain::Judged;
@@ -77,6 +78,11 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
             one.noise
         );
     }
+    for own in &diagnosis.companions {
+        if let Some(line) = companion(answer, own) {
+            let _ = writeln!(text, "  {line}");
+        }
+    }
     if let Some((gain, pairs)) = &diagnosis.gain {
         if let Some(pooled) = &gain.pooled {
             let [before, after] = &pooled.rms;
@@ -110,4 +116,19 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
         let _ = writeln!(text, "extended model: {}", path.display());
     }
     text
+}
+
+/// `N goes with pedal (coherence 0.93, 0.25-1.50 Hz), after with nothing`; nothing where there is nothing to say.
+fn companion(answer: &Answer, own: &Companions) -> Option<String> {
+    let said = |one: &Together| {
+        let (low, high) = one.band_hz;
+        format!("{} (coherence {:.2}, {low:.2}-{high:.2} Hz)", one.signal.name(answer.controls), one.coherence)
+    };
+    let axis = own.axis.name();
+    match (own.together(false), own.together(true)) {
+        (None, None) => None,
+        (Some(before), None) => Some(format!("{axis} goes with {}, after that with nothing", said(&before))),
+        (None, Some(after)) => Some(format!("{axis} goes with nothing before, then with {}", said(&after))),
+        (Some(before), Some(after)) => Some(format!("{axis} goes with {}, and still with {}", said(&before), said(&after))),
+    }
 }

@@ -1,7 +1,6 @@
 //! `--domain frequency`: the equations of each run from a band of frequencies, and measured responses beside them.
 
 use super::super::replay::run::Played;
-use super::report::escaped;
 use serde_json::{Value, json};
 use sideslip::error::Failure;
 use sideslip::flight::setting::check;
@@ -9,6 +8,7 @@ use sideslip::identification::columns::Columns;
 use sideslip::identification::linear::Choice;
 use sideslip::identification::responses::{COHERENT, Response, responses};
 use sideslip::outputs::chart::{ChartError, Curve, Panel, svg};
+use sideslip::outputs::page::escaped;
 use sideslip::outputs::terminal::{Style, Table};
 use sideslip::pipeline::Config;
 use sideslip::regression::frequency::band::{Band, FREQUENCIES};

@@ -3,8 +3,9 @@
 use super::frequency::InBand;
 use super::points::{Pair, TestPoint};
 use super::points_text::{by_tail_pitch, heading, text};
-use super::report::{escaped, runs_section};
+use super::report::runs_section;
 use sideslip::outputs::chart::{ChartError, Curve, Mark, Marks, Panel, svg_with_marks};
+use sideslip::outputs::page::{FOOT, escaped, head};
 use sideslip::outputs::terminal::Style;
 use std::fmt::Write;
 
@@ -15,7 +16,7 @@ const PATH: &str = "flight-path angle, deg";
 
 /// A page without scripts, fonts or network.
 pub(super) fn page(points: &[TestPoint], in_band: Option<&InBand>) -> Result<String, ChartError> {
-    let mut page = super::report::head("Derivatives against flight path");
+    let mut page = head("Derivatives against flight path");
     let _ = writeln!(page, "<h1>Derivatives against flight path</h1>\n{}", svg_with_marks(&panels(points))?);
     let _ = writeln!(page, "<pre>{}</pre>", escaped(&text(points, Style::Plain)));
     for point in points {
@@ -23,7 +24,7 @@ pub(super) fn page(points: &[TestPoint], in_band: Option<&InBand>) -> Result<Str
         runs_section(&mut page, &point.identified)?;
     }
     in_band.map_or(Ok(()), |in_band| in_band.section(&mut page))?;
-    page.push_str("</body></html>\n");
+    page.push_str(FOOT);
     Ok(page)
 }
 

@@ -8,6 +8,7 @@ use sideslip::flight::model_file::ModelFile;
 use sideslip::identification::columns::Columns;
 use sideslip::identification::identify::{Flown, Identified};
 use sideslip::outputs::chart::{ChartError, Curve, Panel, svg};
+use sideslip::outputs::page::{FOOT, escaped, head};
 use sideslip::outputs::terminal::Style;
 use std::fmt::Write;
 
@@ -17,17 +18,8 @@ pub(super) fn page(identified: &Identified, in_band: Option<&InBand>) -> Result<
     let _ = writeln!(page, "<h1>Identification</h1>\n<pre>{}</pre>", escaped(&table::text(identified, Style::Plain)));
     runs_section(&mut page, identified)?;
     in_band.map_or(Ok(()), |in_band| in_band.section(&mut page))?;
-    page.push_str("</body></html>\n");
+    page.push_str(FOOT);
     Ok(page)
-}
-
-/// How such a page begins.
-pub(super) fn head(title: &str) -> String {
-    format!(
-        "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title><style>\
-         body{{font-family:sans-serif;max-width:1180px;margin:2em auto;padding:0 1em}}\
-         pre{{background:#f4f4f4;padding:1em;overflow-x:auto}}svg{{max-width:100%;height:auto}}</style></head><body>\n",
-    )
 }
 
 /// Every run beside its model.
@@ -65,10 +57,6 @@ fn unit(name: &str) -> &'static str {
         "p" | "q" | "r" => "rad/s",
         _ => "rad",
     }
-}
-
-pub(super) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 /// What the model of every test point's file is called: `model.toml` where there is one, else after the test point's first run.

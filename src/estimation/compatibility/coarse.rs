@@ -34,6 +34,8 @@ const RIVAL: f64 = 6.0;
 const SIGNAL: f64 = 9.0;
 /// Fewer windows say nothing.
 const WINDOWS_MIN: usize = 8;
+/// No aircraft whose flow is looked at is slower, m/s.
+const SPEED_MIN: f64 = 5.0;
 /// Outputs, and the parts of the three accelerometers in the first three of them.
 const COMPARED: usize = OUTPUTS + FELT_IN.len();
 /// In which output each accelerometer is felt most: ax in airspeed, ay in sideslip, az in incidence.
@@ -181,9 +183,12 @@ fn series(record: &Record, channel: Channel) -> Option<&Series> {
 
 /// a of (1) by output; `None` where it is not measured, not connected with anything, or hardly moves.
 fn agreement(record: &Record, put_right: Option<Coarse>) -> [Option<f64>; COMPARED] {
-    let read = |channel: Channel, from_s: f64, to_s: f64| -> Option<f64> {
+    let raw = |channel: Channel, from_s: f64, to_s: f64| -> Option<f64> {
         let (whose, factor) = put_right.map_or((channel, 1.0), |one| one.put_right(channel));
         Some(factor * series(record, whose)?.mean(from_s, to_s))
+    };
+    let read = |channel: Channel, from_s: f64, to_s: f64| -> Option<f64> {
+        Some(raw(channel, from_s, to_s)? - by_arm(record, &raw, channel, from_s, to_s))
     };
     let begin_s = record.mesh.time_s(0) + END_S;
     let count = ((record.mesh.length_s() - 2.0 * END_S) / (0.5 * WINDOW_S)) as usize;
@@ -226,6 +231,27 @@ fn agreement(record: &Record, put_right: Option<Coarse>) -> [Option<f64>; COMPAR
     })
 }
 
+/// What an instrument reads because it stands where the run says and not at the centre of mass: vanes through the rates, over the
+/// airspeed; accelerometers through the rates' increments.
+fn by_arm(record: &Record, raw: &impl Fn(Channel, f64, f64) -> Option<f64>, channel: Channel, from_s: f64, to_s: f64) -> f64 {
+    let rate = |gyro: Channel| raw(gyro, from_s, to_s).unwrap_or(0.0);
+    let growth = |gyro: Channel| {
+        let at = |time_s: f64| raw(gyro, time_s - 0.5 * END_S, time_s + 0.5 * END_S);
+        at(to_s).zip(at(from_s)).map_or(0.0, |(after, before)| (after - before) / (to_s - from_s))
+    };
+    let [vx, vy, vz] = record.vane_place;
+    let [ax, ay, az] = record.accelerometer_place;
+    let speed = || raw(Channel::Tas, from_s, to_s).unwrap_or(f64::INFINITY).max(SPEED_MIN);
+    match channel {
+        Channel::Alpha => (rate(Channel::P) * vy - rate(Channel::Q) * vx) / speed(),
+        Channel::Beta => (rate(Channel::R) * vx - rate(Channel::P) * vz) / speed(),
+        Channel::Ax => growth(Channel::Q) * az - growth(Channel::R) * ay,
+        Channel::Ay => growth(Channel::R) * ax - growth(Channel::P) * az,
+        Channel::Az => growth(Channel::P) * ay - growth(Channel::Q) * ax,
+        _ => 0.0,
+    }
+}
+
 /// What is compared, as a channel: an accelerometer for its own part.
 fn compared(k: usize) -> Channel {
     k.checked_sub(OUTPUTS).map_or(OUTPUT_CHANNELS[k.min(OUTPUTS - 1)], |axis| INPUT_CHANNELS[axis])
@@ -258,7 +284,7 @@ fn increments(read: &impl Fn(Channel, f64, f64) -> Option<f64>, from_s: f64) -> 
     sums
 }
 
-/// Their rates; the sensors taken to stand at one place.
+/// Their rates; readings are those of the centre of mass.
 fn rates(at: impl Fn(Channel) -> Option<f64>) -> Option<[Option<f64>; OUTPUTS]> {
     let three = |these: &[Channel]| -> Option<[f64; 3]> {
         let [a, b, c] = these else { return None };

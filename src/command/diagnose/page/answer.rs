@@ -1,0 +1,142 @@
+//! The answer in words at the head of the page, and at its foot what the data cannot tell.
+
+use super::super::{Answer, Flights};
+use super::words;
+use sideslip::diagnosis::diagnose::{Finding, Ranked};
+use sideslip::diagnosis::explain::{class, manoeuvre, statement, unknown};
+use sideslip::diagnosis::gain::Judged;
+use sideslip::outputs::page::escaped;
+use std::fmt::Write;
+
+/// One sentence a cause, with what else it may be, and what it is worth on runs kept back.
+pub(super) fn section(page: &mut String, answer: &Answer) {
+    let diagnosis = &answer.diagnosis;
+    page.push_str("<section class=\"answer\">\n");
+    if let Some(one) = &diagnosis.unknown {
+        let _ = writeln!(page, "<p class=\"cause\">Unknown: {}.</p>", words(&unknown(one)));
+        if !diagnosis.findings.is_empty() {
+            page.push_str("<p>What comes nearest, and is not enough:</p>\n");
+        }
+    } else if diagnosis.findings.is_empty() {
+        let (probability, _) = &diagnosis.none;
+        let tolerance = 100.0 * answer.model.file.tolerance;
+        let _ = writeln!(
+            page,
+            "<p class=\"cause\">Nothing is wrong beyond the noise and the model's own tolerance ({tolerance:.1} %): \
+             probability {probability:.2}.</p>"
+        );
+    }
+    if !diagnosis.findings.is_empty() {
+        page.push_str("<ol>\n");
+        diagnosis.findings.iter().for_each(|finding| cause(page, answer, finding));
+        page.push_str("</ol>\n");
+    }
+    worth(page, answer);
+    page.push_str("</section>\n");
+}
+
+/// The sentence that the terminal says, too.
+pub(super) fn said(answer: &Answer, one: &Ranked) -> String {
+    words(&statement(one, answer.model.linear(), answer.controls))
+}
+
+fn cause(page: &mut String, answer: &Answer, finding: &Finding) {
+    let probability = finding.cause.probability;
+    let _ = write!(page, "<li><span class=\"cause\">{}</span> (probability {probability:.2})", said(answer, &finding.cause));
+    let class = class(finding);
+    if let [first, second, ..] = class.as_slice() {
+        page.push_str("<br>These data do not rule out:<ul>");
+        for rival in class.iter().skip(1) {
+            let _ = write!(page, "<li>{} (probability {:.2})</li>", said(answer, rival), rival.probability);
+        }
+        let _ = write!(page, "</ul>What would tell them apart: {}.", escaped(manoeuvre(&first.effect, &second.effect)));
+    } else {
+        page.push_str("<br><span class=\"faint\">No rival is more probable than 0.05.</span>");
+    }
+    page.push_str("</li>\n");
+}
+
+/// What the runs that were kept back make of it.
+fn worth(page: &mut String, answer: &Answer) {
+    let diagnosis = &answer.diagnosis;
+    let Some(pooled) = diagnosis.gain.as_ref().and_then(|(gain, _)| gain.pooled.as_ref()) else {
+        page.push_str("<p>No run was kept back, so that what this gains is not measured.</p>\n");
+        return;
+    };
+    let [before, after] = &pooled.rms;
+    if diagnosis.findings.is_empty() {
+        let _ = writeln!(page, "<p>On the runs kept back, flown free, its error is {:.2} times the noise.</p>", before.value);
+        return;
+    }
+    let [low, high] = pooled.ratio.interval;
+    let judged = match pooled.ratio.judged() {
+        Judged::Gain => "a gain",
+        Judged::NoGain => "no gain",
+        Judged::Loss => "worse",
+    };
+    let _ = write!(
+        page,
+        "<p>On the runs kept back, flown free, the error over noise goes from {:.2} to {:.2}: {:.3} of what it was, 95 % within \
+         {low:.3} to {high:.3}, {judged}.",
+        before.value, after.value, pooled.ratio.value
+    );
+    if answer.extension.is_empty() {
+        page.push_str(" The model is not extended.");
+    }
+    page.push_str("</p>\n");
+}
+
+/// What the data cannot tell, and what was not looked at.
+pub(super) fn limits(page: &mut String, answer: &Answer, flights: &Flights<'_>) {
+    let diagnosis = &answer.diagnosis;
+    page.push_str("<h2>What these data cannot tell</h2>\n<ul class=\"limits\">\n");
+    for (run, why) in &diagnosis.set_aside {
+        let _ = writeln!(page, "<li>{} was set aside: {}.</li>", escaped(run), escaped(&why.to_string()));
+    }
+    if !diagnosis.off_trim.is_empty() {
+        let names: Vec<&str> = diagnosis.off_trim.iter().map(|channel| channel.name(answer.controls)).collect();
+        let _ = writeln!(
+            page,
+            "<li>The runs do not begin in the model's trim ({}): forces are taken about their own, and a bias of a control or a \
+             constant error of a force cannot be told.</li>",
+            names.join(", ")
+        );
+    }
+    let tolerance = 100.0 * answer.model.file.tolerance;
+    let _ = writeln!(
+        page,
+        "<li>An error of a derivative within the model's own tolerance, {tolerance:.1} % of it, is no finding.</li>\n\
+         <li>Probabilities are among the effects that a model file can have; where none of them fits, the answer is unknown.</li>"
+    );
+    for finding in &diagnosis.findings {
+        if class(finding).len() > 1 {
+            let _ = writeln!(
+                page,
+                "<li>Which of {} it is, of the cause: {}.</li>",
+                class(finding).len(),
+                said(answer, &finding.cause)
+            );
+        }
+    }
+    if flights.holdout.is_empty() {
+        page.push_str("<li>Whether the extension predicts runs that it was not fitted to: none was kept back.</li>\n");
+    }
+    let pairs = diagnosis.gain.iter().flat_map(|(_, pairs)| pairs).zip(flights.holdout);
+    for ((before, after), run) in pairs {
+        for (which, at) in [("the model", before.diverged_at_s), ("the extended model", after.diverged_at_s)] {
+            if let Some(at_s) = at {
+                let _ = writeln!(
+                    page,
+                    "<li>On {} {which} diverges at {at_s:.1} s and is compared up to there.</li>",
+                    escaped(&run.name)
+                );
+            }
+        }
+        if !before.not_predicted.is_empty() {
+            let names: Vec<&str> = before.not_predicted.iter().map(|channel| channel.name(answer.controls)).collect();
+            let why = "the model has no derivative of their axis";
+            let _ = writeln!(page, "<li>On {} not predicted: {} ({why}).</li>", escaped(&run.name), names.join(", "));
+        }
+    }
+    page.push_str("</ul>\n");
+}
