@@ -54,6 +54,17 @@ impl FlightCondition {
         Ok(model)
     }
 
+    /// Whether the trim is left to the runs: a Level-1 aircraft, and neither airspeed nor climb was asked for.
+    pub(super) fn is_left_to_runs(&self, model: &FlightModel) -> bool {
+        model.level1.is_some() && self.speed.is_none() && self.climb.is_none()
+    }
+
+    /// The model trimmed at this airspeed and climb rate, m/s.
+    pub(super) fn fly_at(&self, set: Vec<String>, speed: f64, climb: f64) -> Result<FlightModel, Failure> {
+        let FlightCondition { sideslip, density, .. } = *self;
+        read_model(&self.model, &Asked { speed: Some(speed), climb: Some(climb), sideslip, density, set }, "")
+    }
+
     /// The same with all of `--set` for the model.
     pub(super) fn read(&self) -> Result<FlightModel, Failure> {
         self.fly(self.set.clone(), "")

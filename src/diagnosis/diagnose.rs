@@ -34,7 +34,7 @@ pub const EXPLAINED: f64 = 0.85;
 /// Less than this is no discrepancy, in cost.
 pub const NOTHING: f64 = 25.0;
 /// Part of what is there that many derivatives together may leave.
-const MANY_LEAVE: f64 = 0.03;
+const MANY_LEAVE: f64 = 0.04;
 /// So many causes on one axis are none.
 const CROWD: usize = 3;
 /// Rivals that are told.

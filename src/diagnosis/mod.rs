@@ -21,6 +21,7 @@ pub mod diagnose;
 pub mod driven;
 pub mod explain;
 pub mod filter;
+pub mod flight_path;
 pub mod free_run;
 pub mod gain;
 mod gusts;

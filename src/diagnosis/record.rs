@@ -39,7 +39,7 @@ pub const OUTPUT_CHANNELS: [Channel; OUTPUTS] = [
     Channel::Beta,
     Channel::Altitude,
 ];
-/// What moves the aircraft: four controls, the rotor's speed, and what accelerometers felt on axes that the model says nothing of.
+/// What moves the aircraft: four controls, the rotor's speed, what accelerometers felt on axes that the model says nothing of.
 pub const INPUTS: usize = CONTROLS + 4;
 /// Place of the rotor's speed among the inputs.
 pub const ROTOR: usize = CONTROLS;

@@ -18,6 +18,9 @@ use crate::flight::effect::Effect;
 /// Standard errors that a derivative is off by.
 const SURE: f64 = 4.0;
 
+/// Part of what is there that derivatives alone may leave, so that it is worth while to go on.
+const PROMISING: f64 = 0.3;
+
 /// The causes, where many derivatives are wrong; `None` where no fit of all of them settles.
 pub fn whole(problem: &Problem, from: &Searched, settings: &Settings) -> Option<Searched> {
     let mut point = problem.zero();
@@ -43,6 +46,10 @@ pub fn whole(problem: &Problem, from: &Searched, settings: &Settings) -> Option<
         }
         point.hypotheses = kept;
     };
+    let left: f64 = problem.unexplained(&point)?.iter().sum();
+    if !(left < PROMISING * from.before.iter().sum::<f64>()) {
+        return None;
+    }
     let rivals = rivals.into_iter().map(|rival| vec![rival]).collect();
     go_on(problem, (point, local), rivals, from.before, settings)
 }

@@ -259,6 +259,17 @@ tau = 0.15
 "#;
 
     #[test]
+    fn standard_errors_go_with_the_derivatives_and_come_back() {
+        let text = TEXT.replace("[derivatives.N]", "[tolerance]\nderivatives = 0.05\n[tolerance.N]\nv = 0.002\n[derivatives.N]");
+        let file = ModelFile::parse(&text).unwrap();
+        assert_eq!((file.tolerance, file.stds[Axis::N.index()][Variable::V.index()]), (0.05, 0.002));
+        assert_eq!(ModelFile::parse(&file.to_toml()).unwrap(), file);
+        for wrong in ["[tolerance.K]\nv = 1.0\n", "[tolerance.N]\nvv = 1.0\n", "[tolerance.N]\nv = -1.0\n"] {
+            assert!(ModelFile::parse(&format!("{TEXT}\n{wrong}")).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
     fn a_file_is_read_as_it_stands() {
         let file = ModelFile::parse(TEXT).unwrap();
         assert_eq!((file.name.as_str(), file.controls, file.tolerance), ("test \"one\"", ControlNames::FixedWing, 0.03));

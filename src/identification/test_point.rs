@@ -31,15 +31,19 @@ pub struct Condition {
 impl Condition {
     /// Of a run's trim.
     pub fn of(run: &Columns) -> Self {
-        let trim = |name: &str| run.trim(name).unwrap_or(f64::NAN);
+        Condition::of_trim(|name| run.trim(name).ok(), || run.trim_slope("altitude"))
+    }
+
+    /// Of the means of a run's channels in its trim, and the rate of its altitude there, m/s.
+    pub fn of_trim(mean: impl Fn(&str) -> Option<f64>, altitude_rate: impl Fn() -> f64) -> Self {
+        let trim = |name: &str| mean(name).unwrap_or(f64::NAN);
         let speed = trim("tas");
-        let (alpha, beta, theta, phi) =
-            (trim("alpha"), run.trim("beta").unwrap_or(0.0), trim("theta"), run.trim("phi").unwrap_or(0.0));
+        let (alpha, beta, theta, phi) = (trim("alpha"), mean("beta").unwrap_or(0.0), trim("theta"), mean("phi").unwrap_or(0.0));
         let (sin_beta, cos_beta) = libm::sincos(beta);
         let (u, v, w) = (libm::cos(alpha) * cos_beta, sin_beta, libm::sin(alpha) * cos_beta);
         let ((sin_theta, cos_theta), (sin_phi, cos_phi)) = (libm::sincos(theta), libm::sincos(phi));
         let by_attitude = u * sin_theta - v * sin_phi * cos_theta - w * cos_phi * cos_theta;
-        let sine = if by_attitude.is_finite() { by_attitude } else { run.trim_slope("altitude") / speed };
+        let sine = if by_attitude.is_finite() { by_attitude } else { altitude_rate() / speed };
         Condition { speed, path: libm::asin(sine), altitude: trim("altitude"), density: trim("rho") }
     }
 

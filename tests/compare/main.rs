@@ -14,4 +14,5 @@ mod program;
 mod calls;
 mod flights;
 mod page;
+mod real_models;
 mod recordings;

@@ -1,6 +1,6 @@
 //! `diagnose`: what it cannot use it refuses in words, and a lag that is put into a simulated flight comes back as the answer.
 
-use crate::program::{ended, folder, own, path, sideslip};
+use crate::program::{RunFile, ended, folder, own, path, sideslip};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -52,9 +52,9 @@ fn what_cannot_be_used_is_refused_in_words() {
     let short = folder.join("short.csv");
     let head = flight.lines().take_while(|line| line.starts_with('#')).count() + 1;
     std::fs::write(&short, flight.lines().take(head + 60).collect::<Vec<_>>().join("\n") + "\n").unwrap();
-    let lateral = folder.join("lateral.toml");
+    let empty = folder.join("empty.toml");
     let until = text.find("[derivatives.").unwrap();
-    std::fs::write(&lateral, format!("{}[derivatives.N]\nv = 0.02\npedal = -9.0\n", &text[..until])).unwrap();
+    std::fs::write(&empty, &text[..until]).unwrap();
     let misspelt = folder.join("misspelt.toml");
     std::fs::write(&misspelt, text.replace("pedal = ", "peddal = ")).unwrap();
     for (model, fit, words) in [
@@ -62,7 +62,7 @@ fn what_cannot_be_used_is_refused_in_words() {
         (&model, vec![&good, &other], "runs of one aircraft"),
         (&model, vec![&short], "at least 3 s"),
         (&model, vec![&good, &good], "found the same file twice"),
-        (&lateral, vec![&good], "says nothing of X, Y, Z, L, M"),
+        (&empty, vec![&good], "says nothing of any axis"),
         (&misspelt, vec![&good], "peddal"),
     ] {
         let mut call = vec!["diagnose", "--model", path(model), "--fit"];
@@ -87,4 +87,26 @@ fn another_trim_than_the_models_is_said() {
     assert!(answer["off_trim"].as_array().unwrap().len() >= 3, "{answer}");
     assert!(said.contains("do not begin in the model's trim"), "{said}");
     assert!(answer["findings"].as_array().unwrap().iter().all(|one| one["channel"] != "collective"), "{answer}");
+}
+
+/// Instruments are judged first, with no model in the loop: a run whose sign is turned is named and set aside, the others stand.
+#[test]
+fn a_run_whose_instruments_disagree_is_set_aside() {
+    let folder = folder("diagnose-aside");
+    let model = own("replay/models/puma-like.toml");
+    let turned = flown(&folder, "turned.csv", &model, "pedal:3211:0.02:0.7", "1");
+    let good = flown(&folder, "good.csv", &model, "pedal:doublet:0.02:0.8", "2");
+    let mut run = RunFile::read(&turned);
+    let q = run.place("q");
+    for cell in run.rows.iter_mut().filter_map(|row| row.get_mut(q)).filter(|cell| !cell.is_empty()) {
+        *cell = format!("{}", -cell.parse::<f64>().unwrap());
+    }
+    run.write(&turned);
+    let call = ["diagnose", "--model", path(&model), "--fit", path(&turned), path(&good), "--json", "-"];
+    let (status, out, said) = ended(&sideslip(&call));
+    assert_eq!(status, 3, "{said}");
+    let answer: Value = serde_json::from_str(&out).unwrap();
+    let aside = answer["set_aside"].as_array().unwrap();
+    assert!(aside.len() == 1 && aside[0]["reason"].as_str().unwrap().contains("instruments do not agree"), "{aside:?}");
+    assert!(said.contains("set aside") && answer["verdict"]["kind"] == "none", "{said}");
 }

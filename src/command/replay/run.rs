@@ -137,7 +137,8 @@ impl Run {
             if rows == 0
                 && let Some(path) = files.log
             {
-                let (sender, started) = Log::start(path, self.head.clone(), pace)?;
+                // A file waits for its log at any pace; what comes over the bus does not.
+                let (sender, started) = Log::start(path, self.head.clone(), if on_bus { pace } else { Pace::Max })?;
                 sink = Sink::new(Some(sender));
                 writing = Some(started);
             }
