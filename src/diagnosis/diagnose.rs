@@ -234,7 +234,9 @@ type Looked = (Problem, Searched, Option<Unknown>);
 /// and the search is begun again with it.
 fn look(problem: Problem, known: &[Vec<DeclaredEffect>], settings: &Settings) -> Option<Looked> {
     let (searched, unknown) = look_once(&problem, known, settings)?;
-    match problem.with_noise_about(&searched.point) {
+    // What many derivatives leave is the model's, and no noise of instruments.
+    let many = searched.rivals.len() > known.len() + settings.causes;
+    match problem.with_noise_about(&searched.point).filter(|_| !many) {
         Some(noisier) => {
             let (searched, _) = look_once(&noisier, known, settings)?;
             Some((noisier, searched, unknown))

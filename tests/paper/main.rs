@@ -15,6 +15,7 @@ mod paper_cases;
 mod program;
 
 mod collapse;
+mod diagnosis;
 mod flown;
 mod monte_carlo;
 mod path;

@@ -2,6 +2,7 @@
 
 mod json;
 mod page;
+mod points;
 mod table;
 
 use super::flight_condition::FlightCondition;
@@ -15,9 +16,10 @@ use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::effect_file::DeclaredEffect;
 use sideslip::flight::run_file::RunInfo;
+use sideslip::identification::test_point::test_points;
 use sideslip::outputs::terminal::Style;
 use sideslip::simulation::flight_model::FlightModel;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 const EXAMPLE: &str = "\
 Example:
@@ -29,7 +31,8 @@ way of each control to its blade, rotor speed, gusts, the instruments. All are w
 own tolerance free to answer, the best are fitted with their numbers free, and after each that is taken the search goes on until
 what remains is noise. Causes that the data do not tell apart are told together. Where no hypothesis explains what is there, it
 says so: on which axis, and in which band. The gain is that of free runs on runs which were not fitted; without a gain no model is
-extended. Runs should begin in the trim of the model.
+extended. Runs should begin in the trim of the model. A Level-1 model whose airspeed and climb are left open is trimmed where runs
+of several test points were flown: each is diagnosed at its own, and all over the flight path.
 
 Exit status: 0 done, whatever was found; 1 failed while running; 2 the call, a recording or a model is wrong; 3 done, rows were
 skipped or a run was set aside. With --json - the table goes to standard error.";
@@ -84,7 +87,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let mapping = read_mapping(args.config.as_deref())?;
     let (of_run, of_model): (Vec<String>, Vec<String>) =
         args.condition.set.iter().cloned().partition(|set| RunInfo::is_known(set.split('=').next().unwrap_or_default().trim()));
-    let model = args.condition.fly(of_model, &format!("; or a key of the run ({})", RunInfo::known_keys()))?;
+    let model = args.condition.fly(of_model.clone(), &format!("; or a key of the run ({})", RunInfo::known_keys()))?;
     let read = |files: &[PathBuf]| files.iter().map(|file| read_run(file, &of_run, &mapping)).collect::<Result<Vec<_>, _>>();
     let (fit, holdout) = (read(&args.fit)?, read(&args.holdout)?);
     refuse_two_aircraft(fit.iter().chain(&holdout).zip(args.fit.iter().chain(&args.holdout)))?;
@@ -98,30 +101,55 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         named.collect()
     };
     let (fit, holdout) = (recorded(fit, &args.fit), recorded(holdout, &args.holdout));
-    let settings = Settings { causes: args.causes, ..Settings::default() };
-    let diagnosis = diagnose(&model, &fit, &holdout, &settings).map_err(|wrong| Failure::Input(wrong.to_string()))?;
-    losses.extend(diagnosis.set_aside.iter().map(|(name, why)| format!("{name}: set aside: {why}")));
-    let extension = diagnosis.extension();
-    let extended = args.extended.clone().filter(|_| !extension.is_empty());
-    let answer = Answer { model, diagnosis, extension, controls, extended };
-    tell(args, &answer, &Flights { fit: &fit, holdout: &holdout })?;
+    let groups = test_points(&fit.iter().map(points::condition).collect::<Vec<_>>());
+    if groups.len() > 1 && args.condition.is_left_to_runs(&model) {
+        losses.extend(points::run(args, &of_model, (&fit, &holdout), &groups, controls)?);
+    } else {
+        let answer = answered(args, model, (&fit, &holdout), controls, &mut losses)?;
+        tell(args, &answer, &Flights { fit: &fit, holdout: &holdout })?;
+    }
     for loss in &losses {
         message(format_args!("sideslip: {loss}"));
     }
     Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })
 }
 
+/// Diagnoses a model by the runs of one test point.
+fn answered(
+    args: &Args,
+    model: FlightModel,
+    (fit, holdout): (&[Recorded], &[Recorded]),
+    controls: ControlNames,
+    losses: &mut Vec<String>,
+) -> Result<Answer, Failure> {
+    let settings = Settings { causes: args.causes, ..Settings::default() };
+    let diagnosis = diagnose(&model, fit, holdout, &settings).map_err(|wrong| Failure::Input(wrong.to_string()))?;
+    losses.extend(diagnosis.set_aside.iter().map(|(name, why)| format!("{name}: set aside: {why}")));
+    let extension = diagnosis.extension();
+    let extended = args.extended.clone().filter(|_| !extension.is_empty());
+    Ok(Answer { model, diagnosis, extension, controls, extended })
+}
+
+/// The extended model to its file.
+fn write_extended(answer: &Answer) -> Result<(), Failure> {
+    let Some(path) = &answer.extended else { return Ok(()) };
+    let all: Vec<DeclaredEffect> = answer.model.file.effects.iter().chain(&answer.extension).copied().collect();
+    let text = answer.model.with_effects(&all).map_err(|wrong| Failure::Running(wrong.to_string()))?;
+    write_whole(path, |file| file.write_all(text.as_bytes()))
+}
+
+fn write_page(path: &Path, answer: &Answer, flights: &Flights<'_>) -> Result<(), Failure> {
+    let text = page::text(answer, flights)?;
+    write_whole(path, |file| file.write_all(text.as_bytes()))
+}
+
 fn tell(args: &Args, answer: &Answer, flights: &Flights<'_>) -> Result<(), Failure> {
-    if let Some(path) = &answer.extended {
-        let all: Vec<DeclaredEffect> = answer.model.file.effects.iter().chain(&answer.extension).copied().collect();
-        let text = answer.model.with_effects(&all).map_err(|wrong| Failure::Running(wrong.to_string()))?;
-        write_whole(path, |file| file.write_all(text.as_bytes()))?;
-    } else if let Some(path) = &args.extended {
+    write_extended(answer)?;
+    if let Some(path) = args.extended.as_ref().filter(|_| answer.extended.is_none()) {
         message(format_args!("sideslip: {}: not written, for there is nothing to extend", path.display()));
     }
     if let Some(path) = &args.html {
-        let text = page::text(answer, flights)?;
-        write_whole(path, |file| file.write_all(text.as_bytes()))?;
+        write_page(path, answer, flights)?;
     }
     let style = if args.json.is_some() { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
     let text = table::text(answer, style);

@@ -1,0 +1,193 @@
+//! Several test points: the model trimmed where each was flown, a diagnosis of each, and what varies with the flight path.
+
+use super::json::document;
+use super::table;
+use super::{Answer, Args, Flights, answered, write_extended, write_page};
+use crate::command::message;
+use crate::command::output_file::{print, write_json};
+use serde_json::{Value, json};
+use sideslip::diagnosis::diagnose::Recorded;
+use sideslip::diagnosis::flight_path::{AtPath, Varying, varying};
+use sideslip::error::Failure;
+use sideslip::flight::channel::{Channel, ControlNames};
+use sideslip::flight::effect::Effect;
+use sideslip::flight::effect_file::DeclaredEffect;
+use sideslip::identification::test_point::Condition;
+use sideslip::modes::lateral;
+use sideslip::outputs::terminal::Style;
+use sideslip::regression::record::{LateralDerivatives, Status};
+use sideslip::simulation::linear::with_effects;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+/// What is a run's trim, s.
+const TRIM_S: f64 = 1.0;
+
+/// One test point.
+struct Point {
+    condition: Condition,
+    runs: Vec<String>,
+    answer: Answer,
+}
+
+/// Where a run was flown, by its first second.
+pub(super) fn condition(run: &Recorded) -> Condition {
+    let begin_s = run.samples.first().map_or(0.0, |first| first.time_s);
+    let trim = || run.samples.iter().take_while(|sample| sample.time_s <= begin_s + TRIM_S);
+    let values = |channel: Channel| -> Vec<(f64, f64)> {
+        trim().filter_map(|sample| Some((sample.time_s, sample.get(channel).filter(|value| value.is_finite())?))).collect()
+    };
+    let mean = |name: &str| {
+        let values = values(Channel::from_name(name)?.0);
+        (!values.is_empty()).then(|| values.iter().map(|(_, value)| value).sum::<f64>() / values.len() as f64)
+    };
+    let altitude_rate = || {
+        let values = values(Channel::Altitude);
+        let ends = values.first().zip(values.last());
+        ends.map_or(f64::NAN, |((from_s, from), (to_s, to))| (to - from) / (to_s - from_s))
+    };
+    Condition::of_trim(mean, altitude_rate)
+}
+
+/// Diagnoses each test point and tells all; what was lost.
+pub(super) fn run(
+    args: &Args,
+    set: &[String],
+    (fit, holdout): (&[Recorded], &[Recorded]),
+    groups: &[Vec<usize>],
+    controls: ControlNames,
+) -> Result<Vec<String>, Failure> {
+    let (mut points, mut losses) = (Vec::new(), Vec::new());
+    let mut kept_back = vec![false; holdout.len()];
+    for (number, group) in groups.iter().enumerate() {
+        let own: Vec<Recorded> = group.iter().filter_map(|&place| fit.get(place)).cloned().collect();
+        let condition = Condition::mean(&own.iter().map(self::condition).collect::<Vec<_>>());
+        let model = args.condition.fly_at(set.to_vec(), condition.speed, condition.climb())?;
+        let near = |run: &Recorded| self::condition(run).is_near(&condition);
+        let held: Vec<Recorded> = holdout.iter().filter(|run| near(run)).cloned().collect();
+        kept_back.iter_mut().zip(holdout).for_each(|(used, run)| *used |= near(run));
+        message(format_args!("test point {} of {}: {}", number + 1, groups.len(), in_words(&condition, own.len())));
+        let mut answer = answered(args, model, (&own, &held), controls, &mut losses)?;
+        answer.extended = answer.extended.map(|path| numbered(&path, number));
+        write_extended(&answer)?;
+        if let Some(path) = &args.html {
+            write_page(&numbered(path, number), &answer, &Flights { fit: &own, holdout: &held })?;
+        }
+        points.push(Point { condition, runs: own.into_iter().map(|run| run.name).collect(), answer });
+    }
+    let unused = kept_back.iter().zip(holdout).filter(|(used, _)| !**used);
+    losses.extend(unused.map(|(_, run)| format!("{}: kept back for no test point: none was flown near it", run.name)));
+    let at: Vec<AtPath<'_>> = points
+        .iter()
+        .map(|point| AtPath {
+            path_rad: point.condition.path,
+            model: point.answer.model.linear(),
+            tolerance: point.answer.model.file.tolerance,
+            diagnosis: &point.answer.diagnosis,
+        })
+        .collect();
+    tell(args, &points, &varying(&at), controls)?;
+    Ok(losses)
+}
+
+/// `better.toml` of the second test point is `better-2.toml`.
+fn numbered(path: &Path, number: usize) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let ending = path.extension().map(|ending| format!(".{}", ending.to_string_lossy())).unwrap_or_default();
+    path.with_file_name(format!("{stem}-{}{ending}", number + 1))
+}
+
+fn in_words(condition: &Condition, runs: usize) -> String {
+    let path_deg = condition.path.to_degrees();
+    format!("{runs} run(s) at {:.1} m/s, flight path {path_deg:+.1} deg ({:+.1} m/s)", condition.speed, condition.climb())
+}
+
+fn tell(args: &Args, points: &[Point], varying: &[Varying], controls: ControlNames) -> Result<(), Failure> {
+    let style = if args.json.is_some() { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
+    let mut text = String::new();
+    for (number, point) in points.iter().enumerate() {
+        let heading = format!("Test point {}: {}", number + 1, in_words(&point.condition, point.runs.len()));
+        let _ = writeln!(text, "{}\n{}", style.bold(heading), table::text(&point.answer, style));
+    }
+    text.push_str(&closing(points, varying, controls, style));
+    let Some(path) = &args.json else { return print(&text) };
+    message(format_args!("{}", text.trim_end()));
+    let of_points: Vec<Value> = points
+        .iter()
+        .map(|point| {
+            let mut one = document(&point.answer);
+            one["runs"] = json!(point.runs);
+            one["speed_mps"] = json!(point.condition.speed);
+            one["path_rad"] = json!(point.condition.path);
+            one["lateral_roots"] =
+                json!({ "model": lateral_root(point, &[]), "extended": lateral_root(point, &point.answer.extension) });
+            one
+        })
+        .collect();
+    let of_path: Vec<Value> = varying.iter().map(|one| of_path(one, controls)).collect();
+    let document = json!({ "verdict": verdict(points, varying, controls), "test_points": of_points, "flight_path": of_path });
+    write_json(path, &format!("{document:#}\n"))
+}
+
+/// Dutch roll of the lateral subsystem v p phi r with these effects besides the model's own.
+fn lateral_root(point: &Point, extension: &[DeclaredEffect]) -> Value {
+    let model = &point.answer.model;
+    let effects: Vec<Effect> = model.file.effects.iter().chain(extension).map(|declared| declared.effect).collect();
+    let root = with_effects(model.linear(), &effects)
+        .ok()
+        .and_then(|linear| lateral::modes(0.0, Status::Converged, &LateralDerivatives::of(&linear))?.dutch_roll);
+    root.map_or(Value::Null, |root| json!({ "real": root.real, "imag": root.imag }))
+}
+
+/// Derivatives against the flight path, one a line: the model's and the flight's at each test point.
+fn closing(points: &[Point], varying: &[Varying], controls: ControlNames, style: Style) -> String {
+    let mut text = String::new();
+    if varying.is_empty() {
+        return text;
+    }
+    let _ =
+        writeln!(text, "{}", style.bold("Derivatives against the flight path, model -> flight +- s.e. (blank: as the model)"));
+    let path = |point: &Point| format!("{:>30}", format!("{:+.1} deg", point.condition.path.to_degrees()));
+    let heads: String = points.iter().map(path).collect();
+    let _ = writeln!(text, "  {:<12}{heads}   a radian, more than the model's", "");
+    for one in varying {
+        let cell = |held: &sideslip::diagnosis::flight_path::Held| {
+            let flight =
+                if held.off { format!("{:.4} -> {:.4} +- {:.4}", held.model, held.flight, held.std) } else { String::new() };
+            format!("{flight:>30}")
+        };
+        let cells: String = one.at.iter().map(cell).collect();
+        let (slope, std) = one.slope;
+        let name = format!("{}_{}", one.axis.name(), one.variable.name(controls));
+        let mark = if one.varies() { " *" } else { "" };
+        let _ = writeln!(text, "  {name:<12}{cells}   {slope:+.3} +- {std:.3}{mark}");
+    }
+    let _ = writeln!(text, "  * varies with the flight path by more than the model says, beyond three standard errors");
+    text
+}
+
+fn of_path(one: &Varying, controls: ControlNames) -> Value {
+    let at: Vec<Value> = one
+        .at
+        .iter()
+        .map(|held| json!({ "model": held.model, "flight": held.flight, "std": held.std, "off": held.off }))
+        .collect();
+    let (slope, std) = one.slope;
+    json!({ "kind": "flight_path", "axis": one.axis.name(), "variable": one.variable.name(controls), "slope": slope, "std": std,
+        "varies": one.varies(), "at": at })
+}
+
+/// The derivative that varies most surely; where none does, what is wrong at the first test point.
+fn verdict(points: &[Point], varying: &[Varying], controls: ControlNames) -> Value {
+    let sure = |one: &Varying| (one.slope.0 / one.slope.1).abs();
+    match varying.iter().filter(|one| one.varies()).max_by(|a, b| sure(a).total_cmp(&sure(b))) {
+        Some(one) => {
+            let mut verdict = of_path(one, controls);
+            let (name, (slope, std)) = (format!("{}_{}", one.axis.name(), one.variable.name(controls)), one.slope);
+            verdict["statement"] =
+                json!(format!("{name} changes with the flight path by {slope:.3} +- {std:.3} a radian more than the model says"));
+            verdict
+        }
+        None => points.first().map_or(Value::Null, |point| document(&point.answer)["verdict"].clone()),
+    }
+}
