@@ -26,7 +26,7 @@ pub(super) fn document(answer: &Answer) -> Value {
         .map(|finding| {
             let mut document = cause(answer, &finding.cause);
             if let Some(ratio) = &finding.held_out {
-                document.insert("held_out".to_owned(), json!(borne_out(ratio.judged())));
+                document.insert("held_out".to_owned(), json!(borne_out(ratio)));
                 document.insert("held_out_ratio".to_owned(), json!(ratio.value));
                 document.insert("held_out_ratio_interval".to_owned(), json!(ratio.interval));
             }

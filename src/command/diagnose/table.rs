@@ -5,13 +5,19 @@ use super::json::{dutch_roll, judged};
 use sideslip::diagnosis::companions::{Companions, Together};
 use sideslip::diagnosis::diagnose::Ranked;
 use sideslip::diagnosis::explain::{class, manoeuvre, statement, unknown};
-use sideslip::diagnosis::gain::Judged;
+use sideslip::diagnosis::gain::{Estimate, Judged};
 use sideslip::outputs::terminal::Style;
 use std::fmt::Write;
 
-/// What the runs kept back say of one cause.
-pub(super) fn borne_out(judged: Judged) -> &'static str {
-    match judged {
+/// Less of a change of the error than this is none that matters.
+const HARDLY: f64 = 0.02;
+/// Of more causes than these each has a line only.
+const MANY: usize = 5;
+
+/// What the runs kept back say of one cause: the error with it over that without it.
+pub(super) fn borne_out(ratio: &Estimate) -> &'static str {
+    match ratio.judged() {
+        _ if (ratio.value - 1.0).abs() < HARDLY => "hardly seen there",
         Judged::Gain => "borne out",
         Judged::NoGain => "neither borne out nor refuted",
         Judged::Loss => "refuted",
@@ -36,9 +42,9 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
     }
     for (number, finding) in diagnosis.findings.iter().enumerate() {
         let _ = writeln!(text, "  {}. {} (probability {:.2})", number + 1, say(&finding.cause), finding.cause.probability);
-        if let Some(ratio) = &finding.held_out {
+        if let Some(ratio) = finding.held_out.as_ref().filter(|_| diagnosis.findings.len() <= MANY) {
             let [low, high] = ratio.interval;
-            let words = borne_out(ratio.judged());
+            let words = borne_out(ratio);
             let _ = writeln!(
                 text,
                 "     on the runs kept back: {words} (error with it over without: {:.3} [{low:.3} {high:.3}])",
