@@ -97,7 +97,8 @@ fn slope(points: &[(f64, f64, f64)]) -> (f64, f64) {
     let whole = sum(&|_| 1.0);
     let (mean_path, mean) = (sum(&|point| point.0) / whole, sum(&|point| point.1) / whole);
     let spread = sum(&|point| (point.0 - mean_path) * (point.0 - mean_path));
-    if !(spread > 0.0 && points.len() > 1) {
+    // Paths that differ by less than a tenth of a milliradian are one.
+    if !(spread > 1e-8 * whole && points.len() > 1) {
         return (f64::NAN, f64::NAN);
     }
     let slope = sum(&|point| (point.0 - mean_path) * (point.1 - mean)) / spread;
