@@ -5,7 +5,7 @@
 //! what effects add stands beside it as a linear model; its inner states (flapping, inflow, actuators) are taken as settled.
 
 use crate::flight::control::CONTROLS;
-use crate::flight::derivative::{AXES, VARIABLES, Variable};
+use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
 use crate::flight::effect::Effect;
 use crate::flight::model::{LinearModel, Trim};
 use crate::flight::term::{MOTION, Term};
@@ -47,12 +47,8 @@ impl Aircraft {
     }
 
     /// Whether nothing is said of an axis.
-    pub fn is_silent(&self, axis: usize) -> bool {
-        let model = &self.linear;
-        let linear = model.derivatives.get(axis).into_iter().flatten().chain(model.rotor_speed.get(axis));
-        let mut linear = linear.map(|derivative| libm::fabs(*derivative));
-        let terms = || model.terms.iter().any(|term| term.axis.index() == axis);
-        self.level1.is_none() && !linear.any(|size| size > 0.0) && !terms()
+    pub fn is_silent(&self, axis: Axis) -> bool {
+        self.level1.is_none() && !self.linear.speaks_of(axis)
     }
 
     /// The trim.

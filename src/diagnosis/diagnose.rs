@@ -236,7 +236,7 @@ fn look(problem: Problem, known: &[Vec<DeclaredEffect>], settings: &Settings) ->
     let (searched, unknown) = look_once(&problem, known, settings)?;
     // What many derivatives leave is the model's, and no noise of instruments.
     let many = searched.rivals.len() > known.len() + settings.causes;
-    match problem.with_noise_about(&searched.point).filter(|_| !many) {
+    match if many { None } else { problem.with_noise_about(&searched.point) } {
         Some(noisier) => {
             let (searched, _) = look_once(&noisier, known, settings)?;
             Some((noisier, searched, unknown))

@@ -251,9 +251,7 @@ fn axis_of(channel: Channel) -> Option<Axis> {
 /// Whether the model, or what effects make of it, has anything on that axis.
 fn has_axis(axis: Axis, in_trim: &Flight, effects: &[Effect]) -> bool {
     let Ok(model) = with_effects(&in_trim.model, effects) else { return true };
-    let linear = model.derivatives.get(axis.index()).into_iter().flatten().chain(model.rotor_speed.get(axis.index()));
-    let mut linear = linear.map(|derivative| libm::fabs(*derivative));
-    in_trim.level1.is_some() || linear.any(|size| size > 0.0) || model.terms.iter().any(|term| term.axis == axis)
+    in_trim.level1.is_some() || model.speaks_of(axis)
 }
 
 fn finite(samples: &[Sample], channel: Channel) -> impl Iterator<Item = (f64, f64)> + '_ {

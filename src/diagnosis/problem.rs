@@ -87,7 +87,7 @@ pub struct Problem {
 impl Problem {
     /// Of runs and a model whose derivatives may each be off by so much of themselves, and by their standard errors.
     pub fn new(aircraft: Aircraft, fixed: Vec<Effect>, mut runs: Vec<Record>, tolerance: f64, stds: &Partials) -> Self {
-        let silent = core::array::from_fn(|axis| aircraft.is_silent(axis));
+        let silent = Axis::ALL.map(|axis| aircraft.is_silent(axis));
         for run in &mut runs {
             (0..3).filter(|&axis| silent[axis]).for_each(|axis| run.feel(axis));
         }
@@ -105,24 +105,15 @@ impl Problem {
         for (axis, least) in Axis::ALL.into_iter().zip(&mut least) {
             for (place, variable) in Variable::CONTROLS.into_iter().enumerate() {
                 let by = aircraft.linear.derivative(axis, variable);
-                let density = runs.iter().filter_map(|run| {
-                    let noise = run.input_noise.get(place)?;
-                    Some(noise * noise * run.inputs.get(place)?.as_ref()?.interval_s()?)
-                });
-                *least += by * by * density.fold(0.0, f64::max);
+                *least += by * by * input_density(&runs, place);
             }
         }
-        let felt = |axis: usize| runs.iter().all(|run| run.inputs.get(FELT + axis).is_some_and(Option::is_some));
         let off_trim = off_trim(aircraft.trim(), &runs);
         let mut constant_std = if off_trim.len() < FEW { AT_TRIM_STD } else { OFF_TRIM_STD };
         for axis in (0..AXES).filter(|&axis| silent[axis]) {
-            constant_std[axis] = of_silent(axis, felt(axis), SILENT_STD);
-            if axis < 3 && felt(axis) {
-                let density = runs.iter().filter_map(|run| {
-                    let noise = run.input_noise.get(FELT + axis)?;
-                    Some(noise * noise * run.inputs.get(FELT + axis)?.as_ref()?.interval_s()?)
-                });
-                least[axis] += density.fold(0.0, f64::max);
+            constant_std[axis] = of_silent(axis, is_felt(&runs, axis), SILENT_STD);
+            if axis < 3 && is_felt(&runs, axis) {
+                least[axis] += input_density(&runs, FELT + axis);
             }
         }
         Problem { aircraft, fixed, runs, small, least, silent, off_trim, constant_std }
@@ -130,9 +121,9 @@ impl Problem {
 
     /// Nothing is wrong.
     pub fn zero(&self) -> Point {
-        let felt = |axis: usize| self.runs.iter().all(|run| run.inputs.get(FELT + axis).is_some_and(Option::is_some));
-        let first =
-            |axis: usize| if self.silent[axis] { of_silent(axis, felt(axis), SILENT_DENSITY) } else { FIRST_DENSITY[axis] };
+        let first = |axis: usize| {
+            if self.silent[axis] { of_silent(axis, is_felt(&self.runs, axis), SILENT_DENSITY) } else { FIRST_DENSITY[axis] }
+        };
         let force = core::array::from_fn(|axis| first(axis).max(self.least[axis]));
         Point {
             hypotheses: Vec::new(),
@@ -337,6 +328,20 @@ fn scatter(e: &[f64]) -> f64 {
     }
     let coloured: f64 = (1..COLOUR_LAGS).map(|lag| product(lag) / power).take_while(|rho| *rho > 0.0).sum();
     power * (1.0 + 2.0 * coloured)
+}
+
+/// Whether every run has what an accelerometer felt along an axis that the model says nothing of.
+fn is_felt(runs: &[Record], axis: usize) -> bool {
+    runs.iter().all(|run| run.inputs.get(FELT + axis).is_some_and(Option::is_some))
+}
+
+/// The largest density of an input's own noise over the runs, its unit squared times s.
+fn input_density(runs: &[Record], place: usize) -> f64 {
+    let density = runs.iter().filter_map(|run| {
+        let noise = run.input_noise.get(place)?;
+        Some(noise * noise * run.inputs.get(place)?.as_ref()?.interval_s()?)
+    });
+    density.fold(0.0, f64::max)
 }
 
 /// Of an axis that the model says nothing of: a force that is felt, one that is not, a moment.

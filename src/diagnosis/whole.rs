@@ -2,9 +2,8 @@
 //!
 //! Consumes the problem; with every derivative of the axes that the model speaks of as free as the search's own priors make one
 //! alone, and all at once, those that come out off by more than `SURE` standard errors become causes, and the others go back to
-//! the model's tolerance, until all that stay are off by so many. Then the
-//! search goes on from there. What is left of a model that is wrong in another way
-//! stays left: the caller judges that as after the search.
+//! the model's tolerance, until all that stay are off by so many. Then the search goes on from there. What is left of a model
+//! that is wrong in another way stays left: the caller judges that as after the search.
 
 use super::library::library;
 use super::linearise::With;

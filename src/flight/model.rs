@@ -98,6 +98,13 @@ impl LinearModel {
         LinearModel { trim, ..LinearModel::default() }
     }
 
+    /// Whether it says anything of what acts on that axis: a derivative, the rotor's speed or a nonlinear term.
+    pub fn speaks_of(&self, axis: Axis) -> bool {
+        let linear = self.derivatives.get(axis.index()).into_iter().flatten().chain(self.rotor_speed.get(axis.index()));
+        let mut linear = linear.map(|derivative| libm::fabs(*derivative));
+        linear.any(|size| size > 0.0) || self.terms.iter().any(|term| term.axis == axis)
+    }
+
     /// A derivative.
     pub const fn derivative(&self, axis: Axis, variable: Variable) -> f64 {
         self.derivatives[axis.index()][variable.index()]
