@@ -36,6 +36,8 @@ struct Lines {
     last_s: f64,
     count: u32,
     interval_s: f64,
+    /// Whether the last interval was a gap.
+    gap: bool,
 }
 
 /// The notch of every channel.
@@ -54,7 +56,7 @@ pub struct LineNotch {
 impl LineNotch {
     /// A rotor with so many blades; its speed serves for `hold_s`.
     pub const fn new(blades: Option<u32>, hold_s: f64) -> Self {
-        let none = Lines { weights: [[0.0; 2]; LINES], slow: 0.0, last_s: 0.0, count: 0, interval_s: 0.0 };
+        let none = Lines { weights: [[0.0; 2]; LINES], slow: 0.0, last_s: 0.0, count: 0, interval_s: 0.0, gap: false };
         LineNotch { blades, lines: [none; CHANNELS], phase: 0.0, passing: None, hold_s, folded: false }
     }
 
@@ -95,15 +97,21 @@ impl LineNotch {
             let interval_s = time_s - lines.last_s;
             lines.last_s = time_s;
             if lines.count == 0 || interval_s > self.hold_s {
-                *lines = Lines { weights: [[0.0; 2]; LINES], slow: value, last_s: time_s, count: 1, interval_s: 0.0 };
+                let weights = [[0.0; 2]; LINES];
+                *lines = Lines { weights, slow: value, last_s: time_s, count: 1, interval_s: 0.0, gap: false };
                 continue;
             }
             lines.count = lines.count.saturating_add(1);
             // What was lost on the way says nothing of how fast the channel is sampled, and one sample after it counts as one.
-            let gap = lines.count > SAMPLED && interval_s > GAP_INTERVALS * lines.interval_s;
-            if !gap {
+            let long = lines.count > SAMPLED && interval_s > GAP_INTERVALS * lines.interval_s;
+            let gap = long && !lines.gap;
+            if long && lines.gap {
+                // Two long ones running: the channel has slowed, and this is its interval now.
+                (lines.interval_s, lines.count) = (interval_s, SAMPLED);
+            } else if !gap {
                 lines.interval_s += (interval_s - lines.interval_s) / f64::from(lines.count.min(50));
             }
+            lines.gap = gap;
             let learnt_s = if gap { lines.interval_s } else { interval_s };
             let (mut rest, mut used) = (value, [false; LINES]);
             for (k, (weights, reference)) in lines.weights.iter().zip(&references).enumerate() {
@@ -189,6 +197,23 @@ mod tests {
         // Half a tenth of the line, as without a gap; with the whole gap's weight a fifth of it was there again.
         assert!((left / count).sqrt() < 0.05 * 0.6, "{}", (left / count).sqrt());
         assert!(!notch.folded());
+    }
+
+    #[test]
+    fn a_channel_that_slows_for_good_is_judged_at_its_new_rate() {
+        // At 17 samples a second the line looks like 0.19 Hz; at 128 before, it was a line.
+        let mut notch = LineNotch::new(Some(4), 0.5);
+        let before = (0..6 * 128).map(|i| f64::from(i) / 128.0);
+        for t in before.chain((0..6 * 17).map(|i| 6.0 + f64::from(i) / 17.0)) {
+            let mut sample = Sample::new(t);
+            sample.set(Channel::Az, libm::cos(108.0 * t));
+            sample.set(Channel::RotorSpeed, 27.0);
+            notch.clean(&mut sample);
+            if t > 6.5 {
+                assert!((sample.get(Channel::Az).unwrap() - libm::cos(108.0 * t)).abs() < 1e-9, "{t}");
+            }
+        }
+        assert!(notch.folded());
     }
 
     #[test]

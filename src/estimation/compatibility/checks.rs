@@ -6,6 +6,8 @@ use super::motion::{STATES, rate, seen};
 use super::noise::first_guess;
 use super::parameter::{INPUTS, OUTPUT_CHANNELS, OUTPUTS, TIMING, Theta};
 use super::record::Record;
+use super::select::run_of;
+use super::wiring::{Exchanged, exchanged};
 use crate::flight::channel::Channel;
 use crate::flight::run::RunGeometry;
 use crate::telemetry::record::Sample;
@@ -78,6 +80,14 @@ fn sensitivities_are_those_of_central_differences() {
             assert!(off <= 0.0025 * size + 1e-9, "parameter {index}: {off:e} of {size:e}");
         }
     }
+}
+
+#[test]
+fn accelerometers_under_each_others_names_are_known_by_the_whole_fit() {
+    let mut run = run_of(flown());
+    assert_eq!(exchanged(&run), Exchanged::No);
+    run.record.inputs.swap(0, 1);
+    assert_eq!(exchanged(&run), Exchanged::Yes);
 }
 
 /// Bank alone: a walk driven by the gyro's noise, read with noise. Its density by the whole covariance at once:

@@ -7,11 +7,11 @@ use super::coarse::speed_unit;
 use super::correction::{Alternative, Correction, effect_of, merged, splits};
 use super::fit::{Run, parameter_at, place_of};
 use super::observable::{absent, doubted, drowned, idle, idled, motion, turned};
-use super::parameter::{BIAS, INPUT_CHANNELS, Kind, OUTPUT_CHANNELS, STANDING, Theta};
+use super::parameter::{BIAS, Kind, Parameter, STANDING, Theta};
 use super::record::Record;
 use super::select::{Fault, Found, is_gusty, is_stirred};
-use super::series::Series;
 use super::verdict::{Fitness, Verdict};
+use super::wiring::{Exchanged, exchanged, miswired};
 use crate::flight::channel::{Channel, ControlNames};
 use crate::flight::effect::Effect;
 use crate::flight::effect_file::DeclaredEffect;
@@ -26,9 +26,6 @@ const MOVES_RAD: f64 = 0.01;
 /// Factors beyond which no instrument reads.
 const FACTOR_MIN: f64 = 0.5;
 const FACTOR_MAX: f64 = 1.5;
-/// Mean of an accelerometer, m/s^2, and of an angle, rad, from which wrong wiring makes a bias.
-const MISWIRED_MEAN: f64 = 0.05;
-const MISWIRED_ANGLE: f64 = 0.01;
 /// Standard errors that an error has to exceed in stirred air, where gusts that go with the motion are no noise: flights with
 /// healthy instruments in gusts of 0.3 m/s feigned up to eight.
 const STIRRED_STDS: f64 = 10.0;
@@ -40,6 +37,7 @@ pub(super) fn judged(name: &str, found: &Found, number: usize, names: &[String],
     let mut doubts: Vec<String> = Vec::new();
     let mut unfit = None;
     let mut rough = is_gusty(run);
+    let mut exchange = None;
     for fault in &found.faults {
         let (parameter, own) = parameter_at(fault.name.place);
         if own.is_some_and(|own| own != number) || !run.active.contains(&parameter.index) {
@@ -56,6 +54,20 @@ pub(super) fn judged(name: &str, found: &Found, number: usize, names: &[String],
         if let Some(reason) = turned(parameter, others) {
             doubts.push(doubted(parameter, &reason, fault.value, fault.std));
             continue;
+        }
+        if by_accelerometers(parameter) {
+            match exchange.get_or_insert_with(|| exchanged(run)) {
+                Exchanged::No => {}
+                Exchanged::Perhaps => {
+                    let reason = "so would ax and ay under each other's names";
+                    doubts.push(doubted(parameter, reason, fault.value, fault.std));
+                    continue;
+                }
+                Exchanged::Yes => {
+                    unfit = Some("ax and ay under each other's names agree with the others far better".to_owned());
+                    continue;
+                }
+            }
         }
         // Before the air is blamed: what a wiring error leaves looks like it.
         if let (Kind::Bias, Some(channel)) = (parameter.kind, parameter.channel())
@@ -138,33 +150,13 @@ pub(super) fn judged(name: &str, found: &Found, number: usize, names: &[String],
     Some(Verdict { run: name.to_owned(), fitness, reason, corrections, consistency, not_observable, screened })
 }
 
-/// What wiring would make so large a bias: a channel with its sign turned has twice its mean, ax and ay exchanged the difference
-/// of theirs. Of channels that hardly move besides, which no increments show.
-fn miswired(run: &Run, channel: Channel, bias: f64, std: f64) -> Option<String> {
-    let mean = |channel: Channel| {
-        let input = INPUT_CHANNELS.iter().position(|one| *one == channel).and_then(|place| run.record.inputs.get(place));
-        let output = OUTPUT_CHANNELS.iter().position(|one| *one == channel).and_then(|place| run.record.outputs.get(place));
-        input.or(output)?.as_ref().map(Series::average)
-    };
-    let made = |would: f64| (bias - would).abs() < 3.0 * std && bias.abs() > 5.0 * std;
-    let own = mean(channel)?;
-    let name = channel.name(ControlNames::Rotorcraft);
-    let (least, other) = match channel {
-        Channel::Ax => (MISWIRED_MEAN, Some(Channel::Ay)),
-        Channel::Ay => (MISWIRED_MEAN, Some(Channel::Ax)),
-        Channel::Phi => (MISWIRED_ANGLE, None),
-        _ => return None,
-    };
-    if own.abs() > least && made(2.0 * own) {
-        return Some(format!(
-            "{name} reads like one with its sign turned: its bias would be twice its mean, which is not told apart"
-        ));
+/// Whether an error is one that accelerometers under each other's names feign.
+fn by_accelerometers(parameter: Parameter) -> bool {
+    match parameter.kind {
+        Kind::AccelerometerPlace(_) => true,
+        Kind::Scale | Kind::Timing => matches!(parameter.channel(), Some(Channel::Ax | Channel::Ay)),
+        _ => false,
     }
-    let apart = own - mean(other?)?;
-    (apart.abs() > least && made(apart)).then(|| {
-        "ax and ay read like each other, exchanged: the bias would be the difference of their means, which is not told apart"
-            .to_owned()
-    })
 }
 
 /// Whether a run is fit with that many corrections, R2 of incidence and sideslip after them given, and why.
@@ -228,42 +220,4 @@ fn in_run(found: &Found, number: usize, fault: &Fault) -> Option<(f64, f64)> {
 /// How much an output moves.
 fn spread(record: &Record, output: usize) -> f64 {
     record.outputs.get(output).and_then(Option::as_ref).map_or(0.0, motion)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::record::Record;
-    use super::super::select::run_of;
-    use super::*;
-    use crate::flight::run::RunGeometry;
-    use crate::telemetry::record::Sample;
-
-    /// ax 0.5, ay 0.1 m/s^2 and phi 0.03 rad on average, hardly moving.
-    #[test]
-    fn a_bias_that_wrong_wiring_makes_is_said_to_be_that() {
-        let samples: Vec<Sample> = (0..400)
-            .map(|k| {
-                let mut sample = Sample::new(f64::from(k) / 50.0);
-                let ripple = 0.01 * libm::sin(0.3 * f64::from(k));
-                for (channel, mean) in [(Channel::Ax, 0.5), (Channel::Ay, 0.1), (Channel::Phi, 0.03), (Channel::Theta, 0.1)] {
-                    sample.set(channel, mean + ripple);
-                }
-                for channel in [Channel::Az, Channel::P, Channel::Q, Channel::R] {
-                    sample.set(channel, ripple);
-                }
-                sample.set(Channel::Tas, 50.0 + ripple);
-                sample
-            })
-            .collect();
-        let run = run_of(Record::of(&samples, &RunGeometry::DEFAULT));
-        let words = |channel, bias| miswired(&run, channel, bias, 0.02);
-        assert!(words(Channel::Ax, 1.0).unwrap().contains("sign turned"));
-        assert!(
-            words(Channel::Ay, -0.4).unwrap().contains("exchanged") && words(Channel::Ax, 0.4).unwrap().contains("exchanged")
-        );
-        assert!(miswired(&run, Channel::Phi, 0.06, 0.003).unwrap().contains("phi reads like one"));
-        // A bias of another size is one, and so is what is no more than noise.
-        assert_eq!((words(Channel::Ax, 0.7), words(Channel::Ay, 0.3), words(Channel::Theta, 0.2)), (None, None, None));
-        assert_eq!(miswired(&run, Channel::Ay, 0.2, 0.05), None);
-    }
 }

@@ -27,3 +27,4 @@ pub mod select;
 pub mod series;
 pub mod side_by_side;
 pub mod verdict;
+mod wiring;

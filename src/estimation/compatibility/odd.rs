@@ -58,6 +58,11 @@ impl ByItself {
     }
 }
 
+/// E of a run by itself, its noise settled.
+pub(super) fn evidence_alone(run: &Run) -> Option<f64> {
+    ByItself::of(run)?.cost
+}
+
 /// The groups of runs; one whose motion cannot be followed is in none.
 pub fn groups(runs: &[Run]) -> Vec<Group> {
     if let [run] = runs {

@@ -7,8 +7,11 @@
 //! Gauss-Newton steps on residuals projected off those columns (variable projection, in Kaufman's form). Channels are weighted
 //! by their residual, readings by Huber's rule. Errors by the projected sensitivities U and autocorrelated residuals v,
 //!     M = U' W U,   cov = M^-1 [sum_ij U_i' W_i E(v_i v_j') W_j U_j] M^-1                             (3)
-//! with autocovariances of all channels to half a period, tapered. Sources: G. Golub and V. Pereyra, SIAM J. Numer. Anal. 10
-//! (1973); E. A. Morelli and V. Klein, J. Aircraft 34 (1997), for (3).
+//! with autocovariances of all channels to half a period, tapered; and not less than what leaving out one channel after the other
+//! makes of it, for other modes than the one that swings are in each channel to another part,
+//!     var >= (C - 1)/C sum_c (x_(c) - mean x_(.))^2                                                   (4)
+//! Sources: G. Golub and V. Pereyra, SIAM J. Numer. Anal. 10
+//! (1973); E. A. Morelli and V. Klein, J. Aircraft 34 (1997), for (3); B. Efron, SIAM CBMS 38 (1982), for (4).
 //! Cannot answer for fewer than [`NODES_MIN`] bins.
 
 use super::record::Measured;
@@ -231,7 +234,10 @@ fn search(lanes: &[Lane], slowest: f64, fastest: f64, length_s: f64) -> Option<(
     best.map(|(_, sw)| sw)
 }
 
-fn normal(lanes: &[Lane], sw: (f64, f64), length_s: f64) -> Option<([[f64; 2]; 2], [f64; 2])> {
+/// Normal matrix and right-hand side of a Gauss-Newton step.
+type Normal = ([[f64; 2]; 2], [f64; 2]);
+
+fn normal<'a>(lanes: impl IntoIterator<Item = &'a Lane>, sw: (f64, f64), length_s: f64) -> Option<Normal> {
     let (mut m, mut y) = ([[0.0; 2]; 2], [0.0; 2]);
     for lane in lanes {
         let (rows, _) = lane.rows(sw.0, sw.1, length_s)?;
@@ -332,13 +338,34 @@ fn result(lanes: &[Lane], at: (f64, f64), length_s: f64) -> Option<DampedSine> {
         libm::sqrt(coloured.max(white).max(0.0))
     };
     let cube = omega * omega * omega;
+    let [omega_apart, zeta_apart] = left_out(lanes, at, length_s);
     Some(DampedSine {
-        omega: Measured { value: omega, std: by(s / omega, w / omega) },
-        zeta: Measured { value: s / omega, std: by(w * w / cube, -s * w / cube) },
+        omega: Measured { value: omega, std: by(s / omega, w / omega).max(omega_apart) },
+        zeta: Measured { value: s / omega, std: by(w * w / cube, -s * w / cube).max(zeta_apart) },
         decay: s,
         damped: w,
         channels,
         explained: 1.0 - with / without,
+    })
+}
+
+/// Root of (4) for omega and zeta, each channel left out by one Gauss-Newton step from where all stand; zero where there is but
+/// one channel.
+fn left_out(lanes: &[Lane], at: (f64, f64), length_s: f64) -> [f64; 2] {
+    let without = |c: usize| -> Option<[f64; 2]> {
+        let rest = lanes.iter().enumerate().filter(|(place, _)| *place != c).map(|(_, lane)| lane);
+        let (m, y) = normal(rest, at, length_s)?;
+        let [ds, dw] = solve(m, y)?;
+        let (s, w) = (at.0 + ds, at.1 + dw);
+        let omega = libm::sqrt(s * s + w * w);
+        Some([omega, s / omega])
+    };
+    let found: Vec<[f64; 2]> = (0..lanes.len()).filter(|_| lanes.len() > 1).filter_map(without).collect();
+    let count = found.len() as f64;
+    [0, 1].map(|which| {
+        let mean = found.iter().map(|one| one[which]).sum::<f64>() / count;
+        let squares = found.iter().map(|one| (one[which] - mean) * (one[which] - mean)).sum::<f64>();
+        if found.len() > 1 { libm::sqrt(squares * (count - 1.0) / count) } else { 0.0 }
     })
 }
 
