@@ -1,5 +1,7 @@
 //! What `replay`, `estimate` and `live` let a user choose of the state estimation.
 
+use super::model_beside::{ModelBeside, ModelOptions};
+use sideslip::error::Failure;
 use sideslip::estimation::config::RegressionStates;
 use sideslip::flight::run::RunGeometry;
 use sideslip::identification::live::{Config as LiveConfig, Live};
@@ -19,6 +21,8 @@ pub(crate) struct EstimationOptions {
     /// [default: manoeuvre in `replay`, streaming elsewhere]
     #[arg(long, value_enum)]
     output_error: Option<OutputError>,
+    #[command(flatten)]
+    model: ModelOptions,
 }
 
 /// When output error is fitted.
@@ -69,6 +73,11 @@ impl EstimationOptions {
         self.output_error.unwrap_or(usual)
     }
 
+    /// The model that flights are held against, where one is given.
+    pub(crate) fn model_beside(&self) -> Result<Option<ModelBeside>, Failure> {
+        self.model.read()
+    }
+
     /// The same options for a call of another command.
     pub(crate) fn call(&self) -> Vec<String> {
         let mut call: Vec<String> = self.trim_window.iter().map(|seconds| format!("--trim-window={seconds}")).collect();
@@ -81,6 +90,7 @@ impl EstimationOptions {
             Some(OutputError::Manoeuvre) => call.push("--output-error=manoeuvre".into()),
             Some(OutputError::Streaming) => call.push("--output-error=streaming".into()),
         }
+        call.extend(self.model.call());
         call
     }
 }

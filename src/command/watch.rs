@@ -4,15 +4,17 @@ use super::output_file::print_while_read;
 use super::root_path;
 use super::stop::stopped_by_signals;
 use serde_json::{Value, json};
-use sideslip::bus::payload::OutputErrorPayload;
+use sideslip::bus::payload::{FindingPayload, OutputErrorPayload};
 use sideslip::bus::reader::{Estimate, Reader};
 use sideslip::bus::run_head::newest_head;
 use sideslip::bus::service::Bus;
+use sideslip::diagnosis::record::{FindingRecord, FindingsSoFar, Standing};
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::run_file::RunInfo;
 use sideslip::identification::record::OutputErrorRecord;
 use sideslip::outputs::derivatives_json::{RunEstimates, derivatives_json};
+use sideslip::outputs::finding_text::FindingsTable;
 use sideslip::outputs::output_error_text::OutputErrorTable;
 use sideslip::outputs::terminal::{Style, Table};
 use sideslip::outputs::text::StatusText;
@@ -62,7 +64,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let bus = Bus::enter(&root_path(args.root.as_ref()))?;
     let mut reader = Reader::on(&bus)?;
     let mut output_errors = bus.subscriber::<OutputErrorPayload>()?;
-    let mut output_error = None;
+    let mut findings = bus.subscriber::<FindingPayload>()?;
+    let (mut output_error, mut so_far) = (None, Said::default());
     // An estimate that was published before comes with the next one.
     let patience = Instant::now() + Duration::from_millis(500);
     while reader.latest()?.is_none() && Instant::now() < patience && !stop.load(Ordering::Relaxed) {
@@ -82,17 +85,37 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         while let Some(newest) = output_errors.receive()? {
             output_error = Some(newest.record()?);
         }
+        while let Some(newest) = findings.receive()? {
+            so_far.hear(newest.header.incarnation, &newest.record()?);
+        }
         let (name, controls) = run_of(&bus);
         let shown = if args.json {
-            format!("{}\n", line(&name, controls, estimate.as_ref(), output_error.as_ref())?)
+            format!("{}\n", line(&name, controls, estimate.as_ref(), output_error.as_ref(), so_far.findings.records())?)
         } else {
-            screen(&name, controls, estimate.as_ref(), output_error.as_ref())
+            screen(&name, controls, estimate.as_ref(), output_error.as_ref(), so_far.findings.records())
         };
         if !print_while_read(&shown)? {
             break;
         }
     }
     Ok(Outcome::Done)
+}
+
+/// What the diagnosis of one estimator said so far.
+#[derive(Default)]
+struct Said {
+    incarnation: u64,
+    findings: FindingsSoFar,
+}
+
+impl Said {
+    /// The first word of a run ends those of the run before; so does another estimator.
+    fn hear(&mut self, incarnation: u64, record: &FindingRecord) {
+        if incarnation != self.incarnation || record.standing == Standing::Waiting {
+            *self = Said { incarnation, findings: FindingsSoFar::new() };
+        }
+        self.findings.hear(record);
+    }
 }
 
 /// Name and controls of the run that telemetry announced last.
@@ -103,7 +126,13 @@ fn run_of(bus: &Bus) -> (String, ControlNames) {
     (info.and_then(|info| info.run().map(str::to_owned)).unwrap_or_else(|| "live".to_owned()), controls)
 }
 
-fn screen(name: &str, controls: ControlNames, estimate: Option<&Estimate>, output_error: Option<&OutputErrorRecord>) -> String {
+fn screen(
+    name: &str,
+    controls: ControlNames,
+    estimate: Option<&Estimate>,
+    output_error: Option<&OutputErrorRecord>,
+    findings: &[FindingRecord],
+) -> String {
     // A terminal shows the newest only; elsewhere one stands below the other.
     let clear = if std::io::stdout().is_terminal() { "\x1b[H\x1b[2J" } else { "" };
     let Some(estimate) = estimate else { return format!("{clear}no estimate yet\n") };
@@ -113,8 +142,9 @@ fn screen(name: &str, controls: ControlNames, estimate: Option<&Estimate>, outpu
     let table = Table { controls, derivatives: Some(derivatives), modes: Some(modes), events: &[], notes: &[], style };
     let now_s = derivatives.time_s;
     let fitted = output_error.map(|record| OutputErrorTable { record, now_s, controls, style }.to_string()).unwrap_or_default();
+    let held = FindingsTable { findings, style };
     let age_s = age.as_secs_f64();
-    format!("{clear}run {name}, estimate {sequence}, {age_s:.2} s old, {missed} missed: {status}\n{table}{fitted}\n")
+    format!("{clear}run {name}, estimate {sequence}, {age_s:.2} s old, {missed} missed: {status}\n{table}{fitted}{held}\n")
 }
 
 fn line(
@@ -122,6 +152,7 @@ fn line(
     controls: ControlNames,
     estimate: Option<&Estimate>,
     output_error: Option<&OutputErrorRecord>,
+    findings: &[FindingRecord],
 ) -> Result<Value, Failure> {
     let Some(estimate) = estimate else {
         return Ok(json!({
@@ -141,6 +172,7 @@ fn line(
         derivatives: Some(&estimate.derivatives),
         modes: Some(&estimate.modes),
         output_error,
+        findings,
         warnings: &[],
         consistency: [None, None],
         noise: None,

@@ -12,8 +12,8 @@ use super::aircraft::Partials;
 use super::companions::Signal;
 use super::point::output_of;
 use super::problem::Problem;
-use super::record::OUTPUT_CHANNELS;
 use super::residual_series::Flown;
+use super::run_record::OUTPUT_CHANNELS;
 use super::screen::axis_of;
 use super::search::Searched;
 use crate::flight::channel::Channel;
@@ -208,7 +208,7 @@ impl Against {
 mod tests {
     use super::*;
     use crate::diagnosis::aircraft::Aircraft;
-    use crate::diagnosis::record::Record;
+    use crate::diagnosis::run_record::Record;
     use crate::diagnosis::search::{Settings, search};
     use crate::flight::control::Control;
     use crate::flight::derivative::VARIABLES;

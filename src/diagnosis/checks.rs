@@ -4,7 +4,7 @@ use super::aircraft::Aircraft;
 use super::linearise::With;
 use super::point::{Hypothesis, Point};
 use super::problem::Problem;
-use super::record::Record;
+use super::run_record::Record;
 use crate::flight::channel::Channel;
 use crate::flight::control::Control;
 use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};

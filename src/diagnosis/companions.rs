@@ -8,9 +8,9 @@
 //! Segments are [`SEGMENT_S`] long, less where the runs are so short that there would be fewer than [`FEWEST`].
 
 use super::problem::Problem;
-use super::record::ROTOR;
 use super::residual::{Series, series};
 use super::residual_series::Flown;
+use super::run_record::ROTOR;
 use super::search::Searched;
 use super::spectrum::{Cut, Segment, coherence_by_chance};
 use crate::flight::channel::{Channel, ControlNames};

@@ -4,7 +4,7 @@
 //! deviations from the model's trim. An instrument's error is undone first: true(t) = (read(t + delay) - bias)/factor, and a lag
 //! by its own equation, true = read + tau d(read)/dt. Then the way of `simulation::control_path`, the same that `simulate` flies.
 
-use super::record::{FELT, INPUTS, ROTOR, Record, input_channel};
+use super::run_record::{FELT, INPUTS, ROTOR, Record, input_channel};
 use crate::estimation::compatibility::series::Series;
 use crate::flight::control::{CONTROLS, Control};
 use crate::flight::effect::Effect;

@@ -18,7 +18,7 @@ use super::column::Column;
 use super::covariance::{Noisier, add_noise, propagated, transition};
 use super::driven::Moved;
 use super::posed::{Here, Posed, pushed_by, start};
-use super::record::{OUTPUTS, ROTOR};
+use super::run_record::{OUTPUTS, ROTOR};
 use super::slopes::{Gathered, propagate_columns, step_lag};
 use crate::flight::derivative::AXES;
 use crate::flight::effect::PositionedSensor;

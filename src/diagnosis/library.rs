@@ -8,7 +8,7 @@ use super::column::Column;
 use super::linearise::Candidate;
 use super::point::{moves_blades, output_of};
 use super::problem::Problem;
-use super::record::{OUTPUT_CHANNELS, ROTOR, input_channel};
+use super::run_record::{OUTPUT_CHANNELS, ROTOR, input_channel};
 use crate::flight::channel::Channel;
 use crate::flight::control::Control;
 use crate::flight::derivative::{Axis, Variable};

@@ -9,7 +9,7 @@ use super::filter::{Asked, NOISES, Noise, Passed, pass};
 use super::point::{OWN, Point, moves_blades, output_of};
 use super::posed::Posed;
 use super::problem::Problem;
-use super::record::{OUTPUTS, Record};
+use super::run_record::{OUTPUTS, Record};
 use crate::flight::derivative::{AXES, Axis, Variable};
 use crate::flight::effect::{Effect, PositionedSensor};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};

@@ -1,7 +1,7 @@
 //! A point: hypotheses with their numbers, small errors of every derivative, each run's own offsets, noise.
 
 use super::aircraft::Partials;
-use super::record::OUTPUT_CHANNELS;
+use super::run_record::OUTPUT_CHANNELS;
 use crate::flight::derivative::AXES;
 use crate::flight::effect::Effect;
 

@@ -12,7 +12,7 @@ use super::aircraft::{Changed, Partials};
 use super::column::Column;
 use super::driven::{Driven, Moved};
 use super::filter::{GUST, STATES, Square, State};
-use super::record::{FELT, INPUTS, OUTPUTS, ROTOR, Record};
+use super::run_record::{FELT, INPUTS, OUTPUTS, ROTOR, Record};
 use crate::estimation::compatibility::readings::Readings;
 use crate::estimation::kinematics::{Attitude, velocity_rate, velocity_rate_by_rates, velocity_rate_by_velocity};
 use crate::flight::derivative::{AXES, VARIABLES, Variable};

@@ -14,7 +14,7 @@ use super::driven::Driven;
 use super::filter::NOISES;
 use super::linearise::{Local, With};
 use super::point::{OWN, Point, nudged};
-use super::record::{FELT, OUTPUT_CHANNELS, ROTOR, Record, input_channel};
+use super::run_record::{FELT, OUTPUT_CHANNELS, ROTOR, Record, input_channel};
 use super::search::SETTLED;
 use crate::estimation::compatibility::series::Series;
 use crate::flight::channel::Channel;

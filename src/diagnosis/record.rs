@@ -1,192 +1,152 @@
-//! A run as the diagnosis takes it: outputs and inputs as lines, a uniform mesh of times, noise of each channel.
-//!
-//! Consumes samples and where instruments stand; produces the mesh (a whole number of the gyros' intervals, at most
-//! [`RATE_MAX_HZ`]) and, for a given time skew, each output's readings, those that fall to one node averaged. Vibration of the
-//! rotor's blades is taken out first (`blade_passing`), so that what is left of a channel's third differences is its noise.
+//! The published vocabulary of the diagnosis while the flight goes on: what the model gets wrong, said, refined, taken back.
 
-use super::blade_passing;
-use crate::estimation::compatibility::readings::{Groups, Mesh, Readings};
-use crate::estimation::compatibility::series::Series;
-use crate::flight::channel::Channel;
-use crate::flight::control::{CONTROLS, Control};
-use crate::flight::run::RunGeometry;
-use crate::telemetry::record::Sample;
+use crate::flight::effect::Effect;
+use heapless::String;
 
-/// The mesh is not finer than this, Hz.
-pub const RATE_MAX_HZ: f64 = 32.0;
-/// Shorter runs tell nothing, s.
-pub const LENGTH_MIN_S: f64 = 3.0;
-/// A gap of the gyros that ends a run, s.
-pub const GAP_S: f64 = 0.5;
-/// Fewer readings of a channel are none.
-const READINGS_MIN: usize = 16;
+/// Bytes of a statement.
+pub const STATEMENT: usize = 240;
 
-/// How many outputs there are.
-pub const OUTPUTS: usize = 13;
-/// What the motion is seen by, in the order of places.
-pub const OUTPUT_CHANNELS: [Channel; OUTPUTS] = [
-    Channel::Ax,
-    Channel::Ay,
-    Channel::Az,
-    Channel::P,
-    Channel::Q,
-    Channel::R,
-    Channel::Phi,
-    Channel::Theta,
-    Channel::Psi,
-    Channel::Tas,
-    Channel::Alpha,
-    Channel::Beta,
-    Channel::Altitude,
-];
-/// What moves the aircraft: four controls, the rotor's speed, what accelerometers felt on axes that the model says nothing of.
-pub const INPUTS: usize = CONTROLS + 4;
-/// Place of the rotor's speed among the inputs.
-pub const ROTOR: usize = CONTROLS;
-/// First place of what accelerometers felt.
-pub const FELT: usize = CONTROLS + 1;
-/// No instrument is better than this.
-const NOISE_FLOOR: [f64; OUTPUTS] = [0.01, 0.01, 0.01, 1e-4, 1e-4, 1e-4, 2e-4, 2e-4, 2e-4, 0.03, 2e-4, 2e-4, 0.1];
-
-/// The channel of an input.
-pub fn input_channel(input: usize) -> Channel {
-    match Control::ALL.get(input) {
-        Some(control) => control.channel(),
-        None if input == ROTOR => Channel::RotorSpeed,
-        None => OUTPUT_CHANNELS.get(input.wrapping_sub(FELT)).copied().unwrap_or(Channel::Az),
-    }
+/// How a finding stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// Nothing has been flown yet that could be diagnosed.
+    Waiting,
+    /// It holds by the newest manoeuvres.
+    Found,
+    /// It held before; the newest manoeuvres do not show it.
+    TakenBack,
+    /// The last look came to nothing, for the reason that the statement gives; findings before it stand as they did.
+    Failed,
 }
 
-/// A run.
-#[derive(Clone, Debug)]
-pub struct Record {
+impl Standing {
+    /// Every one, in the order of their places.
+    pub const ALL: [Standing; 4] = [Standing::Waiting, Standing::Found, Standing::TakenBack, Standing::Failed];
+
+    /// Its place in [`Standing::ALL`].
+    pub const fn index(self) -> usize {
+        self as usize
+    }
+
     /// Its name.
-    pub name: String,
-    /// What it says of itself.
-    pub geometry: RunGeometry,
-    /// What was seen, by place.
-    pub outputs: [Option<Series>; OUTPUTS],
-    /// What was moved, by place.
-    pub inputs: [Option<Series>; INPUTS],
-    /// Standard deviation of one sample of each output.
-    pub output_noise: [f64; OUTPUTS],
-    /// Standard deviation of one sample of each input.
-    pub input_noise: [f64; INPUTS],
-    /// The mesh.
-    pub mesh: Mesh,
-    begin_s: f64,
-    end_s: f64,
-    interval_s: f64,
-    groups: Groups<OUTPUTS>,
+    pub const fn name(self) -> &'static str {
+        match self {
+            Standing::Waiting => "waiting",
+            Standing::Found => "found",
+            Standing::TakenBack => "taken back",
+            Standing::Failed => "failed",
+        }
+    }
 }
 
-/// Why a run can not be taken.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Unfit {
-    /// Its instruments do not agree, with no model of the forces in the loop.
-    #[error("its instruments do not agree with each other: {0}")]
-    Instruments(String),
-    /// Rates are missing.
-    #[error("expected the rates p, q and r, found no samples of `{0}`")]
-    NoRates(&'static str),
-    /// Hardly anything is there.
-    #[error("expected at least {LENGTH_MIN_S} s with rates, found {0:.2} s")]
-    Short(f64),
-    /// Rates come too seldom.
-    #[error("expected rates at 8 Hz or more, found one in {0:.2} s")]
-    Seldom(f64),
-    /// Rates are interrupted.
-    #[error("expected rates without gaps, found none from {0:.2} s to {1:.2} s: cut the run there")]
-    Gap(f64, f64),
+/// One finding as it stands, or that there is none.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FindingRecord {
+    /// Time of the newest sample that it rests on, s.
+    pub time_s: f64,
+    /// How it stands.
+    pub standing: Standing,
+    /// Which finding of this run, from 1: the same while its cause is the same. 0 for what is no finding.
+    pub number: u32,
+    /// The cause; `none` where the model explains what was flown, `unknown` where no effect explains it.
+    pub effect: Effect,
+    /// Standard error of its main number; NaN where it has none.
+    pub std: f64,
+    /// How likely this is the cause; NaN where that cannot be said.
+    pub probability: f64,
+    /// Other causes that the data do not rule out.
+    pub rivals: u32,
+    /// Manoeuvres that it rests on.
+    pub manoeuvres: u32,
+    /// One sentence for a person.
+    pub statement: String<STATEMENT>,
 }
 
-impl Record {
-    /// Gathers a run's samples.
-    ///
-    /// # Errors
-    /// [`Unfit`] where the rates do not make a run.
-    pub fn of(name: &str, samples: &[Sample], geometry: RunGeometry) -> Result<Record, Unfit> {
-        let line = |channel: Channel| {
-            let series = Series::of(samples.iter().filter_map(|sample| Some((sample.time_s, sample.get(channel)?))));
-            (series.len() >= READINGS_MIN).then_some(series)
-        };
-        let mut outputs = OUTPUT_CHANNELS.map(|channel| {
-            let series = line(channel)?;
-            Some(if matches!(channel, Channel::Psi | Channel::Phi) { series.unwrapped() } else { series })
-        });
-        let inputs = core::array::from_fn(|input| if input < FELT { line(input_channel(input)) } else { None });
-        if let (Some(rotor), Some(blades)) = (&inputs[ROTOR], geometry.blades) {
-            for series in outputs.iter_mut().take(6).flatten() {
-                *series = blade_passing::taken_out(series, rotor, f64::from(blades));
+impl FindingRecord {
+    /// Nothing yet.
+    pub const EMPTY: FindingRecord = FindingRecord {
+        time_s: 0.0,
+        standing: Standing::Waiting,
+        number: 0,
+        effect: Effect::None,
+        std: f64::NAN,
+        probability: f64::NAN,
+        rivals: 0,
+        manoeuvres: 0,
+        statement: String::new(),
+    };
+
+    /// Puts a statement in, cut where there is no room for it.
+    pub fn say(&mut self, statement: &str) {
+        self.statement.clear();
+        for letter in statement.chars() {
+            if self.statement.push(letter).is_err() {
+                break;
             }
         }
-        let noise = |series: &Option<Series>| series.as_ref().map_or(0.0, Series::noise_std);
-        let output_noise = core::array::from_fn(|c| noise(&outputs[c]).max(NOISE_FLOOR[c]));
-        let input_noise = core::array::from_fn(|i| noise(&inputs[i]));
-        let record = Record {
-            name: name.to_owned(),
-            geometry,
-            outputs,
-            inputs,
-            output_noise,
-            input_noise,
-            mesh: Mesh::default(),
-            begin_s: 0.0,
-            end_s: 0.0,
-            interval_s: 0.0,
-            groups: Groups::default(),
-        };
-        record.on_mesh()
+    }
+}
+
+/// Findings in order of their numbers; the newest of each, and the newest word that is of none. Of more than there is room for
+/// the last are not kept.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FindingsSoFar {
+    kept: heapless::Vec<FindingRecord, 16>,
+}
+
+impl FindingsSoFar {
+    /// None yet.
+    pub const fn new() -> Self {
+        FindingsSoFar { kept: heapless::Vec::new() }
     }
 
-    /// Takes the accelerometer along an axis that the model says nothing of for what moved the aircraft along it.
-    pub fn feel(&mut self, axis: usize) {
-        let (Some(output), Some(input)) = (self.outputs.get_mut(axis), self.inputs.get_mut(FELT + axis)) else { return };
-        *input = output.take();
-        self.input_noise[FELT + axis] = self.output_noise[axis];
-        self.groups = Groups::of(&self.outputs, &self.mesh, (f64::NEG_INFINITY, f64::INFINITY));
-    }
-
-    /// Lays the mesh over the time that the gyros cover.
-    fn on_mesh(mut self) -> Result<Self, Unfit> {
-        let (mut first_s, mut last_s, mut interval_s) = (f64::NEG_INFINITY, f64::INFINITY, 0.0f64);
-        for (series, name) in self.outputs[3..6].iter().zip(["p", "q", "r"]) {
-            let Some(series) = series else { return Err(Unfit::NoRates(name)) };
-            let (from, to) = series.range_s().unwrap_or((0.0, 0.0));
-            (first_s, last_s) = (first_s.max(from), last_s.min(to));
-            interval_s = interval_s.max(series.interval_s().unwrap_or(f64::INFINITY));
+    /// Takes the place of what was said of it before.
+    pub fn hear(&mut self, record: &FindingRecord) {
+        // What a look found ends the word that there was nothing to look at, and the word of one that failed.
+        if record.number > 0 {
+            self.kept.retain(|one| one.number > 0);
         }
-        if !(last_s - first_s >= LENGTH_MIN_S) {
-            return Err(Unfit::Short((last_s - first_s).max(0.0)));
-        }
-        if !(interval_s <= 0.126) {
-            return Err(Unfit::Seldom(interval_s));
-        }
-        for series in self.outputs[3..6].iter().flatten() {
-            let mut before_s = first_s;
-            for (time_s, _) in series.samples() {
-                if time_s - before_s > GAP_S {
-                    return Err(Unfit::Gap(before_s, time_s));
+        match self.kept.iter_mut().find(|one| one.number == record.number) {
+            Some(before) => before.clone_from(record),
+            None => {
+                if self.kept.push(record.clone()).is_ok() {
+                    self.kept.sort_unstable_by_key(|one| one.number);
                 }
-                before_s = time_s;
             }
         }
-        (self.begin_s, self.end_s, self.interval_s) = (first_s, last_s, interval_s);
-        self.lay_mesh(RATE_MAX_HZ);
-        Ok(self)
     }
 
-    /// Lays the mesh anew, not finer than this.
-    pub fn lay_mesh(&mut self, rate_max_hz: f64) {
-        let step_s = self.interval_s * libm::floor((1.0 / (rate_max_hz * self.interval_s) + 1e-6).max(1.0));
-        // A node stands in the middle of the gyros' samples that fall to it.
-        let first_s = self.begin_s + 0.5 * (step_s - self.interval_s);
-        self.mesh = Mesh { first_s, step_s, nodes: ((self.end_s - first_s) / step_s + 1e-6) as usize + 1 };
-        self.groups = Groups::of(&self.outputs, &self.mesh, (f64::NEG_INFINITY, f64::INFINITY));
+    /// Every one.
+    pub fn records(&self) -> &[FindingRecord] {
+        &self.kept
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_newest_word_of_each_finding_is_kept() {
+        let word = |number, standing| FindingRecord { number, standing, ..FindingRecord::EMPTY };
+        let mut so_far = FindingsSoFar::new();
+        so_far.hear(&FindingRecord::EMPTY);
+        assert_eq!(so_far.records().len(), 1);
+        for (number, standing) in [(2, Standing::Found), (1, Standing::Found), (2, Standing::TakenBack), (0, Standing::Failed)] {
+            so_far.hear(&word(number, standing));
+        }
+        let kept: Vec<_> = so_far.records().iter().map(|one| (one.number, one.standing)).collect();
+        assert_eq!(kept, [(0, Standing::Failed), (1, Standing::Found), (2, Standing::TakenBack)]);
+        for number in 3..100 {
+            so_far.hear(&word(number, Standing::Found));
+        }
+        assert_eq!(so_far.records().len(), 16);
     }
 
-    /// Readings of every output by node, taken as of the time that `late_s` before their own.
-    pub fn readings(&self, late_s: &[f64; OUTPUTS]) -> Readings {
-        self.groups.readings(&self.mesh, late_s)
+    #[test]
+    fn a_statement_is_cut_between_letters() {
+        let mut record = FindingRecord::EMPTY;
+        record.say(&"a\u{e9}".repeat(100));
+        assert_eq!(record.statement.len(), STATEMENT);
     }
 }

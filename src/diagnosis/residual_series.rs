@@ -12,7 +12,7 @@ use super::filter::State;
 use super::point::{OWN, output_of};
 use super::posed::{Here, Posed, deviations};
 use super::problem::Problem;
-use super::record::{INPUTS, OUTPUT_CHANNELS, OUTPUTS, ROTOR, Record};
+use super::run_record::{INPUTS, OUTPUT_CHANNELS, OUTPUTS, ROTOR, Record};
 use super::search::Searched;
 use crate::estimation::compatibility::readings::Readings;
 use crate::flight::channel::Channel;

@@ -7,7 +7,7 @@ use super::library::{Entry, library, prior_std, same_cause};
 use super::linearise::{Local, With};
 use super::point::{Hypothesis, Point, nudged};
 use super::problem::Problem;
-use super::record::RATE_MAX_HZ;
+use super::run_record::RATE_MAX_HZ;
 use super::screen::{Score, screen};
 use crate::flight::derivative::AXES;
 use crate::flight::effect::{Effect, EffectKind};

@@ -1,4 +1,5 @@
-//! Output error on a thread of its own: the sample path hands samples over and takes records back, and never waits.
+//! What takes longer than a sample (output error, the diagnosis) on a thread of its own: the sample path hands samples over and
+//! takes records back, and never waits.
 //!
 //! Both ways are bounded, and the thread gives way to every other. Where the thread does not keep up, samples find no room and
 //! are counted, and the manoeuvre that lacks them says so by its gap; a thread that hangs or has ended costs its numbers and
@@ -15,8 +16,69 @@ use std::time::Duration;
 const WAITING: usize = 4096;
 /// How much more the thread gives way than others: where processors are few, samples and estimates come first.
 const GIVES_WAY: i32 = 15;
-/// Records that may wait; of more the newest are lost, and come again with the next fit.
-const RECORDS: usize = 8;
+
+/// What follows a flight.
+pub trait Follow: Send + 'static {
+    /// What it says: of fixed size, so that taking it allocates nothing.
+    type Record: Send + 'static;
+    /// Name of its thread.
+    const THREAD: &'static str;
+    /// Records that may wait; of more the newest are lost, and come again with the next ones.
+    const RECORDS: usize;
+
+    /// How it stands, with nothing new: the first word, and the last where no work is due.
+    fn stand(&mut self, say: &mut dyn FnMut(Self::Record));
+    /// A sample as it came.
+    fn sample(&mut self, sample: &Sample);
+    /// What the regression said.
+    fn seen(&mut self, seen: &Seen, say: &mut dyn FnMut(Self::Record));
+    /// Whether there is work.
+    fn is_due(&self) -> bool;
+    /// Does it.
+    fn work(&mut self, say: &mut dyn FnMut(Self::Record));
+    /// The run is over; the last work follows, where it is due.
+    fn finish(&mut self);
+    /// The word for a thread that has ended before its time.
+    fn ended() -> Self::Record;
+}
+
+impl Follow for Live {
+    type Record = OutputErrorRecord;
+    const THREAD: &'static str = "sideslip-output-error";
+    const RECORDS: usize = 8;
+
+    fn stand(&mut self, say: &mut dyn FnMut(OutputErrorRecord)) {
+        say(self.record().clone());
+    }
+
+    fn sample(&mut self, sample: &Sample) {
+        Live::sample(self, sample);
+    }
+
+    fn seen(&mut self, seen: &Seen, say: &mut dyn FnMut(OutputErrorRecord)) {
+        if let Some(record) = Live::seen(self, seen) {
+            say(record.clone());
+        }
+    }
+
+    fn is_due(&self) -> bool {
+        Live::is_due(self)
+    }
+
+    fn work(&mut self, say: &mut dyn FnMut(OutputErrorRecord)) {
+        say(self.refit().clone());
+    }
+
+    fn finish(&mut self) {
+        Live::finish(self);
+    }
+
+    fn ended() -> OutputErrorRecord {
+        let mut record = OutputErrorRecord { progress: Progress::Failed, ..OutputErrorRecord::EMPTY };
+        record.explain("the thread that fits has ended");
+        record
+    }
+}
 
 enum Fed {
     Sample(Sample),
@@ -25,9 +87,9 @@ enum Fed {
 
 /// The sample path's end.
 #[derive(Debug)]
-pub struct Follower {
+pub struct Follower<F: Follow> {
     to: Sender<Fed>,
-    from: Receiver<OutputErrorRecord>,
+    from: Receiver<F::Record>,
     lost: u64,
     ended: bool,
 }
@@ -41,25 +103,15 @@ impl std::fmt::Debug for Fed {
     }
 }
 
-impl Follower {
+impl<F: Follow> Follower<F> {
     /// Starts the thread. Everything that the sample path needs is allocated here.
     ///
     /// # Errors
     /// Where there is no thread to be had.
-    pub fn spawn(live: Live) -> io::Result<Self> {
-        Follower::spawn_with(live, |live| {
-            live.refit();
-        })
-    }
-
-    /// The same with another way to fit.
-    ///
-    /// # Errors
-    /// Where there is no thread to be had.
-    pub fn spawn_with(live: Live, refit: impl FnMut(&mut Live) + Send + 'static) -> io::Result<Self> {
+    pub fn spawn(follow: F) -> io::Result<Self> {
         let (to, fed) = bounded(WAITING);
-        let (say, from) = bounded(RECORDS);
-        std::thread::Builder::new().name("sideslip-output-error".to_owned()).spawn(move || work(live, refit, &fed, &say))?;
+        let (say, from) = bounded(F::RECORDS);
+        std::thread::Builder::new().name(F::THREAD.to_owned()).spawn(move || work(follow, &fed, &say))?;
         Ok(Follower { to, from, lost: 0, ended: false })
     }
 
@@ -79,60 +131,55 @@ impl Follower {
     }
 
     /// The next record, where there is one. A thread that has ended is said once.
-    pub fn next_record(&mut self) -> Option<OutputErrorRecord> {
+    pub fn next_record(&mut self) -> Option<F::Record> {
         match self.from.try_recv() {
             Ok(record) => Some(record),
             Err(TryRecvError::Disconnected) if !self.ended => {
                 self.ended = true;
-                let mut record = OutputErrorRecord { progress: Progress::Failed, ..OutputErrorRecord::EMPTY };
-                record.explain("the thread that fits has ended");
-                Some(record)
+                Some(F::ended())
             }
             Err(_) => None,
         }
     }
 
-    /// The run is over: its last record, waited for so long.
-    pub fn finish(self, patience: Duration) -> Option<OutputErrorRecord> {
+    /// The run is over: its last records, waited for so long.
+    pub fn finish(self, patience: Duration) -> impl Iterator<Item = F::Record> {
         let Follower { to, from, .. } = self;
         drop(to);
         let until = std::time::Instant::now() + patience;
-        let mut last = None;
-        while let Ok(record) = from.recv_deadline(until) {
-            last = Some(record);
-        }
-        last
+        std::iter::from_fn(move || from.recv_deadline(until).ok())
     }
 }
 
-fn work(mut live: Live, mut refit: impl FnMut(&mut Live), fed: &Receiver<Fed>, say: &Sender<OutputErrorRecord>) {
-    // Of this thread alone, on Linux. Refused, it fits all the same.
+fn work<F: Follow>(mut follow: F, fed: &Receiver<Fed>, to: &Sender<F::Record>) {
+    // Of this thread alone, on Linux. Refused, it works all the same.
     let _ = rustix::process::nice(GIVES_WAY);
-    let _ = say.try_send(live.record().clone());
-    let take = |live: &mut Live, one: &Fed| match one {
-        Fed::Sample(sample) => live.sample(sample),
-        Fed::Seen(seen) => {
-            if let Some(record) = live.seen(seen) {
-                let _ = say.try_send(record.clone());
-            }
-        }
+    let mut say = |record: F::Record| {
+        let _ = to.try_send(record);
+    };
+    follow.stand(&mut say);
+    let take = |follow: &mut F, one: &Fed| match one {
+        Fed::Sample(sample) => follow.sample(sample),
+        Fed::Seen(seen) => follow.seen(seen, &mut |record| {
+            let _ = to.try_send(record);
+        }),
     };
     while let Ok(first) = fed.recv() {
-        take(&mut live, &first);
-        // All that is there before the next fit, so that it is of the newest; no more than there is room for, so that it comes.
+        take(&mut follow, &first);
+        // All that is there before the next work, so that it is of the newest; no more than there is room for, so that it comes.
         for one in fed.try_iter().take(WAITING) {
-            take(&mut live, &one);
+            take(&mut follow, &one);
         }
-        if live.is_due() {
-            refit(&mut live);
-            let _ = say.try_send(live.record().clone());
+        if follow.is_due() {
+            follow.work(&mut say);
         }
     }
-    live.finish();
-    if live.is_due() {
-        refit(&mut live);
+    follow.finish();
+    if follow.is_due() {
+        follow.work(&mut say);
+    } else {
+        follow.stand(&mut say);
     }
-    let _ = say.try_send(live.record().clone());
 }
 
 #[cfg(test)]
@@ -143,12 +190,42 @@ mod tests {
     use crate::identification::live::Config;
     use std::time::Instant;
 
+    /// Output error with another way to fit.
+    struct Odd(Live, fn());
+
+    impl Follow for Odd {
+        type Record = OutputErrorRecord;
+        const THREAD: &'static str = "odd";
+        const RECORDS: usize = 8;
+        fn stand(&mut self, say: &mut dyn FnMut(OutputErrorRecord)) {
+            self.0.stand(say);
+        }
+        fn sample(&mut self, sample: &Sample) {
+            Follow::sample(&mut self.0, sample);
+        }
+        fn seen(&mut self, seen: &Seen, say: &mut dyn FnMut(OutputErrorRecord)) {
+            Follow::seen(&mut self.0, seen, say);
+        }
+        fn is_due(&self) -> bool {
+            self.0.is_due()
+        }
+        fn work(&mut self, _: &mut dyn FnMut(OutputErrorRecord)) {
+            self.1();
+        }
+        fn finish(&mut self) {
+            Follow::finish(&mut self.0);
+        }
+        fn ended() -> OutputErrorRecord {
+            Live::ended()
+        }
+    }
+
     fn live() -> Live {
         Live::new(Config::default(), RunGeometry::DEFAULT)
     }
 
     /// A flight of a minute at 128 Hz, excited all along but at its end; how long the sample path took at most.
-    fn fly(follower: &mut Follower) -> (Duration, Vec<OutputErrorRecord>) {
+    fn fly<F: Follow<Record = OutputErrorRecord>>(follower: &mut Follower<F>) -> (Duration, Vec<OutputErrorRecord>) {
         let (mut longest, mut records) = (Duration::ZERO, Vec::new());
         for k in 0..7680_u32 {
             let time_s = f64::from(k) / 128.0;
@@ -165,18 +242,18 @@ mod tests {
 
     #[test]
     fn a_fit_that_hangs_costs_its_numbers_and_nothing_else() {
-        let mut follower = Follower::spawn_with(live(), |_| std::thread::sleep(Duration::from_secs(3600))).unwrap();
+        let mut follower = Follower::spawn(Odd(live(), || std::thread::sleep(Duration::from_secs(3600)))).unwrap();
         let (longest, _) = fly(&mut follower);
         assert!(longest < Duration::from_millis(500), "{longest:?}");
         assert!(follower.lost() > 0, "what finds no room is counted");
         let begun = Instant::now();
-        let _ = follower.finish(Duration::from_millis(50));
+        let _ = follower.finish(Duration::from_millis(50)).last();
         assert!(begun.elapsed() < Duration::from_secs(2));
     }
 
     #[test]
     fn a_fit_that_panics_is_said_once() {
-        let mut follower = Follower::spawn_with(live(), |_| panic!("on purpose")).unwrap();
+        let mut follower = Follower::spawn(Odd(live(), || panic!("on purpose"))).unwrap();
         let (_, mut records) = fly(&mut follower);
         let until = Instant::now() + Duration::from_secs(20);
         let mut time_s = 60.0;
@@ -195,7 +272,7 @@ mod tests {
     fn what_cannot_be_fitted_is_said_at_the_end_too() {
         let mut follower = Follower::spawn(live()).unwrap();
         let (_, first) = fly(&mut follower);
-        let last = follower.finish(Duration::from_secs(60)).or(first.last().cloned()).unwrap();
+        let last = follower.finish(Duration::from_secs(60)).last().or(first.last().cloned()).unwrap();
         assert_eq!(last.progress, Progress::Failed);
     }
 }

@@ -8,12 +8,12 @@
 //! Bounded: so many samples are kept and no more; where a manoeuvre finds no room the oldest goes, which is said.
 
 use super::live_fit;
+use super::manoeuvres::{Limits, Manoeuvres};
 use super::record::{OutputErrorRecord, Progress};
 use crate::flight::derivative::{AXES, Variable};
 use crate::flight::run::RunGeometry;
 use crate::regression::record::{DerivativesRecord, Status};
 use crate::telemetry::record::Sample;
-use std::collections::VecDeque;
 
 /// How it goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,11 +95,7 @@ impl From<&DerivativesRecord> for Seen {
 pub struct Live {
     config: Config,
     geometry: RunGeometry,
-    /// Quiet flight just now, or the manoeuvre that goes on.
-    current: VecDeque<Sample>,
-    open_s: Option<f64>,
-    kept: VecDeque<Vec<Sample>>,
-    kept_samples: usize,
+    manoeuvres: Manoeuvres,
     /// Excitation of the longest manoeuvre that is kept, and of the one that goes on, s.
     longest_s: f64,
     terms: [u16; AXES],
@@ -114,13 +110,12 @@ pub struct Live {
 impl Live {
     /// Nothing seen yet; all memory for samples is taken here.
     pub fn new(config: Config, geometry: RunGeometry) -> Self {
+        let Config { lead_s, shortest_s, longest_s, capacity, .. } = config;
+        let limits = Limits { lead_s, shortest_s, longest_s, capacity, most: usize::MAX };
         Live {
-            current: VecDeque::with_capacity(config.capacity),
+            manoeuvres: Manoeuvres::new(limits),
             config,
             geometry,
-            open_s: None,
-            kept: VecDeque::new(),
-            kept_samples: 0,
             longest_s: 0.0,
             terms: [0; AXES],
             fitted_s: f64::NEG_INFINITY,
@@ -133,23 +128,7 @@ impl Live {
 
     /// A sample as it came; one without a time, or not after the one before, is left out.
     pub fn sample(&mut self, sample: &Sample) {
-        let newest = self.current.back().map_or(f64::NEG_INFINITY, |last| last.time_s);
-        if !sample.time_s.is_finite() || !(sample.time_s > newest) {
-            return;
-        }
-        if self.current.len() >= self.config.capacity {
-            self.current.pop_front();
-        }
-        self.current.push_back(*sample);
-        if self.open_s.is_none() {
-            self.keep_lead(sample.time_s);
-        }
-    }
-
-    fn keep_lead(&mut self, time_s: f64) {
-        while self.current.front().is_some_and(|first| first.time_s < time_s - self.config.lead_s) {
-            self.current.pop_front();
-        }
+        self.manoeuvres.sample(sample);
     }
 
     /// What the regression said; the record where it has changed by time alone.
@@ -157,18 +136,13 @@ impl Live {
         if seen.terms.iter().any(|bits| *bits != 0) {
             self.terms = seen.terms;
         }
-        match self.open_s {
-            None if seen.excited => self.open_s = Some(seen.time_s),
-            Some(open_s) if !seen.excited || seen.time_s - open_s > self.config.longest_s => {
-                self.close(seen.time_s - open_s);
-                self.open_s = seen.excited.then_some(seen.time_s);
-            }
-            _ => {}
-        }
-        let again =
-            self.config.streaming && self.is_long_enough(seen.time_s) && seen.time_s - self.fitted_s >= self.config.every_s;
+        let ended = self.manoeuvres.seen(seen.time_s, seen.excited);
+        self.over(ended);
+        let open_for_s = self.manoeuvres.open_for(seen.time_s);
+        let long_enough = open_for_s.is_some_and(|open_for_s| open_for_s >= self.config.shortest_s);
+        let again = self.config.streaming && long_enough && seen.time_s - self.fitted_s >= self.config.every_s;
         self.due |= again && self.terms.iter().any(|bits| *bits != 0);
-        let old = self.open_s.is_none() && seen.time_s - self.record.fitted_s > self.config.stale_s;
+        let old = open_for_s.is_none() && seen.time_s - self.record.fitted_s > self.config.stale_s;
         if old && !self.due && matches!(self.record.progress, Progress::Converging | Progress::Converged) {
             self.record.progress = Progress::Stale;
             self.record.time_s = seen.time_s;
@@ -177,25 +151,13 @@ impl Live {
         None
     }
 
-    fn is_long_enough(&self, time_s: f64) -> bool {
-        self.open_s.is_some_and(|open_s| time_s - open_s >= self.config.shortest_s)
-    }
-
-    /// The manoeuvre that went on is over.
-    fn close(&mut self, long_s: f64) {
-        if long_s < self.config.shortest_s {
-            self.keep_lead(self.current.back().map_or(0.0, |last| last.time_s));
-            return;
+    /// A manoeuvre of that length is over.
+    fn over(&mut self, ended: Option<f64>) {
+        if let Some(long_s) = ended {
+            self.longest_s = self.longest_s.max(long_s);
+            self.record.dropped = self.manoeuvres.dropped();
+            self.due = true;
         }
-        self.longest_s = self.longest_s.max(long_s);
-        let over: Vec<Sample> = self.current.drain(..).collect();
-        self.kept_samples += over.len();
-        self.kept.push_back(over);
-        while self.kept_samples > self.config.capacity && self.kept.len() > 1 {
-            self.kept_samples -= self.kept.pop_front().map_or(0, |oldest| oldest.len());
-            self.record.dropped += 1;
-        }
-        self.due = true;
     }
 
     /// Whether it is time to fit again.
@@ -210,27 +172,22 @@ impl Live {
 
     /// The end of the run: a manoeuvre that goes on is over.
     pub fn finish(&mut self) {
-        if let (Some(open_s), Some(last)) = (self.open_s.take(), self.current.back()) {
-            self.close(last.time_s - open_s);
-        }
+        let ended = self.manoeuvres.finish();
+        self.over(ended);
     }
 
     /// Fits every manoeuvre that is kept, the one that goes on among them.
     pub fn refit(&mut self) -> &OutputErrorRecord {
         self.due = false;
         let newest = |samples: &[Sample]| samples.last().map(|last| last.time_s);
-        let open = self.open_s.is_some();
-        let current = if open { self.current.make_contiguous() } else { &mut [] };
-        let mut runs: Vec<&[Sample]> = self.kept.iter().map(Vec::as_slice).collect();
-        if !current.is_empty() {
-            runs.push(current);
-        }
+        let runs = self.manoeuvres.runs();
         let Some(time_s) = runs.last().and_then(|last| newest(last)) else { return &self.record };
         self.fitted_s = time_s;
         self.record.time_s = time_s;
-        let excited_s = self.longest_s.max(self.open_s.map_or(0.0, |open_s| time_s - open_s));
         let starts: Vec<_> = self.record.parameters.iter().map(|one| (one.axis, one.variable, one.value)).collect();
-        match live_fit::fit(&runs, self.geometry, &self.terms, &starts, excited_s, &self.config) {
+        let open_for_s = self.manoeuvres.open_for(time_s);
+        let (open, excited_s) = (open_for_s.is_some(), self.longest_s.max(open_for_s.unwrap_or(0.0)));
+        match live_fit::fit(&self.manoeuvres.runs(), self.geometry, &self.terms, &starts, excited_s, &self.config) {
             Err(reason) => {
                 self.record.progress = Progress::Failed;
                 self.record.explain(&reason);
@@ -272,10 +229,6 @@ mod tests {
         Seen { time_s, excited, terms: [0; AXES] }
     }
 
-    fn live(capacity: usize) -> Live {
-        Live::new(Config { capacity, ..Config::default() }, RunGeometry::DEFAULT)
-    }
-
     /// Samples at 10 Hz from a time to another, excitation as it is.
     fn fly(live: &mut Live, from: u32, to: u32, excited: bool) {
         for k in from..to {
@@ -286,29 +239,12 @@ mod tests {
     }
 
     #[test]
-    fn a_manoeuvre_has_its_lead_and_the_oldest_goes_where_there_is_no_room() {
-        let mut live = live(250);
-        fly(&mut live, 0, 100, false);
-        assert_eq!(live.current.len(), 41, "the lead alone is kept");
-        fly(&mut live, 100, 200, true);
-        fly(&mut live, 200, 201, false);
-        assert!(live.is_due() && live.kept.len() == 1 && live.kept[0].len() == 141, "{}", live.kept[0].len());
-        fly(&mut live, 201, 210, true);
-        fly(&mut live, 210, 300, false);
-        assert_eq!(live.kept.len(), 1, "0.9 s are no manoeuvre");
-        fly(&mut live, 300, 400, true);
-        fly(&mut live, 400, 410, false);
-        assert_eq!((live.kept.len(), live.record.dropped), (1, 1));
-        assert!(live.kept[0][0].time_s > 25.0);
-    }
-
-    #[test]
-    fn what_cannot_be_fitted_is_a_reason_and_time_that_goes_back_is_left_out() {
-        let mut live = live(1000);
+    fn what_cannot_be_fitted_is_a_reason() {
+        let mut live = Live::new(Config::default(), RunGeometry::DEFAULT);
         fly(&mut live, 0, 60, true);
-        fly(&mut live, 30, 40, true);
+        assert!(!live.is_due(), "nothing has any terms");
         fly(&mut live, 60, 61, false);
-        assert_eq!(live.kept[0].len(), 61);
+        assert!(live.is_due(), "a manoeuvre is over");
         let record = live.refit();
         assert_eq!(record.progress, Progress::Failed);
         assert!(!record.reason.is_empty() && record.parameters.is_empty());

@@ -20,6 +20,7 @@ mod lateness;
 pub mod linear;
 pub mod live;
 mod live_fit;
+pub mod manoeuvres;
 pub mod prediction;
 pub mod record;
 pub mod responses;

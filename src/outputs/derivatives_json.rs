@@ -1,13 +1,15 @@
 //! `derivatives.json`: the estimates of one or several runs, for programs.
 //!
 //! `runs[]` has for each run its name, status, warnings, vane consistency, instrument biases, equations and modes; `modes`
-//! and `output_error` at the top are those of the last run; `output_error` is absent where it
-//! is not run. A number that is not finite and a mode that is not there are null. SI and radians.
+//! and `output_error` at the top are those of the last run; `output_error` and `findings` are absent where they
+//! are not run. A number that is not finite and a mode that is not there are null. SI and radians.
 
+use super::finding_json::FindingJson;
 use super::message_json::{EquationsJson, reason_text, status_text};
 use super::modes_json::{OscillationJson, RootJson};
 use super::noise::NoiseUsed;
 use super::output_error_json::OutputErrorJson;
+use crate::diagnosis::record::FindingRecord;
 use crate::estimation::record::StateRecord;
 use crate::flight::channel::ControlNames;
 use crate::identification::record::OutputErrorRecord;
@@ -30,6 +32,8 @@ pub struct RunEstimates<'a> {
     pub modes: Option<&'a ModesRecord>,
     /// Output error as it stands, where it is run.
     pub output_error: Option<&'a OutputErrorRecord>,
+    /// What the diagnosis says, where it is run.
+    pub findings: &'a [FindingRecord],
     /// What a reader of the numbers must know, as sentences.
     pub warnings: &'a [String],
     /// Coefficients of determination of the rates of alpha and beta by the kinematics, where they can be told.
@@ -89,6 +93,8 @@ struct RunJson<'a> {
     modes: Option<AllModes>,
     #[serde(skip_serializing_if = "Option::is_none")]
     output_error: Option<OutputErrorJson>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    findings: Vec<FindingJson>,
 }
 
 impl<'a> RunJson<'a> {
@@ -108,6 +114,7 @@ impl<'a> RunJson<'a> {
             equations: EquationsJson { equations, controls },
             modes: run.modes.map(|modes| AllModes::new(modes, controls)),
             output_error: output_error(run),
+            findings: run.findings.iter().map(|record| FindingJson::new(record, controls)).collect(),
         }
     }
 }
@@ -230,6 +237,7 @@ mod tests {
             derivatives: Some(&derivatives),
             modes: Some(&modes),
             output_error: None,
+            findings: &[],
             warnings: &warnings,
             consistency: [None, Some(0.965)],
             noise: None,

@@ -95,7 +95,7 @@ pub fn schema(topic: Topic, head: &LogHead) -> String {
         Topic::Derivatives => ("Stability and control derivatives so far", derivatives(), &["time", "excited", "equations"]),
         Topic::Modes => ("Lateral modes so far", modes(), &["time", "status"]),
         Topic::OutputError => ("Output error so far", output_error(), &["time", "status", "parameters"]),
-        Topic::Finding => ("What the model gets wrong", finding(), &["time", "kind", "statement"]),
+        Topic::Finding => ("What the model gets wrong", finding(), &["time", "standing", "number", "kind", "statement"]),
         Topic::Event => ("What a stage noticed", event(), &["time", "severity", "kind", "text"]),
     };
     json!({
@@ -294,12 +294,19 @@ fn modes() -> Value {
 fn finding() -> Value {
     json!({
         "time": time(),
-        "kind": text("kind of effect"),
+        "standing": text("waiting, found, taken back, or failed: why the last look came to nothing"),
+        "number": { "type": "integer", "description": "which finding of this run: the same while its cause is" },
+        "kind": text("kind of effect; none where the model explains what was flown, unknown where no effect does"),
         "axis": text("axis, where the kind has one"),
         "variable": text("variable, where the kind has one"),
-        "delta": number("size of the effect", "its own unit"),
-        "std": number("standard error of delta", "its own unit"),
-        "probability": number("how likely this is the cause", "1"),
+        "term": text("nonlinear term, where the kind has one"),
+        "control": text("control, where the kind has one"),
+        "channel": text("channel, where the kind has one"),
+        "delta": number("size of the effect on a derivative; other kinds have their own key, as in model files", "its own unit"),
+        "std": number("standard error of the size", "its own unit"),
+        "probability": { "type": ["number", "null"], "description": "how likely this is the cause; null where it cannot be said" },
+        "rivals": { "type": "integer", "description": "other causes that the data do not rule out" },
+        "manoeuvres": { "type": "integer", "description": "manoeuvres that it rests on" },
         "statement": text("one sentence for a person"),
     })
 }

@@ -8,6 +8,7 @@
 //! `log_time` and `publish_time` are the message's time in whole nanoseconds, `max(0, round(1e9 t))`: 0 for a negative
 //! time and for one that is no number, `i64::MAX` at most. The exact time stands in the payload.
 
+use super::finding_json::FindingJson;
 use super::json_schema::{TOPICS, Topic, schema};
 use super::message_json::{DerivativesJson, EventJson, InnovationJson, SampleJson, SmoothedJson, StateJson};
 use super::modes_json::ModesJson;
@@ -154,6 +155,7 @@ impl McapLog {
             Message::OutputError(record) => {
                 self.object(Topic::OutputError, record.time_s, &OutputErrorJson::new(record, controls));
             }
+            Message::Finding(record) => self.object(Topic::Finding, record.time_s, &FindingJson::new(record, controls)),
             Message::Event(record) => self.event(record),
         }
     }
@@ -175,6 +177,7 @@ impl McapLog {
             Entry::OutputError(record) => {
                 self.object(Topic::OutputError, record.time_s, &OutputErrorJson::new(record, controls));
             }
+            Entry::Finding(record) => self.object(Topic::Finding, record.time_s, &FindingJson::new(record, controls)),
             Entry::Event(record) => self.event(record),
             Entry::Lost(lost) => self.lost(lost),
         }

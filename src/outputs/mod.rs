@@ -13,6 +13,10 @@ pub mod chart;
 #[cfg(feature = "std")]
 pub mod derivatives_json;
 #[cfg(feature = "std")]
+mod finding_json;
+#[cfg(feature = "std")]
+pub mod finding_text;
+#[cfg(feature = "std")]
 pub mod json_schema;
 #[cfg(feature = "std")]
 pub mod log_thread;

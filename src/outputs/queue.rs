@@ -8,6 +8,7 @@
 //! by `capacity`: some 400 B a slot, 5 kB for each of [`DERIVATIVES_IN_FLIGHT`], 8 B a slot and unknown column.
 
 use super::record::{EventRecord, Message};
+use crate::diagnosis::record::FindingRecord;
 use crate::estimation::record::{Innovation, LaggedRecord, StateRecord};
 use crate::flight::derivative::Axis;
 use crate::identification::record::OutputErrorRecord;
@@ -23,6 +24,9 @@ pub const DERIVATIVES_IN_FLIGHT: usize = 32;
 
 /// The same of output error: it comes twice a second.
 pub const OUTPUT_ERRORS_IN_FLIGHT: usize = 8;
+
+/// The same of findings: a few at a time, at the end of a manoeuvre.
+pub const FINDINGS_IN_FLIGHT: usize = 32;
 
 /// How long a queue that closes waits for room to say what it lost.
 const LAST_WORD: Duration = Duration::from_millis(500);
@@ -62,6 +66,8 @@ pub enum Entry {
     Modes(ModesRecord),
     /// Output error.
     OutputError(Box<OutputErrorRecord>),
+    /// What the diagnosis says.
+    Finding(Box<FindingRecord>),
     /// An event.
     Event(EventRecord),
     /// What found no room before this.
@@ -103,6 +109,7 @@ pub struct Sender {
     queue: channel::Sender<Entry>,
     derivatives: Boxes<Box<DerivativesRecord>>,
     output_errors: Boxes<Box<OutputErrorRecord>>,
+    findings: Boxes<Box<FindingRecord>>,
     unknown: Boxes<Box<[f64]>>,
     /// Shared with the receiver alone: a count of one says that nobody listens any more.
     listener: Arc<()>,
@@ -116,6 +123,7 @@ pub struct Receiver {
     queue: channel::Receiver<Entry>,
     derivatives: Boxes<Box<DerivativesRecord>>,
     output_errors: Boxes<Box<OutputErrorRecord>>,
+    findings: Boxes<Box<FindingRecord>>,
     unknown: Boxes<Box<[f64]>>,
     _listener: Arc<()>,
 }
@@ -132,6 +140,7 @@ pub fn queue(policy: Policy, capacity: usize, unknown_columns: usize) -> (Sender
     };
     let derivatives = Boxes::filled(DERIVATIVES_IN_FLIGHT, || Box::new(blank.clone()));
     let output_errors = Boxes::filled(OUTPUT_ERRORS_IN_FLIGHT, || Box::new(OutputErrorRecord::EMPTY));
+    let findings = Boxes::filled(FINDINGS_IN_FLIGHT, || Box::new(FindingRecord::EMPTY));
     // One box a slot, one in the hand of either end.
     let count = if unknown_columns == 0 { 0 } else { capacity + 2 };
     let unknown = Boxes::filled(count, || vec![f64::NAN; unknown_columns].into_boxed_slice());
@@ -140,10 +149,14 @@ pub fn queue(policy: Policy, capacity: usize, unknown_columns: usize) -> (Sender
         queue: from_estimator,
         derivatives: derivatives.clone(),
         output_errors: output_errors.clone(),
+        findings: findings.clone(),
         unknown: unknown.clone(),
         _listener: Arc::clone(&listener),
     };
-    (Sender { policy, queue: to_writer, derivatives, output_errors, unknown, listener, pending: None, lost: 0 }, receiver)
+    (
+        Sender { policy, queue: to_writer, derivatives, output_errors, findings, unknown, listener, pending: None, lost: 0 },
+        receiver,
+    )
 }
 
 impl Sender {
@@ -174,6 +187,13 @@ impl Sender {
                 Some(mut boxed) => {
                     boxed.as_mut().clone_from(record);
                     self.queue_entry(Entry::OutputError(boxed), record.time_s);
+                }
+                None => self.lose(record.time_s),
+            },
+            Message::Finding(record) => match self.take(&self.findings) {
+                Some(mut boxed) => {
+                    boxed.as_mut().clone_from(record);
+                    self.queue_entry(Entry::Finding(boxed), record.time_s);
                 }
                 None => self.lose(record.time_s),
             },
@@ -236,6 +256,7 @@ impl Sender {
             Entry::Sample(_, values) if !values.is_empty() => self.unknown.give_back(values),
             Entry::Derivatives(boxed) => self.derivatives.give_back(boxed),
             Entry::OutputError(boxed) => self.output_errors.give_back(boxed),
+            Entry::Finding(boxed) => self.findings.give_back(boxed),
             _ => {}
         }
     }
@@ -285,6 +306,7 @@ impl Receiver {
             Entry::Sample(_, values) if !values.is_empty() => self.unknown.give_back(values),
             Entry::Derivatives(boxed) => self.derivatives.give_back(boxed),
             Entry::OutputError(boxed) => self.output_errors.give_back(boxed),
+            Entry::Finding(boxed) => self.findings.give_back(boxed),
             _ => {}
         }
     }

@@ -1,5 +1,7 @@
 //! The published vocabulary of outputs: one message, as it goes through the queue to the log and the terminal.
 
+#[cfg(feature = "std")]
+use crate::diagnosis::record::FindingRecord;
 use crate::estimation::record::{EstimationEvent, Innovation, LaggedRecord, StateRecord};
 #[cfg(feature = "std")]
 use crate::identification::record::OutputErrorRecord;
@@ -44,6 +46,9 @@ pub enum Message {
     /// Output error so far.
     #[cfg(feature = "std")]
     OutputError(OutputErrorRecord),
+    /// What the diagnosis says.
+    #[cfg(feature = "std")]
+    Finding(FindingRecord),
     /// An event.
     Event(EventRecord),
 }

@@ -7,6 +7,7 @@
 
 mod derivatives;
 mod event;
+mod finding;
 mod modes;
 mod output_error;
 mod sample;
@@ -15,6 +16,7 @@ mod status;
 
 pub use derivatives::{DerivativesPayload, EquationBody, LateralBody, TermBody};
 pub use event::EventPayload;
+pub use finding::FindingPayload;
 pub use modes::{ModesPayload, OscillationBody, RootBody};
 pub use output_error::{OutputErrorPayload, ParameterBody};
 pub use sample::{OTHERS, SAMPLE, SAMPLE_TO_ACKNOWLEDGE, SamplePayload, THE_END};
@@ -93,16 +95,6 @@ pub struct TakenPayload {
     pub taken: u64,
 }
 service!(TakenPayload, "sideslip/taken", "sideslip.Taken.1", buffer 64, history 1);
-
-/// A finding of the diagnosis: the service's name and place are there, its fields come with the diagnosis.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("sideslip.Finding.0")]
-pub struct FindingPayload {
-    /// Its header.
-    pub header: Header,
-}
-service!(FindingPayload, "sideslip/finding", "sideslip.Finding.0", buffer 16, history 1);
 
 /// The entry of a table at an index that came from elsewhere.
 fn at<T: Copy>(table: &[T], index: u32, schema: &'static str, field: &'static str) -> Result<T, BusError> {

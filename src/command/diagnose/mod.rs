@@ -9,6 +9,7 @@ use super::flight_condition::FlightCondition;
 use super::mapping_input::read_mapping;
 use super::message;
 use super::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json, write_whole};
+use super::run_condition::condition_of;
 use super::run_input::{RunInput, read_run, refuse_two_aircraft};
 use sideslip::diagnosis::diagnose::{Diagnosis, Recorded, diagnose};
 use sideslip::diagnosis::search::Settings;
@@ -101,7 +102,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         named.collect()
     };
     let (fit, holdout) = (recorded(fit, &args.fit), recorded(holdout, &args.holdout));
-    let groups = test_points(&fit.iter().map(points::condition).collect::<Vec<_>>());
+    let groups = test_points(&fit.iter().map(condition_of).collect::<Vec<_>>());
     if groups.len() > 1 && args.condition.is_left_to_runs(&model) {
         losses.extend(points::run(args, &of_model, (&fit, &holdout), &groups, controls)?);
     } else {

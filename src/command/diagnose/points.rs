@@ -5,11 +5,12 @@ use super::table;
 use super::{Answer, Args, Flights, answered, write_extended, write_page};
 use crate::command::message;
 use crate::command::output_file::{print, write_json};
+use crate::command::run_condition::condition_of;
 use serde_json::{Value, json};
 use sideslip::diagnosis::diagnose::Recorded;
 use sideslip::diagnosis::flight_path::{AtPath, Varying, varying};
 use sideslip::error::Failure;
-use sideslip::flight::channel::{Channel, ControlNames};
+use sideslip::flight::channel::ControlNames;
 use sideslip::flight::effect::Effect;
 use sideslip::flight::effect_file::DeclaredEffect;
 use sideslip::identification::test_point::Condition;
@@ -20,33 +21,11 @@ use sideslip::simulation::linear::with_effects;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// What is a run's trim, s.
-const TRIM_S: f64 = 1.0;
-
 /// One test point.
 struct Point {
     condition: Condition,
     runs: Vec<String>,
     answer: Answer,
-}
-
-/// Where a run was flown, by its first second.
-pub(super) fn condition(run: &Recorded) -> Condition {
-    let begin_s = run.samples.first().map_or(0.0, |first| first.time_s);
-    let trim = || run.samples.iter().take_while(|sample| sample.time_s <= begin_s + TRIM_S);
-    let values = |channel: Channel| -> Vec<(f64, f64)> {
-        trim().filter_map(|sample| Some((sample.time_s, sample.get(channel).filter(|value| value.is_finite())?))).collect()
-    };
-    let mean = |name: &str| {
-        let values = values(Channel::from_name(name)?.0);
-        (!values.is_empty()).then(|| values.iter().map(|(_, value)| value).sum::<f64>() / values.len() as f64)
-    };
-    let altitude_rate = || {
-        let values = values(Channel::Altitude);
-        let ends = values.first().zip(values.last());
-        ends.map_or(f64::NAN, |((from_s, from), (to_s, to))| (to - from) / (to_s - from_s))
-    };
-    Condition::of_trim(mean, altitude_rate)
 }
 
 /// Diagnoses each test point and tells all; what was lost.
@@ -61,9 +40,9 @@ pub(super) fn run(
     let mut kept_back = vec![false; holdout.len()];
     for (number, group) in groups.iter().enumerate() {
         let own: Vec<Recorded> = group.iter().filter_map(|&place| fit.get(place)).cloned().collect();
-        let condition = Condition::mean(&own.iter().map(self::condition).collect::<Vec<_>>());
+        let condition = Condition::mean(&own.iter().map(condition_of).collect::<Vec<_>>());
         let model = args.condition.fly_at(set.to_vec(), condition.speed, condition.climb())?;
-        let near = |run: &Recorded| self::condition(run).is_near(&condition);
+        let near = |run: &Recorded| condition_of(run).is_near(&condition);
         let held: Vec<Recorded> = holdout.iter().filter(|run| near(run)).cloned().collect();
         kept_back.iter_mut().zip(holdout).for_each(|(used, run)| *used |= near(run));
         message(format_args!("test point {} of {}: {}", number + 1, groups.len(), in_words(&condition, own.len())));

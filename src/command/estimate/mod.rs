@@ -5,11 +5,12 @@ mod run;
 mod voice;
 
 use super::estimation_options::{EstimationOptions, OutputError};
+use super::model_beside::ModelBeside;
 use super::output_file::write_json;
 use super::stop::{stopped_by_signals, supervised};
 use super::{patience, root_path};
 use outlet::Outlet;
-use run::{Ended, LiveRun};
+use run::{Asked, Ended, LiveRun};
 use sideslip::bus::clock::monotonic_ns;
 use sideslip::bus::payload::{SAMPLE_TO_ACKNOWLEDGE, SamplePayload, THE_END};
 use sideslip::bus::root::Role;
@@ -83,13 +84,14 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let config = args.estimation.config();
     // A wrong setting is the call's fault, not the first run's.
     Pipeline::new(&config, RunGeometry::default()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
+    let model = args.estimation.model_beside()?;
     let mut bus = Bus::enter(&root_path(args.root.as_ref()))?;
     let _role = bus.take_within(Role::Estimator, patience(args.supervised))?;
     let outlet = Outlet::new(&bus)?;
     let samples = bus.subscriber()?;
     let voice = Voice::start()?;
     let mut station =
-        Station { args, config, bus: &bus, samples, outlet, voice, run: None, incarnation: None, ended: Vec::new() };
+        Station { args, config, model, bus: &bus, samples, outlet, voice, run: None, incarnation: None, ended: Vec::new() };
     let worked = station.work(&stop);
     let closed = station.end_run();
     let answered = station.answer();
@@ -101,6 +103,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 struct Station<'a> {
     args: &'a Args,
     config: Config,
+    model: Option<ModelBeside>,
     bus: &'a Bus,
     samples: Subscriber<SamplePayload>,
     outlet: Outlet,
@@ -168,7 +171,14 @@ impl Station<'_> {
         self.end_run()?;
         let when = self.args.estimation.output_error(OutputError::Streaming);
         let telemetry_waits = sample.kind == SAMPLE_TO_ACKNOWLEDGE;
-        self.run = Some(LiveRun::begin(head, &self.config, when, self.args.out.as_deref(), telemetry_waits, &self.voice)?);
+        let asked = Asked {
+            config: &self.config,
+            output_error: when,
+            model: self.model.as_ref(),
+            out: self.args.out.as_deref(),
+            telemetry_waits,
+        };
+        self.run = Some(LiveRun::begin(head, &asked, &self.voice)?);
         Ok(())
     }
 

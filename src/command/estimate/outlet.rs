@@ -3,10 +3,11 @@
 use sideslip::bus::clock::monotonic_ns;
 use sideslip::bus::error::BusError;
 use sideslip::bus::payload::{
-    DerivativesPayload, EventPayload, Header, InnovationsPayload, ModesPayload, OutputErrorPayload, SAMPLE_TO_ACKNOWLEDGE,
-    SamplePayload, SmoothedPayload, StatePayload, THE_END, TakenPayload,
+    DerivativesPayload, EventPayload, FindingPayload, Header, InnovationsPayload, ModesPayload, OutputErrorPayload,
+    SAMPLE_TO_ACKNOWLEDGE, SamplePayload, SmoothedPayload, StatePayload, THE_END, TakenPayload,
 };
 use sideslip::bus::service::{Bus, Publisher};
+use sideslip::diagnosis::record::FindingRecord;
 use sideslip::identification::record::OutputErrorRecord;
 use sideslip::outputs::record::{EventKind, EventRecord};
 use sideslip::pipeline::Tick;
@@ -22,6 +23,7 @@ pub(crate) struct Outlet {
     derivatives: Publisher<DerivativesPayload>,
     modes: Publisher<ModesPayload>,
     output_error: Publisher<OutputErrorPayload>,
+    finding: Publisher<FindingPayload>,
     event: Publisher<EventPayload>,
     taken: Publisher<TakenPayload>,
     newest_s: f64,
@@ -38,6 +40,7 @@ impl Outlet {
             derivatives: bus.publisher()?,
             modes: bus.publisher()?,
             output_error: bus.publisher()?,
+            finding: bus.publisher()?,
             event: bus.publisher()?,
             taken: bus.publisher()?,
             newest_s: 0.0,
@@ -54,6 +57,7 @@ impl Outlet {
         self.derivatives.meet()?;
         self.modes.meet()?;
         self.output_error.meet()?;
+        self.finding.meet()?;
         self.event.meet()?;
         self.taken.meet()
     }
@@ -91,6 +95,11 @@ impl Outlet {
     /// What output error came to.
     pub(crate) fn output_error(&mut self, sample: &Header, record: &OutputErrorRecord) -> Result<(), BusError> {
         self.output_error.publish(&record.into(), Some(sample.sampled_ns)).map(|_| ())
+    }
+
+    /// What the diagnosis says.
+    pub(crate) fn finding(&mut self, sample: &Header, record: &FindingRecord) -> Result<(), BusError> {
+        self.finding.publish(&record.into(), Some(sample.sampled_ns)).map(|_| ())
     }
 
     /// Says that a sample was taken: each, where its publisher waits for that; else now and then, as a sign of life.

@@ -1,6 +1,7 @@
 //! One run as the estimator sees it from the bus: pipeline, log, what it came to.
 
 use super::super::estimation_options::OutputError;
+use super::super::model_beside::{Beside, ModelBeside};
 use super::super::replay::log::{Log, Logged};
 use super::super::replay::sink::Sink;
 use super::outlet::Outlet;
@@ -11,9 +12,10 @@ use sideslip::error::Failure;
 use sideslip::flight::log_head::LogHead;
 use sideslip::flight::run_file::RunInfo;
 use sideslip::identification::follower::Follower;
-use sideslip::identification::live::Seen;
+use sideslip::identification::live::{Live, Seen};
 use sideslip::outputs::derivatives_json::RunEstimates;
 use sideslip::outputs::event_ring::{FoldedEvent, FoldedText};
+use sideslip::outputs::finding_text::FindingsTable;
 use sideslip::outputs::noise::NoiseUsed;
 use sideslip::outputs::output_error_text::OutputErrorTable;
 use sideslip::outputs::terminal::{Style, Table};
@@ -26,15 +28,17 @@ use std::time::{Duration, Instant};
 
 /// The longest wait for a log that does not catch up.
 const CATCHING_UP: Duration = Duration::from_millis(200);
-/// The longest wait for the last fit of output error.
+/// The longest wait for the last fit of output error, and for the last look of the diagnosis.
 const LAST_FIT: Duration = Duration::from_secs(3);
+const LAST_LOOK: Duration = Duration::from_secs(8);
 
 /// A run that is being estimated.
 pub(super) struct LiveRun {
     head: LogHead,
     info: RunInfo,
     pipeline: Box<Pipeline>,
-    follower: Option<Follower>,
+    follower: Option<Follower<Live>>,
+    diagnosis: Option<Follower<Beside>>,
     sink: Sink,
     log: Option<Log>,
     /// Why there is none, where one was wanted.
@@ -43,8 +47,21 @@ pub(super) struct LiveRun {
     rows: u64,
     first_s: Option<f64>,
     last: Header,
-    /// Samples that output error did not get.
+    /// Samples that output error did not get, and that the diagnosis did not.
     unfitted: u64,
+    undiagnosed: u64,
+}
+
+/// What a run is begun with.
+pub(super) struct Asked<'a> {
+    pub(super) config: &'a Config,
+    pub(super) output_error: OutputError,
+    /// The model that it is held against.
+    pub(super) model: Option<&'a ModelBeside>,
+    /// Where its log goes.
+    pub(super) out: Option<&'a Path>,
+    /// Whether telemetry waits for the estimator.
+    pub(super) telemetry_waits: bool,
 }
 
 /// What a run came to.
@@ -61,6 +78,7 @@ pub(super) struct Ended {
     log: Option<Logged>,
     unlogged: Option<String>,
     unfitted: u64,
+    undiagnosed: u64,
 }
 
 impl LiveRun {
@@ -68,14 +86,8 @@ impl LiveRun {
     /// waits for the log; else nothing waits.
     ///
     /// A log that cannot be opened is said and counted as lost: estimates come without it.
-    pub(super) fn begin(
-        head: LogHead,
-        config: &Config,
-        output_error: OutputError,
-        out: Option<&Path>,
-        telemetry_waits: bool,
-        voice: &Voice,
-    ) -> Result<Self, Failure> {
+    pub(super) fn begin(head: LogHead, asked: &Asked<'_>, voice: &Voice) -> Result<Self, Failure> {
+        let Asked { config, output_error, model, out, telemetry_waits } = *asked;
         let wrong = |what: String| Failure::Running(format!("the head of the run: {what}"));
         let mut info = RunInfo::from_toml(&head.run_toml).map_err(|place| wrong(place.to_string()))?;
         info.set_controls(head.controls);
@@ -84,6 +96,13 @@ impl LiveRun {
             Ok(follower) => follower,
             Err(error) => {
                 voice.say(format!("sideslip: this run has no output error: no thread to be had: {error}"));
+                None
+            }
+        };
+        let diagnosis = match model.map(|model| Follower::spawn(model.live(*info.geometry()))).transpose() {
+            Ok(diagnosis) => diagnosis,
+            Err(error) => {
+                voice.say(format!("sideslip: this run is not held against the model: no thread to be had: {error}"));
                 None
             }
         };
@@ -111,6 +130,7 @@ impl LiveRun {
             info,
             pipeline: Box::new(pipeline),
             follower,
+            diagnosis,
             sink,
             log,
             unlogged,
@@ -119,6 +139,7 @@ impl LiveRun {
             first_s: None,
             last,
             unfitted: 0,
+            undiagnosed: 0,
         })
     }
 
@@ -152,6 +173,16 @@ impl LiveRun {
                 self.sink.output_error(&record);
             }
         }
+        if let Some(diagnosis) = &mut self.diagnosis {
+            diagnosis.sample(&self.row.sample);
+            if let Some(derivatives) = &tick.derivatives {
+                diagnosis.seen(Seen::from(derivatives));
+            }
+            if let Some(record) = diagnosis.next_record() {
+                outlet.finding(&header, &record)?;
+                self.sink.finding(&record);
+            }
+        }
         Ok(())
     }
 
@@ -170,9 +201,16 @@ impl LiveRun {
         self.sink.tick(tick);
         if let Some(follower) = self.follower.take() {
             self.unfitted = follower.lost();
-            if let Some(record) = follower.finish(LAST_FIT) {
+            if let Some(record) = follower.finish(LAST_FIT).last() {
                 outlet.output_error(&self.last, &record)?;
                 self.sink.output_error(&record);
+            }
+        }
+        if let Some(diagnosis) = self.diagnosis.take() {
+            self.undiagnosed = diagnosis.lost();
+            for record in diagnosis.finish(LAST_LOOK) {
+                outlet.finding(&self.last, &record)?;
+                self.sink.finding(&record);
             }
         }
         self.sink.close();
@@ -194,6 +232,7 @@ impl LiveRun {
             log,
             unlogged: self.unlogged,
             unfitted: self.unfitted,
+            undiagnosed: self.undiagnosed,
         })
     }
 }
@@ -212,8 +251,12 @@ impl Ended {
             let now_s = self.range_s.map_or(record.time_s, |(_, to_s)| to_s);
             let _ = write!(text, "{}", OutputErrorTable { record, now_s, controls: self.head.controls, style });
         }
+        let _ = write!(text, "{}", FindingsTable { findings: self.sink.findings.records(), style });
         if self.unfitted > 0 {
             let _ = writeln!(text, "output error did not keep up: {} samples and publications went by it", self.unfitted);
+        }
+        if self.undiagnosed > 0 {
+            let _ = writeln!(text, "the diagnosis did not keep up: {} samples and publications went by it", self.undiagnosed);
         }
         if let Some(noise) = &self.noise {
             let _ = writeln!(text, "{noise}");
@@ -233,6 +276,7 @@ impl Ended {
             derivatives: self.sink.derivatives.as_ref(),
             modes: self.sink.modes.as_ref(),
             output_error: self.sink.output_error.as_ref(),
+            findings: self.sink.findings.records(),
             warnings: &self.warnings,
             consistency: self.consistency,
             noise: self.noise,
@@ -263,11 +307,11 @@ mod tests {
     use super::super::super::estimation_options::OutputError;
     use super::super::outlet::Outlet;
     use super::super::voice::Voice;
-    use super::{LiveRun, free_name};
+    use super::{Asked, LiveRun, ModelBeside, free_name};
     use crate::allocations::during;
     use sideslip::bus::payload::{
-        DerivativesPayload, EventPayload, InnovationsPayload, ModesPayload, OutputErrorPayload, Payload, SAMPLE, SamplePayload,
-        SmoothedPayload, StatePayload,
+        DerivativesPayload, EventPayload, FindingPayload, InnovationsPayload, ModesPayload, OutputErrorPayload, Payload, SAMPLE,
+        SamplePayload, SmoothedPayload, StatePayload,
     };
     use sideslip::bus::service::{Bus, Subscriber};
     use sideslip::flight::channel::ControlNames;
@@ -295,11 +339,21 @@ mod tests {
         let (mut derivatives, mut modes) = (bus.subscriber::<DerivativesPayload>().unwrap(), bus.subscriber().unwrap());
         let (mut events, mut smoothed) = (bus.subscriber::<EventPayload>().unwrap(), bus.subscriber().unwrap());
         let mut output_errors = bus.subscriber::<OutputErrorPayload>().unwrap();
+        let mut findings = bus.subscriber::<FindingPayload>().unwrap();
         let head = LogHead::every_channel(String::new(), ControlNames::Rotorcraft);
         let log = folder.join("flight.mcap");
         let voice = Voice::start().unwrap();
-        let mut run = LiveRun::begin(head, &Config::default(), OutputError::Streaming, Some(&log), false, &voice).unwrap();
-        let puma = Path::new(env!("CARGO_MANIFEST_DIR")).join("replay/recordings/puma-100kn-pedal-3211.csv");
+        let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("replay");
+        let model = ModelBeside::read(&own.join("models/puma-like.toml"), None).unwrap();
+        let asked = Asked {
+            config: &Config::default(),
+            output_error: OutputError::Streaming,
+            model: Some(&model),
+            out: Some(&log),
+            telemetry_waits: false,
+        };
+        let mut run = LiveRun::begin(head, &asked, &voice).unwrap();
+        let puma = own.join("recordings/puma-100kn-pedal-3211.csv");
         let mut recording = Recording::open(&puma).unwrap();
         let (mut rows, mut sent, mut lagged) = (0, 0, 0);
         // As where the estimator waits for samples: no service opens a connection with its first message.
@@ -316,6 +370,7 @@ mod tests {
                 + heard(&mut derivatives)
                 + heard::<ModesPayload>(&mut modes)
                 + heard(&mut output_errors)
+                + heard(&mut findings)
                 + heard(&mut events);
             // Readers have found their publishers by then, and what grows to its size has grown.
             if rows > 0 {
@@ -325,7 +380,7 @@ mod tests {
         }
         assert!(sent > 3000 && lagged > 100, "{sent} {lagged}");
         run.end(&mut outlet).unwrap();
-        drop((states, smoothed, innovations, derivatives, modes, output_errors, events, outlet, bus));
+        drop((states, smoothed, innovations, derivatives, modes, output_errors, findings, events, outlet, bus));
         std::fs::remove_dir_all(&folder).unwrap();
     }
 

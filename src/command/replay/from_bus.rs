@@ -8,6 +8,7 @@ use ::replay::Pace;
 use sideslip::bus::payload::{OTHERS, SamplePayload, THE_END};
 use sideslip::bus::root::Root;
 use sideslip::bus::service::{Bus, Subscriber};
+use sideslip::diagnosis::record::FindingRecord;
 use sideslip::error::Failure;
 use sideslip::flight::log_head::LogHead;
 use sideslip::identification::record::OutputErrorRecord;
@@ -123,6 +124,14 @@ impl FromBus {
     pub(super) fn output_error(&mut self, record: &OutputErrorRecord) -> Result<(), Failure> {
         if let Some(current) = &self.current {
             self.outlet.output_error(&current.header, record)?;
+        }
+        Ok(())
+    }
+
+    /// Publishes what the diagnosis says.
+    pub(super) fn finding(&mut self, record: &FindingRecord) -> Result<(), Failure> {
+        if let Some(current) = &self.current {
+            self.outlet.finding(&current.header, record)?;
         }
         Ok(())
     }

@@ -87,8 +87,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         return Err(Failure::file(json, "--json: expected another file than the log of --out, found the same"));
     }
     let mapping = read_mapping(args.config.as_deref())?;
+    let model = args.estimation.model_beside()?;
     let output_error = args.estimation.output_error(OutputError::Manoeuvre);
-    let open = |file: &PathBuf| Ok(Run::open(file, &args.set, &config, &mapping)?.with_output_error(output_error));
+    let open = |file: &PathBuf| {
+        Ok(Run::open(file, &args.set, &config, &mapping)?.with_output_error(output_error).held_against(model.as_ref()))
+    };
     let runs = args.files.iter().map(open).collect::<Result<Vec<_>, Failure>>()?;
     log::make_directory(args.out.as_deref(), &logs)?;
     log::make_directory(args.smoothed.as_deref(), &states)?;

@@ -2,6 +2,7 @@
 
 use super::super::estimation_options::OutputError;
 use super::super::ingest::head_of;
+use super::super::model_beside::{Beside, ModelBeside};
 use super::super::progress::Progress;
 use super::from_bus::FromBus;
 use super::log::{Log, Logged};
@@ -13,10 +14,12 @@ use sideslip::estimation::record::{Aid, EstimationEvent};
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::log_head::LogHead;
 use sideslip::flight::run_file::RunInfo;
+use sideslip::identification::follower::Follow;
 use sideslip::identification::live::{Live, Seen};
 use sideslip::modes::record::ModesRecord;
 use sideslip::outputs::derivatives_json::RunEstimates;
 use sideslip::outputs::event_ring::{FoldedEvent, FoldedText};
+use sideslip::outputs::finding_text::FindingsTable;
 use sideslip::outputs::noise::NoiseUsed;
 use sideslip::outputs::output_error_text::OutputErrorTable;
 use sideslip::outputs::record::EventKind;
@@ -62,6 +65,7 @@ pub(in super::super) struct Run {
     config: Config,
     pipeline: Box<Pipeline>,
     live: Option<Live>,
+    beside: Option<Beside>,
 }
 
 /// What a run came to.
@@ -96,13 +100,28 @@ impl Run {
         let recording = Recording::open_with(file, mapping)?;
         let (info, head) = head_of(file, &recording, overrides)?;
         let pipeline = Pipeline::new(config, *info.geometry()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
-        Ok(Run { file: file.into(), recording, info, head, config: *config, pipeline: Box::new(pipeline), live: None })
+        Ok(Run {
+            file: file.into(),
+            recording,
+            info,
+            head,
+            config: *config,
+            pipeline: Box::new(pipeline),
+            live: None,
+            beside: None,
+        })
     }
 
     /// The same with output error beside it, in step with the record's own time.
     pub(in super::super) fn with_output_error(self, when: OutputError) -> Self {
         let live = when.live(*self.info.geometry());
         Run { live, ..self }
+    }
+
+    /// The same held against a model, where there is one, in step with the record's own time.
+    pub(in super::super) fn held_against(self, model: Option<&ModelBeside>) -> Self {
+        let beside = model.map(|model| model.live(*self.info.geometry()));
+        Run { beside, ..self }
     }
 
     /// Plays it to its end, or until `stop`. Where reading fails in the middle, the log is closed with what came before.
@@ -165,6 +184,9 @@ impl Run {
             if let Some(live) = &mut self.live {
                 follow(live, &sample, tick, &mut sink, &mut bus)?;
             }
+            if let Some(beside) = &mut self.beside {
+                hold_against(beside, &sample, tick, &mut sink, &mut bus)?;
+            }
             progress.show(|| progress_line(&name, time_s, &sink));
         };
         sink.tick(self.pipeline.finish());
@@ -172,6 +194,14 @@ impl Run {
             live.finish();
             if live.is_due() {
                 sink.output_error(live.refit());
+            }
+        }
+        if let Some(beside) = &mut self.beside {
+            beside.finish();
+            if beside.is_due() {
+                beside.work(&mut |record| sink.finding(&record));
+            } else {
+                beside.stand(&mut |record| sink.finding(&record));
             }
         }
         sink.close();
@@ -258,6 +288,31 @@ fn follow(live: &mut Live, sample: &Sample, tick: &Tick, sink: &mut Sink, bus: &
     bus.as_mut().map_or(Ok(()), |bus| bus.output_error(live.record()))
 }
 
+/// The diagnosis in step with the record.
+fn hold_against(
+    beside: &mut Beside,
+    sample: &Sample,
+    tick: &Tick,
+    sink: &mut Sink,
+    bus: &mut Option<FromBus>,
+) -> Result<(), Failure> {
+    beside.sample(sample);
+    if let Some(derivatives) = &tick.derivatives {
+        beside.seen(&Seen::from(derivatives), &mut |_| {});
+    }
+    if !beside.is_due() {
+        return Ok(());
+    }
+    let mut told = Ok(());
+    beside.work(&mut |record| {
+        sink.finding(&record);
+        if let (Some(bus), Ok(())) = (bus.as_mut(), &told) {
+            told = bus.finding(&record);
+        }
+    });
+    told
+}
+
 /// A vane's disagreement as it stands at the end, not at first sight.
 fn with_final_r2(mut event: FoldedEvent, consistency: [Option<f64>; 2]) -> FoldedEvent {
     if let EventKind::Estimation(EstimationEvent::KinematicsDisagree { aid, r_squared }) = &mut event.kind {
@@ -301,6 +356,7 @@ impl Played {
             derivatives: self.sink.derivatives.as_ref(),
             modes: self.sink.modes.as_ref(),
             output_error: self.sink.output_error.as_ref(),
+            findings: self.sink.findings.records(),
             warnings: &self.warnings,
             consistency: self.consistency,
             noise: self.noise,
@@ -356,6 +412,7 @@ impl Played {
             let now_s = self.range_s.map_or(record.time_s, |(_, to_s)| to_s);
             let _ = write!(text, "{}", OutputErrorTable { record, now_s, controls: self.controls, style });
         }
+        let _ = write!(text, "{}", FindingsTable { findings: self.sink.findings.records(), style });
         if let Some(noise) = &self.noise {
             let _ = writeln!(text, "{noise}");
         }

@@ -1,5 +1,6 @@
 //! Where a run's records go: to the log, and what a reader wants at the end is kept.
 
+use sideslip::diagnosis::record::{FindingRecord, FindingsSoFar};
 use sideslip::estimation::record::{EstimationEvent, StateRecord};
 use sideslip::identification::record::OutputErrorRecord;
 use sideslip::modes::record::ModesRecord;
@@ -23,6 +24,7 @@ pub(crate) struct Sink {
     pub(crate) derivatives: Option<DerivativesRecord>,
     pub(crate) modes: Option<ModesRecord>,
     pub(crate) output_error: Option<OutputErrorRecord>,
+    pub(crate) findings: FindingsSoFar,
     pub(crate) events: Box<EventRing<EVENTS>>,
     /// Samples that the estimation dropped for their time, and values that it did not use.
     dropped_samples: u64,
@@ -40,6 +42,7 @@ impl Sink {
             derivatives: None,
             modes: None,
             output_error: None,
+            findings: FindingsSoFar::new(),
             events: Box::new(EventRing::new()),
             dropped_samples: 0,
             unused_values: 0,
@@ -97,6 +100,12 @@ impl Sink {
     pub(crate) fn output_error(&mut self, record: &OutputErrorRecord) {
         self.log(|| Message::OutputError(record.clone()));
         self.output_error = Some(record.clone());
+    }
+
+    /// What the diagnosis says.
+    pub(crate) fn finding(&mut self, record: &FindingRecord) {
+        self.log(|| Message::Finding(record.clone()));
+        self.findings.hear(record);
     }
 
     /// Whether more than half of the queue to the log is taken.

@@ -7,11 +7,11 @@ use super::coarse::speed_unit;
 use super::correction::{Alternative, Correction, effect_of, merged, splits};
 use super::fit::{Run, parameter_at, place_of};
 use super::observable::{absent, doubted, drowned, idle, idled, motion, turned};
-use super::parameter::{BIAS, Kind, Parameter, STANDING, Theta};
+use super::parameter::{BIAS, Kind, STANDING, Theta};
 use super::record::Record;
 use super::select::{Fault, Found, is_gusty, is_stirred};
 use super::verdict::{Fitness, Verdict};
-use super::wiring::{Exchanged, exchanged, miswired};
+use super::wiring::wiring;
 use crate::flight::channel::{Channel, ControlNames};
 use crate::flight::effect::Effect;
 use crate::flight::effect_file::DeclaredEffect;
@@ -37,7 +37,6 @@ pub(super) fn judged(name: &str, found: &Found, number: usize, names: &[String],
     let mut doubts: Vec<String> = Vec::new();
     let mut unfit = None;
     let mut rough = is_gusty(run);
-    let mut exchange = None;
     for fault in &found.faults {
         let (parameter, own) = parameter_at(fault.name.place);
         if own.is_some_and(|own| own != number) || !run.active.contains(&parameter.index) {
@@ -54,26 +53,6 @@ pub(super) fn judged(name: &str, found: &Found, number: usize, names: &[String],
         if let Some(reason) = turned(parameter, others) {
             doubts.push(doubted(parameter, &reason, fault.value, fault.std));
             continue;
-        }
-        if by_accelerometers(parameter) {
-            match exchange.get_or_insert_with(|| exchanged(run)) {
-                Exchanged::No => {}
-                Exchanged::Perhaps => {
-                    let reason = "so would ax and ay under each other's names";
-                    doubts.push(doubted(parameter, reason, fault.value, fault.std));
-                    continue;
-                }
-                Exchanged::Yes => {
-                    unfit = Some("ax and ay under each other's names agree with the others far better".to_owned());
-                    continue;
-                }
-            }
-        }
-        // Before the air is blamed: what a wiring error leaves looks like it.
-        if let (Kind::Bias, Some(channel)) = (parameter.kind, parameter.channel())
-            && let Some(words) = miswired(run, channel, fault.value, fault.std)
-        {
-            unfit = Some(words);
         }
         // What is told of all runs is told by the roughest of them too.
         let stirred = is_stirred(run) || own.is_none() && found.runs.iter().any(is_stirred);
@@ -137,7 +116,15 @@ pub(super) fn judged(name: &str, found: &Found, number: usize, names: &[String],
         });
     }
     corrections.sort_by(|a, b| b.significance.total_cmp(&a.significance));
-    let corrections = merged(corrections);
+    let mut corrections = merged(corrections);
+    // A wiring error of a channel that hardly moves feigns errors of others, whose numbers would be told with confidence.
+    if unfit.is_some() || !corrections.is_empty() {
+        unfit = wiring(run).or(unfit);
+    }
+    // What fits best beside a channel that is not what it is called is no error of an instrument.
+    if unfit.is_some() {
+        corrections.clear();
+    }
     let before = agreement(&run.record, &Theta::NONE);
     let after = agreement(&run.record, &found.point.theta(number));
     let consistency = [0, 1].map(|angle| before[angle].map(|before| (before, after[angle])));
@@ -148,15 +135,6 @@ pub(super) fn judged(name: &str, found: &Found, number: usize, names: &[String],
     not_observable.extend(drowned(found, number));
     let screened = Vec::new();
     Some(Verdict { run: name.to_owned(), fitness, reason, corrections, consistency, not_observable, screened })
-}
-
-/// Whether an error is one that accelerometers under each other's names feign.
-fn by_accelerometers(parameter: Parameter) -> bool {
-    match parameter.kind {
-        Kind::AccelerometerPlace(_) => true,
-        Kind::Scale | Kind::Timing => matches!(parameter.channel(), Some(Channel::Ax | Channel::Ay)),
-        _ => false,
-    }
 }
 
 /// Whether a run is fit with that many corrections, R2 of incidence and sideslip after them given, and why.

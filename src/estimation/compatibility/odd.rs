@@ -48,9 +48,7 @@ struct ByItself {
 impl ByItself {
     fn of(run: &Run) -> Option<ByItself> {
         let found = select(vec![run.clone()])?;
-        let settled = settled(&found, 0);
-        let cost = settled.map(|cost| cost + found.point.prior_cost() + price(&found.point, &found.local));
-        Some(ByItself { cost, freedom: freedom(&found), found })
+        Some(ByItself { cost: evidence_alone(&found), freedom: freedom(&found), found })
     }
 
     fn group(&self, run: usize, apart: bool) -> Group {
@@ -59,8 +57,8 @@ impl ByItself {
 }
 
 /// E of a run by itself, its noise settled.
-pub(super) fn evidence_alone(run: &Run) -> Option<f64> {
-    ByItself::of(run)?.cost
+pub(super) fn evidence_alone(found: &Found) -> Option<f64> {
+    Some(settled(found, 0)? + found.point.prior_cost() + price(&found.point, &found.local))
 }
 
 /// The groups of runs; one whose motion cannot be followed is in none.

@@ -79,13 +79,38 @@ impl Record {
             }
         }
         record.lay_mesh();
-        if record.mesh.nodes > 0 {
-            // Not at both ends, so that a skew moves none out of the run.
-            let (from_s, to_s) = (record.mesh.first_s, record.mesh.time_s(record.mesh.nodes.saturating_sub(1)));
-            let margin_s = EDGE_S.min(0.05 * (to_s - from_s));
-            record.groups = Groups::of(&record.outputs, &record.mesh, (from_s + margin_s, to_s - margin_s));
-        }
+        record.group();
         record
+    }
+
+    /// The same with one channel's sign turned.
+    #[must_use]
+    pub fn turned(&self, channel: Channel) -> Record {
+        let mut other = self.clone();
+        let named = INPUT_CHANNELS.iter().zip(&mut other.inputs).chain(OUTPUT_CHANNELS.iter().zip(&mut other.outputs));
+        for (_, series) in named.filter(|(one, _)| **one == channel) {
+            *series = series.take().map(|series| Series::of(series.samples().map(|(time_s, value)| (time_s, -value))));
+        }
+        other.group();
+        other
+    }
+
+    /// The same with the two accelerometers across gravity under each other's names.
+    #[must_use]
+    pub fn exchanged(&self) -> Record {
+        let mut other = self.clone();
+        other.inputs.swap(0, 1);
+        other
+    }
+
+    /// Gives the outputs' samples to the nodes.
+    fn group(&mut self) {
+        if self.mesh.nodes > 0 {
+            // Not at both ends, so that a skew moves none out of the run.
+            let (from_s, to_s) = (self.mesh.first_s, self.mesh.time_s(self.mesh.nodes.saturating_sub(1)));
+            let margin_s = EDGE_S.min(0.05 * (to_s - from_s));
+            self.groups = Groups::of(&self.outputs, &self.mesh, (from_s + margin_s, to_s - margin_s));
+        }
     }
 
     /// Lays the mesh over the time that the gyros cover.
@@ -114,6 +139,12 @@ impl Record {
                 before_s = time_s;
             }
         }
+    }
+
+    /// Whether a channel is there.
+    pub fn has(&self, channel: Channel) -> bool {
+        let named = INPUT_CHANNELS.iter().zip(&self.inputs).chain(OUTPUT_CHANNELS.iter().zip(&self.outputs));
+        named.into_iter().any(|(one, series)| *one == channel && series.is_some())
     }
 
     /// Whether nothing is carried to that node from the one before.

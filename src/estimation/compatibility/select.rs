@@ -260,6 +260,19 @@ pub fn select(mut runs: Vec<Run>) -> Option<Found> {
     None
 }
 
+/// A run with nothing at fault, its noise that of what is left then.
+pub fn with_no_fault(run: &Run) -> Option<Found> {
+    let mut runs = vec![run.clone()];
+    for run in &mut runs {
+        run.noise = first_guess(&run.record);
+        run.active.retain(|&index| index < STANDING);
+    }
+    let (point, _) = minimise(&runs, &Point::zero(&runs))?;
+    estimate_noise(&mut runs, &point, 4)?;
+    let (point, local) = minimise(&runs, &Point::zero(&runs))?;
+    Some(Found { runs, point, local, faults: Vec::new() })
+}
+
 /// Forward entry.
 fn enter(runs: &mut [Run], point: &mut Point, local: &mut Local) -> Option<()> {
     while point.free.len() < FAULTS_MAX {

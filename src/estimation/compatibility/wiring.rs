@@ -1,105 +1,84 @@
 //! Wiring errors of channels that hardly move: increments (`coarse`) do not show them, but they feign errors of instruments.
 //!
-//! Consumes a run and an error found in it; says where a sign turned or two accelerometers exchanged would make that error: by
-//! the means of the channels for a bias; for what goes with the motion by putting ax and ay right, fitting the run anew and
-//! comparing the evidence, E of `select` (2).
+//! Consumes a run in which errors of instruments were found; tries a sign turned, and the accelerometers across gravity under
+//! each other's names: each is put right and the run fitted with nothing at fault. The best of those that bring the evidence
+//! (E of `select`, (2)) down at all is fitted with faults of its own; where that does as well as what was found in the run as
+//! recorded, within [`RIVAL`], wiring is what is told, and no error of an instrument.
 
 use super::fit::Run;
 use super::odd::evidence_alone;
-use super::parameter::{INPUT_CHANNELS, OUTPUT_CHANNELS};
-use super::select::RIVAL;
-use super::series::Series;
+use super::record::Record;
+use super::select::{Found, RIVAL, run_of, select, with_no_fault};
+use super::side_by_side::side_by_side;
 use crate::flight::channel::{Channel, ControlNames};
 
-/// Mean of an accelerometer, m/s^2, and of an angle, rad, from which wrong wiring makes a bias.
-const MISWIRED_MEAN: f64 = 0.05;
-const MISWIRED_ANGLE: f64 = 0.01;
+/// Channels whose signs are turned in practice, and whose errors others answer for.
+const SIGNED: [Channel; 6] = [Channel::Phi, Channel::Theta, Channel::Alpha, Channel::Beta, Channel::Ax, Channel::Ay];
 
-/// Whether ax and ay are under each other's names.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Exchanged {
-    /// As recorded they agree better with the rest.
-    No,
-    /// One does as well as the other.
-    Perhaps,
-    /// Exchanged they agree better.
-    Yes,
+/// What may be wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Wiring {
+    Turned(Channel),
+    Exchanged,
 }
 
-/// Fits a run as recorded and with ax and ay exchanged.
-pub(super) fn exchanged(run: &Run) -> Exchanged {
-    let mut other = run.clone();
-    other.record.inputs.swap(0, 1);
-    match (evidence_alone(run), evidence_alone(&other)) {
-        (Some(one), Some(other)) if other < one - RIVAL => Exchanged::Yes,
-        (Some(one), Some(other)) if other < one + RIVAL => Exchanged::Perhaps,
-        _ => Exchanged::No,
+impl Wiring {
+    fn put_right(self, record: &Record) -> Record {
+        match self {
+            Wiring::Turned(channel) => record.turned(channel),
+            Wiring::Exchanged => record.exchanged(),
+        }
+    }
+
+    fn words(self) -> String {
+        match self {
+            Wiring::Turned(channel) => format!("{} with its sign turned", channel.name(ControlNames::Rotorcraft)),
+            Wiring::Exchanged => "ax and ay under each other's names".to_owned(),
+        }
     }
 }
 
-/// What wiring would make so large a bias: a channel with its sign turned has twice its mean, ax and ay exchanged the difference
-/// of theirs. Of channels that hardly move besides, which no increments show.
-pub(super) fn miswired(run: &Run, channel: Channel, bias: f64, std: f64) -> Option<String> {
-    let mean = |channel: Channel| {
-        let input = INPUT_CHANNELS.iter().position(|one| *one == channel).and_then(|place| run.record.inputs.get(place));
-        let output = OUTPUT_CHANNELS.iter().position(|one| *one == channel).and_then(|place| run.record.outputs.get(place));
-        input.or(output)?.as_ref().map(Series::average)
-    };
-    let made = |would: f64| (bias - would).abs() < 3.0 * std && bias.abs() > 5.0 * std;
-    let own = mean(channel)?;
-    let name = channel.name(ControlNames::Rotorcraft);
-    let (least, other) = match channel {
-        Channel::Ax => (MISWIRED_MEAN, Some(Channel::Ay)),
-        Channel::Ay => (MISWIRED_MEAN, Some(Channel::Ax)),
-        Channel::Phi => (MISWIRED_ANGLE, None),
-        _ => return None,
-    };
-    if own.abs() > least && made(2.0 * own) {
-        return Some(format!(
-            "{name} reads like one with its sign turned: its bias would be twice its mean, which is not told apart"
-        ));
+/// The wiring error that explains a run at least as well as errors of instruments do, as a reason why it is not fit.
+pub(super) fn wiring(run: &Run) -> Option<String> {
+    let evidence = |found: Option<Found>| evidence_alone(&found?);
+    let there = |channel: &Channel| run.record.has(*channel);
+    let turned = SIGNED.into_iter().filter(there).map(Wiring::Turned);
+    let exchanged = [Channel::Ax, Channel::Ay].iter().all(there).then_some(Wiring::Exchanged);
+    let all: Vec<Wiring> = turned.chain(exchanged).collect();
+    let as_recorded = evidence(with_no_fault(run))?;
+    let tried = side_by_side(&all, |wiring| {
+        let other = run_of(wiring.put_right(&run.record));
+        let cost = evidence(with_no_fault(&other)).filter(|cost| *cost < as_recorded)?;
+        Some((cost, *wiring, other))
+    });
+    let (_, best, other) = tried.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (ours, theirs) = (evidence(select(vec![run.clone()]))?, evidence(select(vec![other]))?);
+    let what = best.words();
+    if theirs < ours - RIVAL {
+        Some(format!("it reads like one with {what}: so all agree far better than with any errors of instruments"))
+    } else if theirs < ours + RIVAL {
+        Some(format!("it may be {what}: so all agree as well as with errors of instruments, which are not told apart from it"))
+    } else {
+        None
     }
-    let apart = own - mean(other?)?;
-    (apart.abs() > least && made(apart)).then(|| {
-        "ax and ay read like each other, exchanged: the bias would be the difference of their means, which is not told apart"
-            .to_owned()
-    })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::record::Record;
-    use super::super::select::run_of;
+    use super::super::checks::flown;
     use super::*;
-    use crate::flight::run::RunGeometry;
-    use crate::telemetry::record::Sample;
 
-    /// ax 0.5, ay 0.1 m/s^2 and phi 0.03 rad on average, hardly moving.
     #[test]
-    fn a_bias_that_wrong_wiring_makes_is_said_to_be_that() {
-        let samples: Vec<Sample> = (0..400)
-            .map(|k| {
-                let mut sample = Sample::new(f64::from(k) / 50.0);
-                let ripple = 0.01 * libm::sin(0.3 * f64::from(k));
-                for (channel, mean) in [(Channel::Ax, 0.5), (Channel::Ay, 0.1), (Channel::Phi, 0.03), (Channel::Theta, 0.1)] {
-                    sample.set(channel, mean + ripple);
-                }
-                for channel in [Channel::Az, Channel::P, Channel::Q, Channel::R] {
-                    sample.set(channel, ripple);
-                }
-                sample.set(Channel::Tas, 50.0 + ripple);
-                sample
-            })
-            .collect();
-        let run = run_of(Record::of(&samples, &RunGeometry::DEFAULT));
-        let words = |channel, bias| miswired(&run, channel, bias, 0.02);
-        assert!(words(Channel::Ax, 1.0).unwrap().contains("sign turned"));
-        assert!(
-            words(Channel::Ay, -0.4).unwrap().contains("exchanged") && words(Channel::Ax, 0.4).unwrap().contains("exchanged")
-        );
-        assert!(miswired(&run, Channel::Phi, 0.06, 0.003).unwrap().contains("phi reads like one"));
-        // A bias of another size is one, and so is what is no more than noise.
-        assert_eq!((words(Channel::Ax, 0.7), words(Channel::Ay, 0.3), words(Channel::Theta, 0.2)), (None, None, None));
-        assert_eq!(miswired(&run, Channel::Ay, 0.2, 0.05), None);
+    fn a_sign_that_is_turned_and_accelerometers_that_are_exchanged_are_known_by_the_whole_fit() {
+        let record = flown();
+        assert_eq!(wiring(&run_of(record.clone())), None);
+        for (wrong, words) in [
+            (record.exchanged(), "ax and ay under each other's names"),
+            (record.turned(Channel::Ay), "ay with its sign turned"),
+            (record.turned(Channel::Theta), "theta with its sign turned"),
+        ] {
+            let said = wiring(&run_of(wrong)).unwrap();
+            assert!(said.contains(words), "{said}");
+        }
     }
 }

@@ -1,0 +1,227 @@
+//! The diagnosis while the flight goes on: at the end of each manoeuvre, and now and then while one goes on, the newest of them
+//! are held against the model, and what is found is said, refined, or taken back.
+//!
+//! In: every sample, whether the aircraft is excited, and a model for what was flown. Out: [`FindingRecord`]s, one for each cause
+//! (or `none`, or `unknown`). A cause keeps its number while the same effect on the same axis, control or channel is named; one
+//! that was said, and that the next look does not name, is taken back. Only the newest [`MOST`] manoeuvres are looked at, so that
+//! what is no longer there is forgotten.
+//! Time is the samples' own, so that a recording gives the same findings however fast it is played.
+//! Refused: what [`super::diagnose`] refuses, as a sentence; findings before it stand.
+
+use super::diagnose::{Diagnosis, Finding, Recorded, diagnose};
+use super::explain::{class, statement, unknown};
+use super::library::same_cause;
+use super::record::{FindingRecord, Standing};
+use super::search::Settings;
+use crate::flight::channel::ControlNames;
+use crate::flight::effect::Effect;
+use crate::flight::run::RunGeometry;
+use crate::identification::manoeuvres::{Limits, Manoeuvres};
+use crate::simulation::flight_model::FlightModel;
+use crate::telemetry::record::Sample;
+
+/// Manoeuvres that are looked at.
+pub const MOST: usize = 4;
+/// What is cut out of the stream as a manoeuvre: two to forty seconds of excitation, with four of trim before.
+const LIMITS: Limits = Limits { lead_s: 4.0, shortest_s: 2.0, longest_s: 40.0, capacity: 16_384, most: MOST };
+/// From one look to the next while a manoeuvre goes on, and how long it must have lasted, s.
+const EVERY_S: f64 = 10.0;
+/// Numbers that moved by less than this part of their standard error, and probabilities by less, are not said again.
+const MOVED: f64 = 0.05;
+
+/// The model for some manoeuvres, and which of them were flown where it holds, by place; or why there is none.
+pub type ModelOf = Box<dyn FnMut(&[Recorded]) -> Result<(FlightModel, Vec<usize>), String> + Send>;
+
+/// The diagnosis beside a flight.
+pub struct Live {
+    model_of: ModelOf,
+    geometry: RunGeometry,
+    manoeuvres: Manoeuvres,
+    looked_s: f64,
+    due: bool,
+    /// What stands, as it was last said.
+    told: Vec<FindingRecord>,
+    numbers: u32,
+}
+
+impl Live {
+    /// Nothing seen yet.
+    pub fn new(model_of: ModelOf, geometry: RunGeometry) -> Self {
+        Live {
+            model_of,
+            geometry,
+            manoeuvres: Manoeuvres::new(LIMITS),
+            looked_s: f64::NEG_INFINITY,
+            due: false,
+            told: Vec::new(),
+            numbers: 0,
+        }
+    }
+
+    /// A sample as it came.
+    pub fn sample(&mut self, sample: &Sample) {
+        self.manoeuvres.sample(sample);
+    }
+
+    /// Whether the aircraft is excited at that time.
+    pub fn seen(&mut self, time_s: f64, excited: bool) {
+        let ended = self.manoeuvres.seen(time_s, excited).is_some();
+        let again = self.manoeuvres.open_for(time_s).is_some_and(|open_s| open_s >= EVERY_S) && time_s - self.looked_s >= EVERY_S;
+        self.due |= ended || again;
+    }
+
+    /// Whether it is time to look.
+    pub fn is_due(&self) -> bool {
+        self.due
+    }
+
+    /// The end of the run.
+    pub fn finish(&mut self) {
+        self.due |= self.manoeuvres.finish().is_some();
+    }
+
+    /// What stands: that nothing has been looked at yet, where that is so.
+    pub fn standing(&self) -> Vec<FindingRecord> {
+        if !self.told.is_empty() {
+            return self.told.clone();
+        }
+        let mut record = FindingRecord::EMPTY;
+        record.say("nothing has been flown yet that could be held against the model");
+        vec![record]
+    }
+
+    /// Looks at the newest manoeuvres; what is new, what has moved, what is taken back.
+    pub fn look(&mut self) -> Vec<FindingRecord> {
+        self.due = false;
+        let geometry = self.geometry;
+        let recorded = |(place, samples): (usize, &[Sample])| Recorded {
+            name: format!("manoeuvre {}", place + 1),
+            samples: samples.to_vec(),
+            geometry,
+        };
+        let runs: Vec<Recorded> = self.manoeuvres.runs().into_iter().enumerate().map(recorded).collect();
+        let Some(time_s) = runs.last().and_then(|last| last.samples.last()).map(|last| last.time_s) else { return Vec::new() };
+        self.looked_s = time_s;
+        let looked = (self.model_of)(&runs).and_then(|(model, places)| {
+            let fit: Vec<Recorded> = places.iter().filter_map(|&place| runs.get(place)).cloned().collect();
+            let diagnosis = diagnose(&model, &fit, &[], &Settings::default()).map_err(|wrong| wrong.to_string())?;
+            let used = fit.len().saturating_sub(diagnosis.set_aside.len());
+            Ok(said(&diagnosis, &model, geometry.controls, time_s, used))
+        });
+        match looked {
+            Ok(found) => self.told_of(found, time_s),
+            Err(why) => {
+                let mut record = FindingRecord { time_s, standing: Standing::Failed, ..FindingRecord::EMPTY };
+                record.say(&why);
+                vec![record]
+            }
+        }
+    }
+
+    /// Numbers what was found, by what was told before, and takes back what was not found again.
+    fn told_of(&mut self, found: Vec<FindingRecord>, time_s: f64) -> Vec<FindingRecord> {
+        let mut before = std::mem::take(&mut self.told);
+        let mut said = Vec::new();
+        for mut record in found {
+            let known = before.iter().position(|one| same_cause(&one.effect, &record.effect));
+            let moved = match known.map(|place| before.swap_remove(place)) {
+                Some(one) => {
+                    record.number = one.number;
+                    has_moved(&one, &record)
+                }
+                None => {
+                    self.numbers += 1;
+                    record.number = self.numbers;
+                    true
+                }
+            };
+            if moved {
+                said.push(record.clone());
+            }
+            self.told.push(record);
+        }
+        for one in before {
+            let mut record = FindingRecord { time_s, standing: Standing::TakenBack, ..one };
+            let was = record.statement.clone();
+            record.say(&format!("taken back, the newest manoeuvres do not show it: {was}"));
+            said.insert(0, record);
+        }
+        said
+    }
+}
+
+/// What a diagnosis says, a record a cause; what is unknown after the causes that come nearest.
+fn said(diagnosis: &Diagnosis, model: &FlightModel, naming: ControlNames, time_s: f64, manoeuvres: usize) -> Vec<FindingRecord> {
+    let manoeuvres = u32::try_from(manoeuvres).unwrap_or(u32::MAX);
+    let blank = FindingRecord { time_s, standing: Standing::Found, manoeuvres, ..FindingRecord::EMPTY };
+    if let Some(one) = &diagnosis.unknown {
+        let mut record = FindingRecord { effect: Effect::Unknown { axis: one.axis }, ..blank };
+        record.say(&unknown(one));
+        return vec![record];
+    }
+    let of_cause = |finding: &Finding| {
+        let cause = finding.cause;
+        let rivals = u32::try_from(class(finding).len().saturating_sub(1)).unwrap_or(u32::MAX);
+        let mut record =
+            FindingRecord { effect: cause.effect, std: cause.std, probability: cause.probability, rivals, ..blank.clone() };
+        record.say(&statement(&cause, model.linear(), naming));
+        record
+    };
+    if diagnosis.findings.is_empty() {
+        let mut record = FindingRecord { probability: diagnosis.none.0, ..blank };
+        record.say("the model explains what was flown, within its noise and the model's own tolerance");
+        return vec![record];
+    }
+    diagnosis.findings.iter().map(of_cause).collect()
+}
+
+/// Whether there is anything to say anew.
+fn has_moved(before: &FindingRecord, now: &FindingRecord) -> bool {
+    let apart = |a: f64, b: f64, by: f64| (a - b).abs() > by;
+    let number = |record: &FindingRecord| record.effect.main_number().unwrap_or(0.0);
+    before.manoeuvres != now.manoeuvres
+        || before.rivals != now.rivals
+        || apart(number(before), number(now), MOVED * now.std)
+        || apart(before.std, now.std, MOVED * now.std)
+        || apart(before.probability, now.probability, MOVED)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flight::channel::Channel;
+
+    fn found(effect: Effect, std: f64) -> FindingRecord {
+        FindingRecord { standing: Standing::Found, effect, std, probability: 0.9, ..FindingRecord::EMPTY }
+    }
+
+    #[test]
+    fn a_cause_keeps_its_number_and_is_taken_back_where_it_is_not_found_again() {
+        let mut live = Live::new(Box::new(|_| Err("no model".to_owned())), RunGeometry::DEFAULT);
+        assert_eq!(live.standing()[0].standing, Standing::Waiting);
+        let late = |delay| found(Effect::SensorDelay { channel: Channel::R, delay }, 0.01);
+        let heard = |said: Vec<FindingRecord>| -> Vec<(u32, Standing)> {
+            said.into_iter().map(|one| (one.number, one.standing)).collect()
+        };
+        assert_eq!(heard(live.told_of(vec![found(Effect::None, f64::NAN)], 1.0)), [(1, Standing::Found)]);
+        assert_eq!(heard(live.told_of(vec![late(0.12)], 2.0)), [(1, Standing::TakenBack), (2, Standing::Found)]);
+        assert_eq!(heard(live.told_of(vec![late(0.1201)], 3.0)), [], "a twentieth of its error is nothing new");
+        assert_eq!(heard(live.told_of(vec![late(0.13)], 3.0)), [(2, Standing::Found)]);
+        let other = found(Effect::SensorDelay { channel: Channel::P, delay: 0.13 }, 0.01);
+        assert_eq!(heard(live.told_of(vec![other], 4.0)), [(2, Standing::TakenBack), (3, Standing::Found)]);
+        assert_eq!(live.standing().len(), 1);
+    }
+
+    #[test]
+    fn without_a_model_the_reason_is_said() {
+        let mut live = Live::new(Box::new(|runs| Err(format!("no model for {} runs", runs.len()))), RunGeometry::DEFAULT);
+        for k in 0..100 {
+            let time_s = 0.1 * f64::from(k);
+            live.sample(&Sample::new(time_s));
+            live.seen(time_s, true);
+        }
+        assert!(!live.is_due() && live.look()[0].statement == "no model for 1 runs");
+        live.finish();
+        assert!(live.is_due() && live.look()[0].standing == Standing::Failed);
+    }
+}

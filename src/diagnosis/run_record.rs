@@ -1,0 +1,192 @@
+//! A run as the diagnosis takes it: outputs and inputs as lines, a uniform mesh of times, noise of each channel.
+//!
+//! Consumes samples and where instruments stand; produces the mesh (a whole number of the gyros' intervals, at most
+//! [`RATE_MAX_HZ`]) and, for a given time skew, each output's readings, those that fall to one node averaged. Vibration of the
+//! rotor's blades is taken out first (`blade_passing`), so that what is left of a channel's third differences is its noise.
+
+use super::blade_passing;
+use crate::estimation::compatibility::readings::{Groups, Mesh, Readings};
+use crate::estimation::compatibility::series::Series;
+use crate::flight::channel::Channel;
+use crate::flight::control::{CONTROLS, Control};
+use crate::flight::run::RunGeometry;
+use crate::telemetry::record::Sample;
+
+/// The mesh is not finer than this, Hz.
+pub const RATE_MAX_HZ: f64 = 32.0;
+/// Shorter runs tell nothing, s.
+pub const LENGTH_MIN_S: f64 = 3.0;
+/// A gap of the gyros that ends a run, s.
+pub const GAP_S: f64 = 0.5;
+/// Fewer readings of a channel are none.
+const READINGS_MIN: usize = 16;
+
+/// How many outputs there are.
+pub const OUTPUTS: usize = 13;
+/// What the motion is seen by, in the order of places.
+pub const OUTPUT_CHANNELS: [Channel; OUTPUTS] = [
+    Channel::Ax,
+    Channel::Ay,
+    Channel::Az,
+    Channel::P,
+    Channel::Q,
+    Channel::R,
+    Channel::Phi,
+    Channel::Theta,
+    Channel::Psi,
+    Channel::Tas,
+    Channel::Alpha,
+    Channel::Beta,
+    Channel::Altitude,
+];
+/// What moves the aircraft: four controls, the rotor's speed, what accelerometers felt on axes that the model says nothing of.
+pub const INPUTS: usize = CONTROLS + 4;
+/// Place of the rotor's speed among the inputs.
+pub const ROTOR: usize = CONTROLS;
+/// First place of what accelerometers felt.
+pub const FELT: usize = CONTROLS + 1;
+/// No instrument is better than this.
+const NOISE_FLOOR: [f64; OUTPUTS] = [0.01, 0.01, 0.01, 1e-4, 1e-4, 1e-4, 2e-4, 2e-4, 2e-4, 0.03, 2e-4, 2e-4, 0.1];
+
+/// The channel of an input.
+pub fn input_channel(input: usize) -> Channel {
+    match Control::ALL.get(input) {
+        Some(control) => control.channel(),
+        None if input == ROTOR => Channel::RotorSpeed,
+        None => OUTPUT_CHANNELS.get(input.wrapping_sub(FELT)).copied().unwrap_or(Channel::Az),
+    }
+}
+
+/// A run.
+#[derive(Clone, Debug)]
+pub struct Record {
+    /// Its name.
+    pub name: String,
+    /// What it says of itself.
+    pub geometry: RunGeometry,
+    /// What was seen, by place.
+    pub outputs: [Option<Series>; OUTPUTS],
+    /// What was moved, by place.
+    pub inputs: [Option<Series>; INPUTS],
+    /// Standard deviation of one sample of each output.
+    pub output_noise: [f64; OUTPUTS],
+    /// Standard deviation of one sample of each input.
+    pub input_noise: [f64; INPUTS],
+    /// The mesh.
+    pub mesh: Mesh,
+    begin_s: f64,
+    end_s: f64,
+    interval_s: f64,
+    groups: Groups<OUTPUTS>,
+}
+
+/// Why a run can not be taken.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Unfit {
+    /// Its instruments do not agree, with no model of the forces in the loop.
+    #[error("its instruments do not agree with each other: {0}")]
+    Instruments(String),
+    /// Rates are missing.
+    #[error("expected the rates p, q and r, found no samples of `{0}`")]
+    NoRates(&'static str),
+    /// Hardly anything is there.
+    #[error("expected at least {LENGTH_MIN_S} s with rates, found {0:.2} s")]
+    Short(f64),
+    /// Rates come too seldom.
+    #[error("expected rates at 8 Hz or more, found one in {0:.2} s")]
+    Seldom(f64),
+    /// Rates are interrupted.
+    #[error("expected rates without gaps, found none from {0:.2} s to {1:.2} s: cut the run there")]
+    Gap(f64, f64),
+}
+
+impl Record {
+    /// Gathers a run's samples.
+    ///
+    /// # Errors
+    /// [`Unfit`] where the rates do not make a run.
+    pub fn of(name: &str, samples: &[Sample], geometry: RunGeometry) -> Result<Record, Unfit> {
+        let line = |channel: Channel| {
+            let series = Series::of(samples.iter().filter_map(|sample| Some((sample.time_s, sample.get(channel)?))));
+            (series.len() >= READINGS_MIN).then_some(series)
+        };
+        let mut outputs = OUTPUT_CHANNELS.map(|channel| {
+            let series = line(channel)?;
+            Some(if matches!(channel, Channel::Psi | Channel::Phi) { series.unwrapped() } else { series })
+        });
+        let inputs = core::array::from_fn(|input| if input < FELT { line(input_channel(input)) } else { None });
+        if let (Some(rotor), Some(blades)) = (&inputs[ROTOR], geometry.blades) {
+            for series in outputs.iter_mut().take(6).flatten() {
+                *series = blade_passing::taken_out(series, rotor, f64::from(blades));
+            }
+        }
+        let noise = |series: &Option<Series>| series.as_ref().map_or(0.0, Series::noise_std);
+        let output_noise = core::array::from_fn(|c| noise(&outputs[c]).max(NOISE_FLOOR[c]));
+        let input_noise = core::array::from_fn(|i| noise(&inputs[i]));
+        let record = Record {
+            name: name.to_owned(),
+            geometry,
+            outputs,
+            inputs,
+            output_noise,
+            input_noise,
+            mesh: Mesh::default(),
+            begin_s: 0.0,
+            end_s: 0.0,
+            interval_s: 0.0,
+            groups: Groups::default(),
+        };
+        record.on_mesh()
+    }
+
+    /// Takes the accelerometer along an axis that the model says nothing of for what moved the aircraft along it.
+    pub fn feel(&mut self, axis: usize) {
+        let (Some(output), Some(input)) = (self.outputs.get_mut(axis), self.inputs.get_mut(FELT + axis)) else { return };
+        *input = output.take();
+        self.input_noise[FELT + axis] = self.output_noise[axis];
+        self.groups = Groups::of(&self.outputs, &self.mesh, (f64::NEG_INFINITY, f64::INFINITY));
+    }
+
+    /// Lays the mesh over the time that the gyros cover.
+    fn on_mesh(mut self) -> Result<Self, Unfit> {
+        let (mut first_s, mut last_s, mut interval_s) = (f64::NEG_INFINITY, f64::INFINITY, 0.0f64);
+        for (series, name) in self.outputs[3..6].iter().zip(["p", "q", "r"]) {
+            let Some(series) = series else { return Err(Unfit::NoRates(name)) };
+            let (from, to) = series.range_s().unwrap_or((0.0, 0.0));
+            (first_s, last_s) = (first_s.max(from), last_s.min(to));
+            interval_s = interval_s.max(series.interval_s().unwrap_or(f64::INFINITY));
+        }
+        if !(last_s - first_s >= LENGTH_MIN_S) {
+            return Err(Unfit::Short((last_s - first_s).max(0.0)));
+        }
+        if !(interval_s <= 0.126) {
+            return Err(Unfit::Seldom(interval_s));
+        }
+        for series in self.outputs[3..6].iter().flatten() {
+            let mut before_s = first_s;
+            for (time_s, _) in series.samples() {
+                if time_s - before_s > GAP_S {
+                    return Err(Unfit::Gap(before_s, time_s));
+                }
+                before_s = time_s;
+            }
+        }
+        (self.begin_s, self.end_s, self.interval_s) = (first_s, last_s, interval_s);
+        self.lay_mesh(RATE_MAX_HZ);
+        Ok(self)
+    }
+
+    /// Lays the mesh anew, not finer than this.
+    pub fn lay_mesh(&mut self, rate_max_hz: f64) {
+        let step_s = self.interval_s * libm::floor((1.0 / (rate_max_hz * self.interval_s) + 1e-6).max(1.0));
+        // A node stands in the middle of the gyros' samples that fall to it.
+        let first_s = self.begin_s + 0.5 * (step_s - self.interval_s);
+        self.mesh = Mesh { first_s, step_s, nodes: ((self.end_s - first_s) / step_s + 1e-6) as usize + 1 };
+        self.groups = Groups::of(&self.outputs, &self.mesh, (f64::NEG_INFINITY, f64::INFINITY));
+    }
+
+    /// Readings of every output by node, taken as of the time that `late_s` before their own.
+    pub fn readings(&self, late_s: &[f64; OUTPUTS]) -> Readings {
+        self.groups.readings(&self.mesh, late_s)
+    }
+}
