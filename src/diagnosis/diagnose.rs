@@ -326,6 +326,22 @@ fn gained(model: &FlightModel, findings: &mut [Finding], holdout: &[Recorded]) -
     if holdout.is_empty() {
         return Ok(None);
     }
+    let causes: Vec<Effect> = findings.iter().map(|finding| finding.cause.effect).collect();
+    let (ratios, gained) = held_out(model, &causes, holdout)?;
+    findings.iter_mut().zip(ratios).for_each(|(finding, ratio)| finding.held_out = ratio);
+    Ok(Some(gained))
+}
+
+/// What causes gain on runs that they were not found in: for each, the pooled error with all of them over that with all but this
+/// one; and the gain of all.
+///
+/// # Errors
+/// [`NoDiagnosis::Holdout`] where a run cannot be predicted.
+pub fn held_out(
+    model: &FlightModel,
+    causes: &[Effect],
+    holdout: &[Recorded],
+) -> Result<(Vec<Option<Estimate>>, Gained), NoDiagnosis> {
     let flown: Vec<free_run::Run<'_>> = holdout.iter().map(|run| free_run::Run::of(&run.samples, &run.geometry)).collect();
     let own: Vec<Effect> = model.file.effects.iter().map(|declared| declared.effect).collect();
     let predict = |causes: &[Effect]| -> Result<Vec<Prediction>, NoDiagnosis> {
@@ -336,14 +352,14 @@ fn gained(model: &FlightModel, findings: &mut [Finding], holdout: &[Recorded]) -
         all.collect()
     };
     let gain_of = |before: &[Prediction], after: &[Prediction]| gain(&before.iter().zip(after).collect::<Vec<_>>());
-    let causes: Vec<Effect> = findings.iter().map(|finding| finding.cause.effect).collect();
-    let (before, after) = (predict(&[])?, predict(&causes)?);
-    for (place, finding) in findings.iter_mut().enumerate() {
+    let (before, after) = (predict(&[])?, predict(causes)?);
+    let mut ratios = Vec::new();
+    for place in 0..causes.len() {
         let others: Vec<Effect> =
             causes.iter().enumerate().filter(|(other, _)| *other != place).map(|(_, effect)| *effect).collect();
         let without = if others.is_empty() { before.clone() } else { predict(&others)? };
-        finding.held_out = gain_of(&without, &after).pooled.map(|pooled| pooled.ratio);
+        ratios.push(gain_of(&without, &after).pooled.map(|pooled| pooled.ratio));
     }
     let gain = gain_of(&before, &after);
-    Ok(Some((gain, before.into_iter().zip(after).collect())))
+    Ok((ratios, (gain, before.into_iter().zip(after).collect())))
 }

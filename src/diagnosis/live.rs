@@ -1,15 +1,17 @@
-//! The diagnosis while the flight goes on: at the end of each manoeuvre, and now and then while one goes on, the newest of them
-//! are held against the model, and what is found is said, refined, or taken back.
+//! The diagnosis while the flight goes on: at the end of each manoeuvre the newest of them are held against the model, and what is
+//! found is said, refined, or taken back.
 //!
 //! In: every sample, whether the aircraft is excited, and a model for what was flown. Out: [`FindingRecord`]s, one for each cause
 //! (or `none`, or `unknown`). A cause keeps its number while the same effect on the same axis, control or channel is named; one
-//! that was said, and that the next look does not name, is taken back. Only the newest [`MOST`] manoeuvres are looked at, so that
-//! what is no longer there is forgotten.
+//! that was said, and that the next look does not name, is taken back. Only the newest [`MOST`] manoeuvres are looked at; and where
+//! the newest one, before it is looked at, is predicted worse with a cause that stands than without it, beyond chance, the
+//! aircraft or its instruments have changed: what was flown before is forgotten.
 //! Time is the samples' own, so that a recording gives the same findings however fast it is played.
 //! Refused: what [`super::diagnose`] refuses, as a sentence; findings before it stand.
 
-use super::diagnose::{Diagnosis, Finding, Recorded, diagnose};
+use super::diagnose::{Diagnosis, Finding, Recorded, diagnose, held_out};
 use super::explain::{class, statement, unknown};
+use super::gain::Judged;
 use super::library::same_cause;
 use super::record::{FindingRecord, Standing};
 use super::search::Settings;
@@ -22,12 +24,13 @@ use crate::telemetry::record::Sample;
 
 /// Manoeuvres that are looked at.
 pub const MOST: usize = 4;
-/// What is cut out of the stream as a manoeuvre: two to forty seconds of excitation, with four of trim before.
-const LIMITS: Limits = Limits { lead_s: 4.0, shortest_s: 2.0, longest_s: 40.0, capacity: 16_384, most: MOST };
-/// From one look to the next while a manoeuvre goes on, and how long it must have lasted, s.
-const EVERY_S: f64 = 10.0;
+/// What is cut out of the stream as a manoeuvre: two to twenty seconds of excitation, with two of trim before.
+const LIMITS: Limits = Limits { lead_s: 2.0, shortest_s: 2.0, longest_s: 20.0, capacity: 16_384, most: MOST };
 /// Numbers that moved by less than this part of their standard error, and probabilities by less, are not said again.
 const MOVED: f64 = 0.05;
+
+/// Of a change of the error that is less nothing is made.
+const HARDLY: f64 = 0.02;
 
 /// The model for some manoeuvres, and which of them were flown where it holds, by place; or why there is none.
 pub type ModelOf = Box<dyn FnMut(&[Recorded]) -> Result<(FlightModel, Vec<usize>), String> + Send>;
@@ -37,7 +40,6 @@ pub struct Live {
     model_of: ModelOf,
     geometry: RunGeometry,
     manoeuvres: Manoeuvres,
-    looked_s: f64,
     due: bool,
     /// What stands, as it was last said.
     told: Vec<FindingRecord>,
@@ -47,15 +49,7 @@ pub struct Live {
 impl Live {
     /// Nothing seen yet.
     pub fn new(model_of: ModelOf, geometry: RunGeometry) -> Self {
-        Live {
-            model_of,
-            geometry,
-            manoeuvres: Manoeuvres::new(LIMITS),
-            looked_s: f64::NEG_INFINITY,
-            due: false,
-            told: Vec::new(),
-            numbers: 0,
-        }
+        Live { model_of, geometry, manoeuvres: Manoeuvres::new(LIMITS), due: false, told: Vec::new(), numbers: 0 }
     }
 
     /// A sample as it came.
@@ -65,9 +59,7 @@ impl Live {
 
     /// Whether the aircraft is excited at that time.
     pub fn seen(&mut self, time_s: f64, excited: bool) {
-        let ended = self.manoeuvres.seen(time_s, excited).is_some();
-        let again = self.manoeuvres.open_for(time_s).is_some_and(|open_s| open_s >= EVERY_S) && time_s - self.looked_s >= EVERY_S;
-        self.due |= ended || again;
+        self.due |= self.manoeuvres.seen(time_s, excited).is_some();
     }
 
     /// Whether it is time to look.
@@ -101,7 +93,13 @@ impl Live {
         };
         let runs: Vec<Recorded> = self.manoeuvres.runs().into_iter().enumerate().map(recorded).collect();
         let Some(time_s) = runs.last().and_then(|last| last.samples.last()).map(|last| last.time_s) else { return Vec::new() };
-        self.looked_s = time_s;
+        let runs = match runs.split_last() {
+            Some((newest, before)) if !before.is_empty() && self.refutes(newest) => {
+                self.manoeuvres.keep_the_newest();
+                vec![newest.clone()]
+            }
+            _ => runs,
+        };
         let looked = (self.model_of)(&runs).and_then(|(model, places)| {
             let fit: Vec<Recorded> = places.iter().filter_map(|&place| runs.get(place)).cloned().collect();
             let diagnosis = diagnose(&model, &fit, &[], &Settings::default()).map_err(|wrong| wrong.to_string())?;
@@ -116,6 +114,20 @@ impl Live {
                 vec![record]
             }
         }
+    }
+
+    /// Whether a manoeuvre that was not looked at yet is predicted worse with a cause that stands than without it.
+    fn refutes(&mut self, newest: &Recorded) -> bool {
+        let stands =
+            |one: &&FindingRecord| one.effect.main_number().is_some() && !matches!(one.effect, Effect::Turbulence { .. });
+        let causes: Vec<Effect> = self.told.iter().filter(stands).map(|one| one.effect).collect();
+        let newest = std::slice::from_ref(newest);
+        if causes.is_empty() {
+            return false;
+        }
+        let Ok((model, _)) = (self.model_of)(newest) else { return false };
+        let Ok((ratios, _)) = held_out(&model, &causes, newest) else { return false };
+        ratios.iter().flatten().any(|ratio| ratio.value > 1.0 + HARDLY && ratio.judged() == Judged::Loss)
     }
 
     /// Numbers what was found, by what was told before, and takes back what was not found again.

@@ -105,6 +105,14 @@ impl Manoeuvres {
         runs
     }
 
+    /// Forgets every manoeuvre but the newest of those that are kept.
+    pub fn keep_the_newest(&mut self) {
+        while self.kept.len() > 1 {
+            self.kept_samples -= self.kept.pop_front().map_or(0, |oldest| oldest.len());
+            self.dropped += 1;
+        }
+    }
+
     fn keep_lead(&mut self, time_s: f64) {
         while self.current.front().is_some_and(|first| first.time_s < time_s - self.limits.lead_s) {
             self.current.pop_front();
@@ -173,6 +181,8 @@ mod tests {
         }
         assert_eq!((manoeuvres.runs().len(), manoeuvres.dropped()), (2, 1));
         assert!(manoeuvres.finish().is_none());
+        manoeuvres.keep_the_newest();
+        assert_eq!((manoeuvres.runs().len(), manoeuvres.dropped()), (1, 2));
     }
 
     #[test]

@@ -2,7 +2,6 @@
 
 use super::terminal::Style;
 use crate::diagnosis::record::{FindingRecord, Standing};
-use crate::flight::effect::Effect;
 use std::fmt;
 
 /// The findings that stand, and those that were taken back.
@@ -16,10 +15,11 @@ pub struct FindingsTable<'a> {
 
 impl fmt::Display for FindingsTable<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Some(newest) = self.findings.iter().max_by(|a, b| a.time_s.total_cmp(&b.time_s)) else { return Ok(()) };
-        let heading = match newest.standing {
-            Standing::Waiting => "Against the model: waiting".to_owned(),
-            _ => format!("Against the model, at {:.2} s, by {} manoeuvres", newest.time_s, newest.manoeuvres),
+        let standing = self.findings.iter().filter(|one| one.standing == Standing::Found);
+        let heading = match (standing.max_by(|a, b| a.time_s.total_cmp(&b.time_s)), self.findings) {
+            (_, []) => return Ok(()),
+            (None, _) => "Against the model: nothing known".to_owned(),
+            (Some(newest), _) => format!("Against the model, at {:.2} s, by {} manoeuvre(s)", newest.time_s, newest.manoeuvres),
         };
         writeln!(f, "{}", self.style.bold(heading))?;
         for one in self.findings {
@@ -31,12 +31,6 @@ impl fmt::Display for FindingsTable<'_> {
             }
             if one.standing == Standing::Found && one.rivals > 0 {
                 said.push(format!("{} other(s) not ruled out", one.rivals));
-            }
-            if one.standing == Standing::Found
-                && !matches!(one.effect, Effect::None | Effect::Unknown { .. })
-                && one.time_s < newest.time_s
-            {
-                said.push(format!("as of {:.2} s", one.time_s));
             }
             if one.standing == Standing::TakenBack {
                 said.push(format!("at {:.2} s", one.time_s));
@@ -64,7 +58,7 @@ mod tests {
         let text = FindingsTable { findings: &[back, found], style: Style::Plain }.to_string();
         assert_eq!(
             text,
-            "Against the model, at 20.00 s, by 3 manoeuvres\n   1 taken back (at 15.00 s)\n   2 r is measured late (probability 0.97)\n"
+            "Against the model, at 20.00 s, by 3 manoeuvre(s)\n   1 taken back (at 15.00 s)\n   2 r is measured late (probability 0.97)\n"
         );
         assert_eq!(FindingsTable { findings: &[], style: Style::Plain }.to_string(), "");
     }

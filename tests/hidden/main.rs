@@ -3,8 +3,8 @@
 //! `case` has the sealed case, `draw` what is hidden in it and how large, `outside` the causes that no effect describes,
 //! `flights` what is flown and through which instruments, `motion` how much that moves, `written` the case as files,
 //! `generator` the proof of the generator itself.
-//! `found` lets the diagnosis look, and scores it. Nothing else here imports what looks for causes: the generator shares the
-//! vocabulary of models and effects only.
+//! `found` lets the diagnosis look, and scores it; `live` lets it look while the flight goes on. Nothing else here imports what
+//! looks for causes: the generator shares the vocabulary of models and effects only.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -23,6 +23,7 @@ mod draw;
 mod flights;
 mod found;
 mod generator;
+mod live;
 mod motion;
 mod outside;
 mod written;
