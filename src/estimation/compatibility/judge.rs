@@ -11,7 +11,7 @@ use super::parameter::{BIAS, Kind, STANDING, Theta};
 use super::record::Record;
 use super::select::{Fault, Found, is_gusty, is_stirred};
 use super::verdict::{Fitness, Verdict};
-use super::wiring::wiring;
+use super::wiring::{miswired, wiring};
 use crate::flight::channel::{Channel, ControlNames};
 use crate::flight::effect::Effect;
 use crate::flight::effect_file::DeclaredEffect;
@@ -53,6 +53,12 @@ pub(super) fn judged(name: &str, found: &Found, number: usize, names: &[String],
         if let Some(reason) = turned(parameter, others) {
             doubts.push(doubted(parameter, &reason, fault.value, fault.std));
             continue;
+        }
+        // Before the air is blamed: what a wiring error leaves looks like it.
+        if let (Kind::Bias, Some(channel)) = (parameter.kind, parameter.channel())
+            && let Some(words) = miswired(run, channel, fault.value, fault.std)
+        {
+            unfit = Some(words);
         }
         // What is told of all runs is told by the roughest of them too.
         let stirred = is_stirred(run) || own.is_none() && found.runs.iter().any(is_stirred);

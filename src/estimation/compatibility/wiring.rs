@@ -4,17 +4,24 @@
 //! each other's names: each is put right and the run fitted with nothing at fault. Where the best of them does as well by
 //! evidence (E of `select`, (2)) as what was found in the run as recorded, within [`RIVAL`], wiring is what is told, and no error
 //! of an instrument. Wiring and an error of an instrument at once are not tried: of a channel that hardly moves its sign would
-//! then be told by what the noise has of colour.
+//! then be told by what the noise has of colour. Only where a bias is what wiring would make of the channel's mean is that told
+//! beside other errors.
 
 use super::fit::Run;
 use super::odd::evidence_alone;
+use super::parameter::{INPUT_CHANNELS, OUTPUT_CHANNELS};
 use super::record::Record;
 use super::select::{Found, RIVAL, run_of, select, with_no_fault};
+use super::series::Series;
 use super::side_by_side::side_by_side;
 use crate::flight::channel::{Channel, ControlNames};
 
 /// Channels whose signs are turned in practice, and whose errors others answer for.
 const SIGNED: [Channel; 6] = [Channel::Phi, Channel::Theta, Channel::Alpha, Channel::Beta, Channel::Ax, Channel::Ay];
+
+/// Mean of an accelerometer, m/s^2, and of an angle, rad, from which wrong wiring makes a bias.
+const MISWIRED_MEAN: f64 = 0.05;
+const MISWIRED_ANGLE: f64 = 0.01;
 
 /// What may be wrong.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,10 +69,41 @@ pub(super) fn wiring(run: &Run) -> Option<String> {
     }
 }
 
+/// What wiring would make so large a bias: a channel with its sign turned has twice its mean, ax and ay exchanged the difference
+/// of theirs. Of channels that hardly move besides, which no increments show.
+pub(super) fn miswired(run: &Run, channel: Channel, bias: f64, std: f64) -> Option<String> {
+    let mean = |channel: Channel| {
+        let input = INPUT_CHANNELS.iter().position(|one| *one == channel).and_then(|place| run.record.inputs.get(place));
+        let output = OUTPUT_CHANNELS.iter().position(|one| *one == channel).and_then(|place| run.record.outputs.get(place));
+        input.or(output)?.as_ref().map(Series::average)
+    };
+    let made = |would: f64| (bias - would).abs() < 3.0 * std && bias.abs() > 5.0 * std;
+    let own = mean(channel)?;
+    let name = channel.name(ControlNames::Rotorcraft);
+    let (least, other) = match channel {
+        Channel::Ax => (MISWIRED_MEAN, Some(Channel::Ay)),
+        Channel::Ay => (MISWIRED_MEAN, Some(Channel::Ax)),
+        Channel::Phi => (MISWIRED_ANGLE, None),
+        _ => return None,
+    };
+    if own.abs() > least && made(2.0 * own) {
+        return Some(format!(
+            "{name} reads like one with its sign turned: its bias would be twice its mean, which is not told apart"
+        ));
+    }
+    let apart = own - mean(other?)?;
+    (apart.abs() > least && made(apart)).then(|| {
+        "ax and ay read like each other, exchanged: the bias would be the difference of their means, which is not told apart"
+            .to_owned()
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::checks::flown;
     use super::*;
+    use crate::flight::run::RunGeometry;
+    use crate::telemetry::record::Sample;
 
     #[test]
     fn a_sign_that_is_turned_and_accelerometers_that_are_exchanged_are_known_by_the_whole_fit() {
@@ -79,5 +117,34 @@ mod tests {
             let said = wiring(&run_of(wrong)).unwrap();
             assert!(said.contains(words), "{said}");
         }
+    }
+
+    /// ax 0.5, ay 0.1 m/s^2 and phi 0.03 rad on average, hardly moving.
+    #[test]
+    fn a_bias_that_wrong_wiring_makes_is_said_to_be_that() {
+        let samples: Vec<Sample> = (0..400)
+            .map(|k| {
+                let mut sample = Sample::new(f64::from(k) / 50.0);
+                let ripple = 0.01 * libm::sin(0.3 * f64::from(k));
+                for (channel, mean) in [(Channel::Ax, 0.5), (Channel::Ay, 0.1), (Channel::Phi, 0.03), (Channel::Theta, 0.1)] {
+                    sample.set(channel, mean + ripple);
+                }
+                for channel in [Channel::Az, Channel::P, Channel::Q, Channel::R] {
+                    sample.set(channel, ripple);
+                }
+                sample.set(Channel::Tas, 50.0 + ripple);
+                sample
+            })
+            .collect();
+        let run = run_of(Record::of(&samples, &RunGeometry::DEFAULT));
+        let words = |channel, bias| miswired(&run, channel, bias, 0.02);
+        assert!(words(Channel::Ax, 1.0).unwrap().contains("sign turned"));
+        assert!(
+            words(Channel::Ay, -0.4).unwrap().contains("exchanged") && words(Channel::Ax, 0.4).unwrap().contains("exchanged")
+        );
+        assert!(miswired(&run, Channel::Phi, 0.06, 0.003).unwrap().contains("phi reads like one"));
+        // A bias of another size is one, and so is what is no more than noise.
+        assert_eq!((words(Channel::Ax, 0.7), words(Channel::Ay, 0.3), words(Channel::Theta, 0.2)), (None, None, None));
+        assert_eq!(miswired(&run, Channel::Ay, 0.2, 0.05), None);
     }
 }
