@@ -58,6 +58,10 @@ pub(super) fn wiring(run: &Run) -> Option<String> {
         Some((evidence(with_no_fault(&other))?, *wiring))
     });
     let (theirs, best) = tried.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0))?;
+    // Errors of instruments can only do better than none.
+    if theirs > evidence(with_no_fault(run))? + RIVAL {
+        return None;
+    }
     let ours = evidence(select(vec![run.clone()]))?;
     let what = best.words();
     if theirs < ours - RIVAL {
