@@ -1,11 +1,11 @@
-//! The diagnosis while the flight goes on: at the end of each manoeuvre the newest of them are held against the model, and what is
-//! found is said, refined, or taken back.
+//! The diagnosis while the flight goes on: at the end of each manoeuvre the newest of them are held against the model, and what
+//! is found is said, refined, or taken back.
 //!
 //! In: every sample, whether the aircraft is excited, and a model for what was flown. Out: [`FindingRecord`]s, one for each cause
 //! (or `none`, or `unknown`). A cause keeps its number while the same effect on the same axis, control or channel is named; one
-//! that was said, and that the next look does not name, is taken back. Only the newest [`MOST`] manoeuvres are looked at; and where
-//! the newest one, before it is looked at, is predicted worse with a cause that stands than without it, beyond chance, the
-//! aircraft or its instruments have changed: what was flown before is forgotten.
+//! that was said, and that the next look does not name, is taken back. Only the newest [`MOST`] manoeuvres are looked at; and
+//! where the newest one, before it is looked at, is predicted worse with a cause that stands than without it, beyond chance,
+//! the aircraft or its instruments have changed: what was flown before is forgotten.
 //! Time is the samples' own, so that a recording gives the same findings however fast it is played.
 //! Refused: what [`super::diagnose`] refuses, as a sentence; findings before it stand.
 

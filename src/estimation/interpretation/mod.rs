@@ -7,6 +7,8 @@
 //! Refused: damping while a control moves, a scatter from one run, a linearity from one amplitude.
 
 pub mod channels;
+#[cfg(test)]
+mod checks;
 pub mod coupling;
 pub mod damped_sine;
 pub mod decrement;
