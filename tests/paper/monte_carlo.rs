@@ -8,7 +8,8 @@
 //!     SIDESLIP_SEEDS=300 cargo test --release --test paper monte_carlo -- --nocapture
 //!
 //! Measured over the first 300 seeds in still air (12 flights without their controls left out): 95.7 % of the intervals of 95 %
-//! of L and N hold the truth, each 93.8 to 97.9; scatter over the bound 0.91 to 1.06; biases at most 0.31 % or 0.24 of the scatter.
+//! of L and N hold the truth, each 93.8 to 97.9; scatter over the bound 0.91 to 1.06; biases at most 0.31 % or 0.24 of the
+//! scatter.
 //!
 //! Limits are those for 300 seeds and more, wider by two standard deviations of what so many seeds can tell.
 
