@@ -5,7 +5,6 @@ pub(crate) mod compare;
 pub(crate) mod demo;
 pub(crate) mod design;
 pub(crate) mod diagnose;
-mod effect_json;
 pub(crate) mod estimate;
 mod estimation_options;
 mod flight_condition;

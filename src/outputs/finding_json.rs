@@ -3,11 +3,12 @@
 //! The effect stands with the keys that model files have (`kind`, then by kind `axis`, `variable`, `delta`, ...), so that an
 //! entry can be put into a model file as it is.
 
+use super::effect_json::effect_json;
 use crate::diagnosis::record::FindingRecord;
 use crate::flight::channel::ControlNames;
-use crate::flight::effect_file::{DeclaredEffect, EffectValue};
+use crate::flight::effect_file::DeclaredEffect;
 use serde::Serialize;
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 
 /// The object.
 #[derive(Serialize)]
@@ -29,16 +30,11 @@ impl FindingJson {
     pub(super) fn new(record: &FindingRecord, controls: ControlNames) -> Self {
         let there = |value: f64| value.is_finite().then_some(value);
         let declared = DeclaredEffect { effect: record.effect, std: there(record.std) };
-        let value = |value| match value {
-            EffectValue::Name(name) => json!(name),
-            EffectValue::Number(number) => json!(number),
-            EffectValue::Vector(vector) => json!(vector),
-        };
         FindingJson {
             time: record.time_s,
             standing: record.standing.name(),
             number: record.number,
-            effect: declared.entries(controls).into_iter().map(|(key, entry)| (key.to_owned(), value(entry))).collect(),
+            effect: effect_json(&declared, controls),
             probability: there(record.probability),
             rivals: record.rivals,
             manoeuvres: record.manoeuvres,
@@ -53,6 +49,7 @@ mod tests {
     use crate::diagnosis::record::Standing;
     use crate::flight::channel::Channel;
     use crate::flight::effect::Effect;
+    use serde_json::json;
 
     #[test]
     fn an_effect_stands_with_the_keys_of_model_files() {

@@ -13,6 +13,8 @@ pub mod chart;
 #[cfg(feature = "std")]
 pub mod derivatives_json;
 #[cfg(feature = "std")]
+pub mod effect_json;
+#[cfg(feature = "std")]
 mod finding_json;
 #[cfg(feature = "std")]
 pub mod finding_text;

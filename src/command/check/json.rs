@@ -1,12 +1,12 @@
 //! The answer as a JSON document; corrections are effects as model files have them, each with `std`.
 
-use super::super::effect_json::effect_json;
 use serde_json::{Map, Value, json};
 use sideslip::estimation::compatibility::correction::Correction;
 use sideslip::estimation::compatibility::verdict::Verdict;
 use sideslip::estimation::screening::Screened;
 use sideslip::flight::channel::{Channel, ControlNames};
 use sideslip::flight::effect_file::DeclaredEffect;
+use sideslip::outputs::effect_json::effect_json;
 
 /// The whole answer.
 pub(super) fn document(verdicts: &[Verdict], controls: ControlNames) -> Value {

@@ -1,6 +1,5 @@
 //! The answer as a JSON document; what is no number is null.
 
-use super::super::effect_json::effect_json;
 use super::Answer;
 use super::table::borne_out;
 use serde_json::{Map, Value, json};
@@ -10,6 +9,7 @@ use sideslip::diagnosis::explain::{class, manoeuvre, statement, unknown};
 use sideslip::diagnosis::gain::{Estimate, Gain, Judged, Pooled};
 use sideslip::flight::effect::Effect;
 use sideslip::flight::effect_file::DeclaredEffect;
+use sideslip::outputs::effect_json::effect_json;
 use sideslip::simulation::eigenmodes::{Eigenmodes, eigenmodes};
 use sideslip::simulation::linear::{state_matrix, with_effects};
 
