@@ -104,6 +104,7 @@ pub(crate) struct Beside(pub(crate) Live);
 impl Follow for Beside {
     type Record = FindingRecord;
     const THREAD: &'static str = "sideslip-diagnosis";
+    const WAITING: usize = 32_768;
     const RECORDS: usize = 32;
 
     fn stand(&mut self, say: &mut dyn FnMut(FindingRecord)) {

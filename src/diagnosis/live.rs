@@ -5,18 +5,20 @@
 //! (or `none`, or `unknown`). A cause keeps its number while the same effect on the same axis, control or channel is named; one
 //! that was said, and that the next look does not name, is taken back. Only the newest [`MOST`] manoeuvres are looked at; and
 //! where the newest one, before it is looked at, is predicted worse with a cause that stands than without it, beyond chance,
-//! the aircraft or its instruments have changed: what was flown before is forgotten.
+//! the aircraft or its instruments have changed: that cause is taken back, what was flown before is forgotten, and causes that
+//! were not contradicted stand as they did, in the model, until a later manoeuvre contradicts them too.
 //! Time is the samples' own, so that a recording gives the same findings however fast it is played.
 //! Refused: what [`super::diagnose`] refuses, as a sentence; findings before it stand.
 
 use super::diagnose::{Diagnosis, Finding, Recorded, diagnose, held_out};
 use super::explain::{class, statement, unknown};
-use super::gain::Judged;
+use super::gain::{Estimate, Judged};
 use super::library::same_cause;
 use super::record::{FindingRecord, Standing};
 use super::search::Settings;
 use crate::flight::channel::ControlNames;
 use crate::flight::effect::Effect;
+use crate::flight::effect_file::DeclaredEffect;
 use crate::flight::run::RunGeometry;
 use crate::identification::manoeuvres::{Limits, Manoeuvres};
 use crate::simulation::flight_model::FlightModel;
@@ -41,7 +43,9 @@ pub struct Live {
     geometry: RunGeometry,
     manoeuvres: Manoeuvres,
     due: bool,
-    /// What stands, as it was last said.
+    /// Causes that stand from manoeuvres that were forgotten.
+    known: Vec<FindingRecord>,
+    /// What stands, as it was last said, those among them.
     told: Vec<FindingRecord>,
     numbers: u32,
 }
@@ -49,7 +53,15 @@ pub struct Live {
 impl Live {
     /// Nothing seen yet.
     pub fn new(model_of: ModelOf, geometry: RunGeometry) -> Self {
-        Live { model_of, geometry, manoeuvres: Manoeuvres::new(LIMITS), due: false, told: Vec::new(), numbers: 0 }
+        Live {
+            model_of,
+            geometry,
+            manoeuvres: Manoeuvres::new(LIMITS),
+            due: false,
+            known: Vec::new(),
+            told: Vec::new(),
+            numbers: 0,
+        }
     }
 
     /// A sample as it came.
@@ -94,20 +106,32 @@ impl Live {
         let runs: Vec<Recorded> = self.manoeuvres.runs().into_iter().enumerate().map(recorded).collect();
         let Some(time_s) = runs.last().and_then(|last| last.samples.last()).map(|last| last.time_s) else { return Vec::new() };
         let runs = match runs.split_last() {
-            Some((newest, before)) if !before.is_empty() && self.refutes(newest) => {
-                self.manoeuvres.keep_the_newest();
-                vec![newest.clone()]
-            }
-            _ => runs,
+            Some((newest, _)) => match self.not_refuted(newest) {
+                Some(known) => {
+                    self.known = known;
+                    self.manoeuvres.keep_the_newest();
+                    vec![newest.clone()]
+                }
+                None => runs,
+            },
+            None => runs,
         };
-        let looked = (self.model_of)(&runs).and_then(|(model, places)| {
+        let known: Vec<DeclaredEffect> = self.known.iter().map(declared).collect();
+        let looked = (self.model_of)(&runs).and_then(|(mut model, places)| {
+            model.file.effects.extend(known);
             let fit: Vec<Recorded> = places.iter().filter_map(|&place| runs.get(place)).cloned().collect();
             let diagnosis = diagnose(&model, &fit, &[], &Settings::default()).map_err(|wrong| wrong.to_string())?;
             let used = fit.len().saturating_sub(diagnosis.set_aside.len());
             Ok(said(&diagnosis, &model, geometry.controls, time_s, used))
         });
         match looked {
-            Ok(found) => self.told_of(found, time_s),
+            Ok(found) => {
+                // That the model explains the rest is no finding beside one.
+                let nothing = |one: &FindingRecord| !self.known.is_empty() && one.effect == Effect::None;
+                let found = found.into_iter().filter(|one| !nothing(one));
+                let all = self.known.iter().cloned().chain(found).collect();
+                self.told_of(all, time_s)
+            }
             Err(why) => {
                 let mut record = FindingRecord { time_s, standing: Standing::Failed, ..FindingRecord::EMPTY };
                 record.say(&why);
@@ -116,18 +140,23 @@ impl Live {
         }
     }
 
-    /// Whether a manoeuvre that was not looked at yet is predicted worse with a cause that stands than without it.
-    fn refutes(&mut self, newest: &Recorded) -> bool {
+    /// Where a manoeuvre that was not looked at yet is predicted worse with a cause that stands than without it: the others.
+    fn not_refuted(&mut self, newest: &Recorded) -> Option<Vec<FindingRecord>> {
         let stands =
             |one: &&FindingRecord| one.effect.main_number().is_some() && !matches!(one.effect, Effect::Turbulence { .. });
-        let causes: Vec<Effect> = self.told.iter().filter(stands).map(|one| one.effect).collect();
+        let told: Vec<FindingRecord> = self.told.iter().filter(stands).cloned().collect();
+        let causes: Vec<Effect> = told.iter().map(|one| one.effect).collect();
         let newest = std::slice::from_ref(newest);
         if causes.is_empty() {
-            return false;
+            return None;
         }
-        let Ok((model, _)) = (self.model_of)(newest) else { return false };
-        let Ok((ratios, _)) = held_out(&model, &causes, newest) else { return false };
-        ratios.iter().flatten().any(|ratio| ratio.value > 1.0 + HARDLY && ratio.judged() == Judged::Loss)
+        let (model, _) = (self.model_of)(newest).ok()?;
+        let (ratios, _) = held_out(&model, &causes, newest).ok()?;
+        let worse = |ratio: &Option<Estimate>| {
+            ratio.as_ref().is_some_and(|ratio| ratio.value > 1.0 + HARDLY && ratio.judged() == Judged::Loss)
+        };
+        let others = told.into_iter().zip(&ratios).filter(|(_, ratio)| !worse(ratio)).map(|(one, _)| one);
+        ratios.iter().any(worse).then(|| others.collect())
     }
 
     /// Numbers what was found, by what was told before, and takes back what was not found again.
@@ -185,6 +214,11 @@ fn said(diagnosis: &Diagnosis, model: &FlightModel, naming: ControlNames, time_s
         return vec![record];
     }
     diagnosis.findings.iter().map(of_cause).collect()
+}
+
+/// A cause as models have it.
+fn declared(record: &FindingRecord) -> DeclaredEffect {
+    DeclaredEffect { effect: record.effect, std: Some(record.std) }
 }
 
 /// Whether there is anything to say anew.

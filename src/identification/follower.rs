@@ -12,8 +12,6 @@ use crossbeam::channel::{Receiver, Sender, TryRecvError, bounded};
 use std::io;
 use std::time::Duration;
 
-/// Samples that may wait: half a minute at 128 Hz.
-const WAITING: usize = 4096;
 /// How much more the thread gives way than others: where processors are few, samples and estimates come first.
 const GIVES_WAY: i32 = 15;
 
@@ -23,6 +21,8 @@ pub trait Follow: Send + 'static {
     type Record: Send + 'static;
     /// Name of its thread.
     const THREAD: &'static str;
+    /// Samples that may wait: by 128 a second, four minutes of work at 32768.
+    const WAITING: usize;
     /// Records that may wait; of more the newest are lost, and come again with the next ones.
     const RECORDS: usize;
 
@@ -45,6 +45,7 @@ pub trait Follow: Send + 'static {
 impl Follow for Live {
     type Record = OutputErrorRecord;
     const THREAD: &'static str = "sideslip-output-error";
+    const WAITING: usize = 4096;
     const RECORDS: usize = 8;
 
     fn stand(&mut self, say: &mut dyn FnMut(OutputErrorRecord)) {
@@ -109,7 +110,7 @@ impl<F: Follow> Follower<F> {
     /// # Errors
     /// Where there is no thread to be had.
     pub fn spawn(follow: F) -> io::Result<Self> {
-        let (to, fed) = bounded(WAITING);
+        let (to, fed) = bounded(F::WAITING);
         let (say, from) = bounded(F::RECORDS);
         std::thread::Builder::new().name(F::THREAD.to_owned()).spawn(move || work(follow, &fed, &say))?;
         Ok(Follower { to, from, lost: 0, ended: false })
@@ -167,7 +168,7 @@ fn work<F: Follow>(mut follow: F, fed: &Receiver<Fed>, to: &Sender<F::Record>) {
     while let Ok(first) = fed.recv() {
         take(&mut follow, &first);
         // All that is there before the next work, so that it is of the newest; no more than there is room for, so that it comes.
-        for one in fed.try_iter().take(WAITING) {
+        for one in fed.try_iter().take(F::WAITING) {
             take(&mut follow, &one);
         }
         if follow.is_due() {
@@ -196,6 +197,7 @@ mod tests {
     impl Follow for Odd {
         type Record = OutputErrorRecord;
         const THREAD: &'static str = "odd";
+        const WAITING: usize = 4096;
         const RECORDS: usize = 8;
         fn stand(&mut self, say: &mut dyn FnMut(OutputErrorRecord)) {
             self.0.stand(say);
