@@ -124,12 +124,13 @@ pub(super) fn judged(name: &str, found: &Found, number: usize, names: &[String],
     corrections.sort_by(|a, b| b.significance.total_cmp(&a.significance));
     let mut corrections = merged(corrections);
     // A wiring error of a channel that hardly moves feigns errors of others, whose numbers would be told with confidence.
-    if unfit.is_some() || !corrections.is_empty() {
-        unfit = wiring(run).or(unfit);
-    }
-    // What fits best beside a channel that is not what it is called is no error of an instrument.
-    if unfit.is_some() {
-        corrections.clear();
+    if (unfit.is_some() || !corrections.is_empty())
+        && let Some(miswired) = wiring(run)
+    {
+        if miswired.alone {
+            corrections.clear();
+        }
+        unfit = Some(miswired.words);
     }
     let before = agreement(&run.record, &Theta::NONE);
     let after = agreement(&run.record, &found.point.theta(number));

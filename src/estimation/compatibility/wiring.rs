@@ -2,8 +2,8 @@
 //!
 //! Consumes a run in which errors of instruments were found; tries a sign turned, and the accelerometers across gravity under
 //! each other's names: each is put right and the run fitted with nothing at fault. Where the best of them does as well by
-//! evidence (E of `select`, (2)) as what was found in the run as recorded, within [`RIVAL`], wiring is what is told, and no error
-//! of an instrument. Wiring and an error of an instrument at once are not tried: of a channel that hardly moves its sign would
+//! evidence (E of `select`, (2)) as what was found in the run as recorded, within [`RIVAL`], the run is not fit; where it does
+//! better by [`FAR`], no error of an instrument is told. Wiring and an error of an instrument at once are not tried: of a channel that hardly moves its sign would
 //! then be told by what the noise has of colour. Only where a bias is what wiring would make of the channel's mean is that told
 //! beside other errors.
 
@@ -22,6 +22,10 @@ const SIGNED: [Channel; 6] = [Channel::Phi, Channel::Theta, Channel::Alpha, Chan
 /// Mean of an accelerometer, m/s^2, and of an angle, rad, from which wrong wiring makes a bias.
 const MISWIRED_MEAN: f64 = 0.05;
 const MISWIRED_ANGLE: f64 = 0.01;
+
+/// Evidence by which wiring must be better for no error of an instrument to be told: a bias that happens to turn a mean, and the
+/// price of that bias, make less.
+const FAR: f64 = 30.0;
 
 /// What may be wrong.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,8 +50,17 @@ impl Wiring {
     }
 }
 
-/// The wiring error that explains a run at least as well as errors of instruments do, as a reason why it is not fit.
-pub(super) fn wiring(run: &Run) -> Option<String> {
+/// What is to be said of a run's wiring.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Miswired {
+    /// Why the run is not fit.
+    pub(super) words: String,
+    /// Whether errors of instruments are ruled out beside it.
+    pub(super) alone: bool,
+}
+
+/// The wiring error that explains a run at least as well as errors of instruments do.
+pub(super) fn wiring(run: &Run) -> Option<Miswired> {
     let evidence = |found: Option<Found>| evidence_alone(&found?);
     let there = |channel: &Channel| run.record.has(*channel);
     let turned = SIGNED.into_iter().filter(there).map(Wiring::Turned);
@@ -64,10 +77,13 @@ pub(super) fn wiring(run: &Run) -> Option<String> {
     }
     let ours = evidence(select(vec![run.clone()]))?;
     let what = best.words();
-    if theirs < ours - RIVAL {
-        Some(format!("it reads like one with {what}: so all agree far better than with any errors of instruments"))
+    if theirs < ours - FAR {
+        let words = format!("it reads like one with {what}: so all agree far better than with any errors of instruments");
+        Some(Miswired { words, alone: true })
     } else if theirs < ours + RIVAL {
-        Some(format!("it may be {what}: so all agree as well as with errors of instruments, which are not told apart from it"))
+        let words =
+            format!("it may be {what}: so all agree as well as with errors of instruments, which are not told apart from it");
+        Some(Miswired { words, alone: false })
     } else {
         None
     }
@@ -119,7 +135,7 @@ mod tests {
             (record.turned(Channel::Theta), "theta with its sign turned"),
         ] {
             let said = wiring(&run_of(wrong)).unwrap();
-            assert!(said.contains(words), "{said}");
+            assert!(said.alone && said.words.contains(words), "{said:?}");
         }
     }
 
