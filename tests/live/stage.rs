@@ -6,7 +6,11 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
+
+/// The longest wait for what a process said before it ended.
+const LAST_WORDS: Duration = Duration::from_secs(1);
 
 /// A folder of this test alone; its root is `root`.
 pub(crate) fn stage(name: &str) -> PathBuf {
@@ -18,6 +22,7 @@ pub(crate) struct Running {
     child: Child,
     /// What it said so far, each line with when.
     said: Arc<Mutex<Vec<(Instant, String)>>>,
+    listener: JoinHandle<()>,
 }
 
 impl Running {
@@ -32,10 +37,10 @@ impl Running {
             .unwrap();
         let said = Arc::new(Mutex::new(Vec::new()));
         let (lines, kept) = (BufReader::new(child.stderr.take().unwrap()).lines(), Arc::clone(&said));
-        std::thread::spawn(move || {
+        let listener = std::thread::spawn(move || {
             lines.map_while(Result::ok).for_each(|line| kept.lock().unwrap().push((Instant::now(), line)))
         });
-        Running { child, said }
+        Running { child, said, listener }
     }
 
     /// Its process number.
@@ -59,6 +64,11 @@ impl Running {
         let begun = Instant::now();
         while begun.elapsed() < limit {
             if let Some(status) = self.child.try_wait().unwrap() {
+                // Its last words are still on their way; a child of it that lives on keeps the way open.
+                let ended = Instant::now();
+                while !self.listener.is_finished() && ended.elapsed() < LAST_WORDS {
+                    std::thread::sleep(Duration::from_millis(2));
+                }
                 return status.code().unwrap_or(-1);
             }
             std::thread::sleep(Duration::from_millis(2));
