@@ -3,9 +3,9 @@
 //! Consumes a run in which errors of instruments were found; tries a sign turned, and the accelerometers across gravity under
 //! each other's names: each is put right and the run fitted with nothing at fault. Where the best of them does as well by
 //! evidence (E of `select`, (2)) as what was found in the run as recorded, within [`RIVAL`], the run is not fit; where it does
-//! better by [`FAR`], no error of an instrument is told. Wiring and an error of an instrument at once are not tried: of a channel that hardly moves its sign would
-//! then be told by what the noise has of colour. Only where a bias is what wiring would make of the channel's mean is that told
-//! beside other errors.
+//! better by [`FAR`], no error of an instrument is told. Wiring and an error of an instrument at once are not tried: of a channel
+//! that hardly moves its sign would then be told by what the noise has of colour. Only where a bias is what wiring would make of
+//! the channel's mean is that told beside other errors.
 
 use super::fit::Run;
 use super::odd::evidence_alone;
