@@ -31,6 +31,9 @@ const CELL_S: f64 = 0.1;
 /// The seed of every draw.
 const SEED: u64 = 1;
 
+/// Less of a change of the error than this is none that matters.
+const HARDLY: f64 = 0.02;
+
 /// A number with its bootstrap interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
@@ -52,6 +55,11 @@ pub enum Judged {
 }
 
 impl Estimate {
+    /// Whether a ratio of errors differs so little from one that it does not matter which way.
+    pub fn is_hardly_a_change(&self) -> bool {
+        libm::fabs(self.value - 1.0) < HARDLY
+    }
+
     /// What it comes to as a ratio of an error after to one before.
     pub fn judged(&self) -> Judged {
         let [low, high] = self.interval;

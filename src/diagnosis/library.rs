@@ -12,7 +12,7 @@ use super::run_record::{OUTPUT_CHANNELS, ROTOR, input_channel};
 use crate::flight::channel::Channel;
 use crate::flight::control::Control;
 use crate::flight::derivative::{Axis, Variable};
-use crate::flight::effect::{Effect, EffectKind, PositionedSensor};
+use crate::flight::effect::{Effect, PositionedSensor, same_cause};
 use crate::flight::term::Term;
 
 /// An entry of the library.
@@ -59,37 +59,6 @@ pub fn prior_std(effect: &Effect) -> Option<f64> {
         },
         _ => return None,
     })
-}
-
-/// The same cause, whatever its number.
-pub fn same_cause(a: &Effect, b: &Effect) -> bool {
-    cause(a) == cause(b)
-}
-
-/// What a cause is called, without its number.
-pub fn cause(effect: &Effect) -> (EffectKind, [u8; 2], Option<Term>) {
-    let none = u8::MAX;
-    let control = |c: Control| c.index() as u8;
-    let key = match *effect {
-        Effect::Derivative { axis, variable, .. } | Effect::FlightPath { axis, variable, .. } => {
-            return (effect.kind(), [axis.index() as u8, none], Some(Term::Linear(variable)));
-        }
-        Effect::Nonlinear { axis, term, .. } => return (effect.kind(), [axis.index() as u8, none], Some(term)),
-        Effect::ControlEffectiveness { control: c, .. }
-        | Effect::ActuatorLag { control: c, .. }
-        | Effect::TransportDelay { control: c, .. }
-        | Effect::RateLimit { control: c, .. }
-        | Effect::DeadZone { control: c, .. } => [control(c), none],
-        Effect::CrossFeed { from, to, .. } => [control(from), control(to)],
-        Effect::RotorSpeed { axis, .. } | Effect::Unknown { axis } => [axis.index() as u8, none],
-        Effect::SensorBias { channel, .. }
-        | Effect::SensorScale { channel, .. }
-        | Effect::SensorLag { channel, .. }
-        | Effect::SensorDelay { channel, .. } => [channel.index() as u8, none],
-        Effect::SensorPosition { sensor, .. } => [sensor as u8, none],
-        Effect::Turbulence { .. } | Effect::None => [none, none],
-    };
-    (effect.kind(), key, None)
 }
 
 /// Every effect that the data carry, with the effects that are in the model already.

@@ -13,11 +13,10 @@
 use super::diagnose::{Diagnosis, Finding, Recorded, diagnose, held_out};
 use super::explain::{class, statement, unknown};
 use super::gain::{Estimate, Judged};
-use super::library::same_cause;
 use super::record::{FindingRecord, Standing};
 use super::search::Settings;
 use crate::flight::channel::ControlNames;
-use crate::flight::effect::Effect;
+use crate::flight::effect::{Effect, same_cause};
 use crate::flight::effect_file::DeclaredEffect;
 use crate::flight::run::RunGeometry;
 use crate::identification::manoeuvres::{Limits, Manoeuvres};
@@ -30,9 +29,6 @@ pub const MOST: usize = 4;
 const LIMITS: Limits = Limits { lead_s: 2.0, shortest_s: 2.0, longest_s: 20.0, capacity: 16_384, most: MOST };
 /// Numbers that moved by less than this part of their standard error, and probabilities by less, are not said again.
 const MOVED: f64 = 0.05;
-
-/// Of a change of the error that is less nothing is made.
-const HARDLY: f64 = 0.02;
 
 /// The model for some manoeuvres, and which of them were flown where it holds, by place; or why there is none.
 pub type ModelOf = Box<dyn FnMut(&[Recorded]) -> Result<(FlightModel, Vec<usize>), String> + Send>;
@@ -103,23 +99,18 @@ impl Live {
             samples: samples.to_vec(),
             geometry,
         };
-        let runs: Vec<Recorded> = self.manoeuvres.runs().into_iter().enumerate().map(recorded).collect();
+        let mut runs: Vec<Recorded> = self.manoeuvres.runs().into_iter().enumerate().map(recorded).collect();
         let Some(time_s) = runs.last().and_then(|last| last.samples.last()).map(|last| last.time_s) else { return Vec::new() };
-        let runs = match runs.split_last() {
-            Some((newest, _)) => match self.not_refuted(newest) {
-                Some(known) => {
-                    self.known = known;
-                    self.manoeuvres.keep_the_newest();
-                    vec![newest.clone()]
-                }
-                None => runs,
-            },
-            None => runs,
-        };
+        if let Some(known) = runs.last().and_then(|newest| self.not_refuted(newest)) {
+            self.known = known;
+            self.manoeuvres.keep_the_newest();
+            runs.drain(..runs.len() - 1);
+        }
         let known: Vec<DeclaredEffect> = self.known.iter().map(declared).collect();
         let looked = (self.model_of)(&runs).and_then(|(mut model, places)| {
             model.file.effects.extend(known);
-            let fit: Vec<Recorded> = places.iter().filter_map(|&place| runs.get(place)).cloned().collect();
+            let fit: Vec<Recorded> =
+                runs.into_iter().enumerate().filter(|(place, _)| places.contains(place)).map(|(_, run)| run).collect();
             let diagnosis = diagnose(&model, &fit, &[], &Settings::default()).map_err(|wrong| wrong.to_string())?;
             let used = fit.len().saturating_sub(diagnosis.set_aside.len());
             Ok(said(&diagnosis, &model, geometry.controls, time_s, used))
@@ -153,7 +144,7 @@ impl Live {
         let (model, _) = (self.model_of)(newest).ok()?;
         let (ratios, _) = held_out(&model, &causes, newest).ok()?;
         let worse = |ratio: &Option<Estimate>| {
-            ratio.as_ref().is_some_and(|ratio| ratio.value > 1.0 + HARDLY && ratio.judged() == Judged::Loss)
+            ratio.as_ref().is_some_and(|ratio| ratio.judged() == Judged::Loss && !ratio.is_hardly_a_change())
         };
         let others = told.into_iter().zip(&ratios).filter(|(_, ratio)| !worse(ratio)).map(|(one, _)| one);
         ratios.iter().any(worse).then(|| others.collect())
@@ -191,7 +182,7 @@ impl Live {
     }
 }
 
-/// What a diagnosis says, a record a cause; what is unknown after the causes that come nearest.
+/// What a diagnosis says: a record a cause, or one that nothing is wrong, or one of what is unknown.
 fn said(diagnosis: &Diagnosis, model: &FlightModel, naming: ControlNames, time_s: f64, manoeuvres: usize) -> Vec<FindingRecord> {
     let manoeuvres = u32::try_from(manoeuvres).unwrap_or(u32::MAX);
     let blank = FindingRecord { time_s, standing: Standing::Found, manoeuvres, ..FindingRecord::EMPTY };

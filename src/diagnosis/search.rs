@@ -3,14 +3,14 @@
 //! Consumes the problem; produces the point with its causes, the rivals of each with their probabilities, and what is left.
 
 use super::gusts::{gust_std, in_gusts, noisy, turbulence};
-use super::library::{Entry, library, prior_std, same_cause};
+use super::library::{Entry, library, prior_std};
 use super::linearise::{Local, With};
 use super::point::{Hypothesis, Point, nudged};
 use super::problem::Problem;
 use super::run_record::RATE_MAX_HZ;
 use super::screen::{Score, screen};
 use crate::flight::derivative::AXES;
-use crate::flight::effect::{Effect, EffectKind};
+use crate::flight::effect::{Effect, EffectKind, same_cause};
 use crate::flight::effect_file::DeclaredEffect;
 
 /// Rounds after which a point has settled, one way or the other.

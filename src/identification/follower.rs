@@ -36,10 +36,27 @@ pub trait Follow: Send + 'static {
     fn is_due(&self) -> bool;
     /// Does it.
     fn work(&mut self, say: &mut dyn FnMut(Self::Record));
-    /// The run is over; the last work follows, where it is due.
+    /// The run is over: a manoeuvre that goes on ends.
     fn finish(&mut self);
     /// The word for a thread that has ended before its time.
     fn ended() -> Self::Record;
+
+    /// A sample with what the regression said of it, and the work that is due then: in step with a recording.
+    fn step(&mut self, sample: &Sample, seen: Option<&Seen>, say: &mut dyn FnMut(Self::Record)) {
+        self.sample(sample);
+        if let Some(seen) = seen {
+            self.seen(seen, say);
+        }
+        if self.is_due() {
+            self.work(say);
+        }
+    }
+
+    /// The run is over: its last work, or how it stands where none is due.
+    fn end(&mut self, say: &mut dyn FnMut(Self::Record)) {
+        self.finish();
+        if self.is_due() { self.work(say) } else { self.stand(say) }
+    }
 }
 
 impl Follow for Live {
@@ -116,6 +133,15 @@ impl<F: Follow> Follower<F> {
         Ok(Follower { to, from, lost: 0, ended: false })
     }
 
+    /// Hands over a sample and what the regression said of it; the next record, where there is one.
+    pub fn step(&mut self, sample: &Sample, seen: Option<Seen>) -> Option<F::Record> {
+        self.sample(sample);
+        if let Some(seen) = seen {
+            self.seen(seen);
+        }
+        self.next_record()
+    }
+
     /// Hands a sample over, where there is room.
     pub fn sample(&mut self, sample: &Sample) {
         self.lost += u64::from(self.to.try_send(Fed::Sample(*sample)).is_err());
@@ -159,28 +185,19 @@ fn work<F: Follow>(mut follow: F, fed: &Receiver<Fed>, to: &Sender<F::Record>) {
         let _ = to.try_send(record);
     };
     follow.stand(&mut say);
-    let take = |follow: &mut F, one: &Fed| match one {
-        Fed::Sample(sample) => follow.sample(sample),
-        Fed::Seen(seen) => follow.seen(seen, &mut |record| {
-            let _ = to.try_send(record);
-        }),
-    };
     while let Ok(first) = fed.recv() {
-        take(&mut follow, &first);
         // All that is there before the next work, so that it is of the newest; no more than there is room for, so that it comes.
-        for one in fed.try_iter().take(F::WAITING) {
-            take(&mut follow, &one);
+        for one in std::iter::once(first).chain(fed.try_iter().take(F::WAITING)) {
+            match one {
+                Fed::Sample(sample) => follow.sample(&sample),
+                Fed::Seen(seen) => follow.seen(&seen, &mut say),
+            }
         }
         if follow.is_due() {
             follow.work(&mut say);
         }
     }
-    follow.finish();
-    if follow.is_due() {
-        follow.work(&mut say);
-    } else {
-        follow.stand(&mut say);
-    }
+    follow.end(&mut say);
 }
 
 #[cfg(test)]

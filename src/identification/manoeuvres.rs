@@ -108,9 +108,13 @@ impl Manoeuvres {
     /// Forgets every manoeuvre but the newest of those that are kept.
     pub fn keep_the_newest(&mut self) {
         while self.kept.len() > 1 {
-            self.kept_samples -= self.kept.pop_front().map_or(0, |oldest| oldest.len());
-            self.dropped += 1;
+            self.drop_the_oldest();
         }
+    }
+
+    fn drop_the_oldest(&mut self) {
+        self.kept_samples -= self.kept.pop_front().map_or(0, |oldest| oldest.len());
+        self.dropped += 1;
     }
 
     fn keep_lead(&mut self, time_s: f64) {
@@ -129,8 +133,7 @@ impl Manoeuvres {
         self.kept_samples += over.len();
         self.kept.push_back(over);
         while (self.kept_samples > self.limits.capacity || self.kept.len() > self.limits.most) && self.kept.len() > 1 {
-            self.kept_samples -= self.kept.pop_front().map_or(0, |oldest| oldest.len());
-            self.dropped += 1;
+            self.drop_the_oldest();
         }
         Some(long_s)
     }

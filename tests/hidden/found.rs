@@ -9,9 +9,8 @@ use crate::manoeuvre::over_seeds;
 use sideslip::diagnosis::diagnose::{Diagnosis, Recorded, diagnose};
 use sideslip::diagnosis::explain::class;
 use sideslip::diagnosis::gain::Judged;
-use sideslip::diagnosis::library::same_cause;
 use sideslip::diagnosis::search::Settings;
-use sideslip::flight::effect::Effect;
+use sideslip::flight::effect::{Effect, same_cause};
 use sideslip::simulation::flight_model::{Asked, FlightModel};
 use std::collections::BTreeMap;
 

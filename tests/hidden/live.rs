@@ -2,10 +2,9 @@
 
 use crate::case::{Plan, Sort, plan};
 use crate::flights::fly;
-use sideslip::diagnosis::library::same_cause;
 use sideslip::diagnosis::live::Live;
 use sideslip::diagnosis::record::{FindingRecord, Standing};
-use sideslip::flight::effect::{Effect, Family};
+use sideslip::flight::effect::{Effect, Family, same_cause};
 use sideslip::simulation::flight_model::{Asked, FlightModel};
 
 /// Seed of the case: what is hidden is an error of an instrument.

@@ -1,12 +1,12 @@
 //! A finding of the diagnosis on the bus: how it stands, the effect by its places and numbers, the sentence.
 
-use super::{ABSENT, Header, at, place, service};
+use super::{ABSENT, Header, at, bytes_of, place, service, text_of};
 use crate::bus::error::BusError;
 use crate::diagnosis::record::{FindingRecord, STATEMENT, Standing};
 use crate::flight::channel::Channel;
 use crate::flight::control::Control;
 use crate::flight::derivative::{Axis, Variable};
-use crate::flight::effect::{Effect, EffectKind, PositionedSensor};
+use crate::flight::effect::{Effect, EffectKind, PositionedSensor, cause};
 use crate::flight::term::Term;
 use iceoryx2::prelude::ZeroCopySend;
 
@@ -55,8 +55,6 @@ service!(FindingPayload, "sideslip/finding", "sideslip.Finding.1", buffer 64, hi
 
 impl From<&FindingRecord> for FindingPayload {
     fn from(record: &FindingRecord) -> Self {
-        let mut statement = [0; STATEMENT];
-        statement.iter_mut().zip(record.statement.as_bytes()).for_each(|(to, from)| *to = *from);
         let (which, first, second, form) = places(&record.effect);
         FindingPayload {
             header: Header { time_s: record.time_s, ..Header::default() },
@@ -73,7 +71,7 @@ impl From<&FindingRecord> for FindingPayload {
             second,
             form,
             statement_bytes: place(record.statement.len()),
-            statement,
+            statement: bytes_of(&record.statement),
         }
     }
 }
@@ -88,34 +86,16 @@ fn numbers(effect: &Effect) -> [f64; 3] {
 
 /// `which`, `first`, `second` and `form`.
 fn places(effect: &Effect) -> (u32, u32, u32, u32) {
-    let (which, first) = match *effect {
-        Effect::Nonlinear { axis, term, .. } => {
-            let (x, y, form) = match term {
-                Term::Linear(x) => (x, None, 0),
-                Term::SignedSquare(x) => (x, None, 1),
-                Term::Cube(x) => (x, None, 2),
-                Term::Product(x, y) => (x, Some(y), 3),
-            };
-            return (place(axis.index()), place(x.index()), y.map_or(ABSENT, |y| place(y.index())), form);
-        }
-        Effect::Derivative { axis, variable, .. } | Effect::FlightPath { axis, variable, .. } => {
-            (axis.index(), Some(variable.index()))
-        }
-        Effect::CrossFeed { from, to, .. } => (from.index(), Some(to.index())),
-        Effect::ControlEffectiveness { control, .. }
-        | Effect::ActuatorLag { control, .. }
-        | Effect::TransportDelay { control, .. }
-        | Effect::RateLimit { control, .. }
-        | Effect::DeadZone { control, .. } => (control.index(), None),
-        Effect::RotorSpeed { axis, .. } | Effect::Unknown { axis } => (axis.index(), None),
-        Effect::SensorBias { channel, .. }
-        | Effect::SensorScale { channel, .. }
-        | Effect::SensorLag { channel, .. }
-        | Effect::SensorDelay { channel, .. } => (channel.index(), None),
-        Effect::SensorPosition { sensor, .. } => (sensor as usize, None),
-        Effect::Turbulence { .. } | Effect::None => return (ABSENT, ABSENT, ABSENT, 0),
+    let (_, [which, other], term) = cause(effect);
+    let of = |index: u8| if index == u8::MAX { ABSENT } else { index.into() };
+    let (first, second, form) = match term {
+        None => (of(other), ABSENT, 0),
+        Some(Term::Linear(x)) => (place(x.index()), ABSENT, 0),
+        Some(Term::SignedSquare(x)) => (place(x.index()), ABSENT, 1),
+        Some(Term::Cube(x)) => (place(x.index()), ABSENT, 2),
+        Some(Term::Product(x, y)) => (place(x.index()), place(y.index()), 3),
     };
-    (place(which), first.map_or(ABSENT, place), ABSENT, 0)
+    (of(which), first, second, form)
 }
 
 impl FindingPayload {
@@ -124,13 +104,6 @@ impl FindingPayload {
     /// # Errors
     /// [`BusError::Payload`] for a code that there is not, and a statement that is no text.
     pub fn record(&self) -> Result<FindingRecord, BusError> {
-        let bytes = usize::try_from(self.statement_bytes).ok().and_then(|count| self.statement.get(..count));
-        let text = bytes.and_then(|bytes| core::str::from_utf8(bytes).ok()).ok_or(BusError::Payload {
-            schema: SCHEMA,
-            field: "statement_bytes",
-            expected: "a text of so many bytes",
-            found: self.statement_bytes.into(),
-        })?;
         let mut record = FindingRecord {
             time_s: self.header.time_s,
             standing: at(&Standing::ALL, self.standing, SCHEMA, "standing")?,
@@ -142,7 +115,7 @@ impl FindingPayload {
             manoeuvres: self.manoeuvres,
             ..FindingRecord::EMPTY
         };
-        record.say(text);
+        record.say(text_of(&self.statement, self.statement_bytes, SCHEMA, "statement_bytes")?);
         Ok(record)
     }
 

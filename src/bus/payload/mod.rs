@@ -111,6 +111,19 @@ fn flag(value: u32, schema: &'static str, field: &'static str) -> Result<bool, B
     }
 }
 
+/// A text as it travels: UTF-8, zeros behind it.
+fn bytes_of<const N: usize>(text: &str) -> [u8; N] {
+    let mut bytes = [0; N];
+    bytes.iter_mut().zip(text.as_bytes()).for_each(|(to, from)| *to = *from);
+    bytes
+}
+
+/// The text of so many bytes that came from elsewhere.
+fn text_of<'a>(bytes: &'a [u8], count: u32, schema: &'static str, field: &'static str) -> Result<&'a str, BusError> {
+    let text = usize::try_from(count).ok().and_then(|count| core::str::from_utf8(bytes.get(..count)?).ok());
+    text.ok_or(BusError::Payload { schema, field, expected: "a text of so many bytes", found: count.into() })
+}
+
 /// A place in a table as it travels; every table here is short.
 fn place(index: usize) -> u32 {
     u32::try_from(index).unwrap_or(ABSENT)

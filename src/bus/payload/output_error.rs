@@ -1,6 +1,6 @@
 //! Output error on the bus.
 
-use super::{Header, OscillationBody, RootBody, at, place, service};
+use super::{Header, OscillationBody, RootBody, at, bytes_of, place, service, text_of};
 use crate::bus::error::BusError;
 use crate::flight::derivative::{Axis, Variable};
 use crate::identification::record::{OutputErrorRecord, PARAMETERS, ParameterRecord, Progress, REASON};
@@ -73,8 +73,6 @@ impl From<&OutputErrorRecord> for OutputErrorPayload {
             record.coupled.is_some(),
             record.short_period.is_some(),
         ];
-        let mut reason = [0; REASON];
-        reason.iter_mut().zip(record.reason.as_bytes()).for_each(|(to, from)| *to = *from);
         let mut parameters = [ParameterBody::default(); PARAMETERS];
         for (to, from) in parameters.iter_mut().zip(&record.parameters) {
             let ParameterRecord { axis, variable, value, std, std_cramer_rao } = *from;
@@ -90,7 +88,7 @@ impl From<&OutputErrorRecord> for OutputErrorPayload {
             dropped: record.dropped,
             samples: record.samples,
             reason_bytes: place(record.reason.len()),
-            reason,
+            reason: bytes_of(&record.reason),
             parameters,
             dutch_roll: record.dutch_roll.map(Into::into).unwrap_or_default(),
             roll: record.roll.map(Into::into).unwrap_or_default(),
@@ -128,9 +126,7 @@ impl OutputErrorPayload {
             short_period: there(32).then_some(self.short_period.into()),
             ..OutputErrorRecord::EMPTY
         };
-        let bytes = usize::try_from(self.reason_bytes).ok().and_then(|count| self.reason.get(..count));
-        let text = bytes.and_then(|bytes| core::str::from_utf8(bytes).ok());
-        record.explain(text.ok_or_else(|| wrong("reason_bytes", "a text of so many bytes", self.reason_bytes.into()))?);
+        record.explain(text_of(&self.reason, self.reason_bytes, SCHEMA, "reason_bytes")?);
         let bodies = usize::try_from(self.count).ok().and_then(|count| self.parameters.get(..count));
         for body in bodies.ok_or_else(|| wrong("count", "0 to 60", self.count.into()))? {
             let ParameterBody { value, std, std_cramer_rao, .. } = *body;

@@ -9,15 +9,13 @@ use sideslip::diagnosis::gain::{Estimate, Judged};
 use sideslip::outputs::terminal::Style;
 use std::fmt::Write;
 
-/// Less of a change of the error than this is none that matters.
-const HARDLY: f64 = 0.02;
 /// Of more causes than these each has a line only.
 const MANY: usize = 5;
 
 /// What the runs kept back say of one cause: the error with it over that without it.
 pub(super) fn borne_out(ratio: &Estimate) -> &'static str {
     match ratio.judged() {
-        _ if (ratio.value - 1.0).abs() < HARDLY => "hardly seen there",
+        _ if ratio.is_hardly_a_change() => "hardly seen there",
         Judged::Gain => "borne out",
         Judged::NoGain => "neither borne out nor refuted",
         Judged::Loss => "refuted",

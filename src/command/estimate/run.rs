@@ -163,25 +163,14 @@ impl LiveRun {
         let tick = self.pipeline.step(&self.row.sample);
         outlet.tick(&header, tick)?;
         self.sink.tick(tick);
-        if let Some(follower) = &mut self.follower {
-            follower.sample(&self.row.sample);
-            if let Some(derivatives) = &tick.derivatives {
-                follower.seen(Seen::from(derivatives));
-            }
-            if let Some(record) = follower.next_record() {
-                outlet.output_error(&header, &record)?;
-                self.sink.output_error(&record);
-            }
+        let seen = tick.derivatives.as_ref().map(Seen::from);
+        if let Some(record) = self.follower.as_mut().and_then(|follower| follower.step(&self.row.sample, seen)) {
+            outlet.output_error(&header, &record)?;
+            self.sink.output_error(&record);
         }
-        if let Some(diagnosis) = &mut self.diagnosis {
-            diagnosis.sample(&self.row.sample);
-            if let Some(derivatives) = &tick.derivatives {
-                diagnosis.seen(Seen::from(derivatives));
-            }
-            if let Some(record) = diagnosis.next_record() {
-                outlet.finding(&header, &record)?;
-                self.sink.finding(&record);
-            }
+        if let Some(record) = self.diagnosis.as_mut().and_then(|diagnosis| diagnosis.step(&self.row.sample, seen)) {
+            outlet.finding(&header, &record)?;
+            self.sink.finding(&record);
         }
         Ok(())
     }

@@ -25,11 +25,10 @@ use sideslip::outputs::output_error_text::OutputErrorTable;
 use sideslip::outputs::record::EventKind;
 use sideslip::outputs::terminal::{Style, Table};
 use sideslip::outputs::text::{Severity, event_severity};
-use sideslip::pipeline::{Config, Pipeline, Tick};
+use sideslip::pipeline::{Config, Pipeline};
 use sideslip::regression::record::DerivativesRecord;
 use sideslip::telemetry::mavlink::mapping::Config as Mapping;
 use sideslip::telemetry::mavlink::recording::Traffic;
-use sideslip::telemetry::record::Sample;
 use sideslip::telemetry::recording::Recording;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -181,12 +180,25 @@ impl Run {
                 bus.tick(tick)?;
             }
             sink.tick(tick);
+            let seen = tick.derivatives.as_ref().map(Seen::from);
+            let mut told = Ok(());
             if let Some(live) = &mut self.live {
-                follow(live, &sample, tick, &mut sink, &mut bus)?;
+                live.step(&sample, seen.as_ref(), &mut |record| {
+                    sink.output_error(&record);
+                    if let (Some(bus), Ok(())) = (bus.as_mut(), &told) {
+                        told = bus.output_error(&record);
+                    }
+                });
             }
             if let Some(beside) = &mut self.beside {
-                hold_against(beside, &sample, tick, &mut sink, &mut bus)?;
+                beside.step(&sample, seen.as_ref(), &mut |record| {
+                    sink.finding(&record);
+                    if let (Some(bus), Ok(())) = (bus.as_mut(), &told) {
+                        told = bus.finding(&record);
+                    }
+                });
             }
+            told?;
             progress.show(|| progress_line(&name, time_s, &sink));
         };
         sink.tick(self.pipeline.finish());
@@ -197,12 +209,7 @@ impl Run {
             }
         }
         if let Some(beside) = &mut self.beside {
-            beside.finish();
-            if beside.is_due() {
-                beside.work(&mut |record| sink.finding(&record));
-            } else {
-                beside.stand(&mut |record| sink.finding(&record));
-            }
+            beside.end(&mut |record| sink.finding(&record));
         }
         sink.close();
         let log = writing.map(Log::finish).transpose()?;
@@ -273,44 +280,6 @@ impl Run {
         played.warnings = played.warnings();
         played
     }
-}
-
-/// One sample for output error, and what it brought.
-fn follow(live: &mut Live, sample: &Sample, tick: &Tick, sink: &mut Sink, bus: &mut Option<FromBus>) -> Result<(), Failure> {
-    live.sample(sample);
-    let changed = tick.derivatives.as_ref().and_then(|derivatives| live.seen(&Seen::from(derivatives))).is_some();
-    if live.is_due() {
-        live.refit();
-    } else if !changed {
-        return Ok(());
-    }
-    sink.output_error(live.record());
-    bus.as_mut().map_or(Ok(()), |bus| bus.output_error(live.record()))
-}
-
-/// The diagnosis in step with the record.
-fn hold_against(
-    beside: &mut Beside,
-    sample: &Sample,
-    tick: &Tick,
-    sink: &mut Sink,
-    bus: &mut Option<FromBus>,
-) -> Result<(), Failure> {
-    beside.sample(sample);
-    if let Some(derivatives) = &tick.derivatives {
-        beside.seen(&Seen::from(derivatives), &mut |_| {});
-    }
-    if !beside.is_due() {
-        return Ok(());
-    }
-    let mut told = Ok(());
-    beside.work(&mut |record| {
-        sink.finding(&record);
-        if let (Some(bus), Ok(())) = (bus.as_mut(), &told) {
-            told = bus.finding(&record);
-        }
-    });
-    told
 }
 
 /// A vane's disagreement as it stands at the end, not at first sight.

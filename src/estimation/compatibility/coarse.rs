@@ -12,7 +12,6 @@
 
 use super::parameter::{INPUT_CHANNELS, OUTPUT_CHANNELS, OUTPUTS};
 use super::record::Record;
-use super::series::Series;
 use crate::estimation::kinematics::{Attitude, velocity_rate};
 use crate::flight::channel::{Channel, ControlNames};
 use crate::flight::unit::STANDARD_GRAVITY;
@@ -139,7 +138,7 @@ pub struct Told {
 
 /// Looks for a coarse error.
 pub fn coarse(record: &Record) -> Option<Told> {
-    let measured = |channel: Channel| series(record, channel).is_some();
+    let measured = |channel: Channel| record.series(channel).is_some();
     let none = agreement(record, None);
     let windows = (record.mesh.length_s() / WINDOW_S).max(1.0);
     let score =
@@ -175,17 +174,11 @@ pub fn coarse(record: &Record) -> Option<Told> {
     Some(Told { either: either.collect(), shown: (channel, 1.0 - before, 1.0 - after) })
 }
 
-fn series(record: &Record, channel: Channel) -> Option<&Series> {
-    let input = INPUT_CHANNELS.iter().position(|one| *one == channel);
-    let output = OUTPUT_CHANNELS.iter().position(|one| *one == channel);
-    input.and_then(|i| record.inputs.get(i)).or_else(|| output.and_then(|k| record.outputs.get(k)))?.as_ref()
-}
-
 /// a of (1) by output; `None` where it is not measured, not connected with anything, or hardly moves.
 fn agreement(record: &Record, put_right: Option<Coarse>) -> [Option<f64>; COMPARED] {
     let raw = |channel: Channel, from_s: f64, to_s: f64| -> Option<f64> {
         let (whose, factor) = put_right.map_or((channel, 1.0), |one| one.put_right(channel));
-        Some(factor * series(record, whose)?.mean(from_s, to_s))
+        Some(factor * record.series(whose)?.mean(from_s, to_s))
     };
     let read = |channel: Channel, from_s: f64, to_s: f64| -> Option<f64> {
         Some(raw(channel, from_s, to_s)? - by_arm(record, &raw, channel, from_s, to_s))
@@ -223,7 +216,7 @@ fn agreement(record: &Record, put_right: Option<Coarse>) -> [Option<f64>; COMPAR
             return None;
         }
         let (whose, factor) = put_right.map_or((channel, 1.0), |one| one.put_right(channel));
-        let source = series(record, whose)?;
+        let source = record.series(whose)?;
         let averaged = (END_S / source.interval_s()?).max(1.0);
         let noise = 2.0 * factor * factor * source.noise_std() * source.noise_std() / averaged;
         let signal = variance(pairs.iter().map(|pair| pair.0));

@@ -125,7 +125,7 @@ pub(super) fn judged(name: &str, found: &Found, number: usize, names: &[String],
     let mut corrections = merged(corrections);
     // A wiring error of a channel that hardly moves feigns errors of others, whose numbers would be told with confidence.
     if (unfit.is_some() || !corrections.is_empty())
-        && let Some(miswired) = wiring(run)
+        && let Some(miswired) = wiring(found, number)
     {
         if miswired.alone {
             corrections.clear();

@@ -141,10 +141,11 @@ impl Record {
         }
     }
 
-    /// Whether a channel is there.
-    pub fn has(&self, channel: Channel) -> bool {
-        let named = INPUT_CHANNELS.iter().zip(&self.inputs).chain(OUTPUT_CHANNELS.iter().zip(&self.outputs));
-        named.into_iter().any(|(one, series)| *one == channel && series.is_some())
+    /// A channel, where it is there.
+    pub fn series(&self, channel: Channel) -> Option<&Series> {
+        let input = INPUT_CHANNELS.iter().position(|one| *one == channel).and_then(|place| self.inputs.get(place));
+        let output = || OUTPUT_CHANNELS.iter().position(|one| *one == channel).and_then(|place| self.outputs.get(place));
+        input.or_else(output)?.as_ref()
     }
 
     /// Whether nothing is carried to that node from the one before.

@@ -9,7 +9,6 @@
 
 use super::fit::Run;
 use super::odd::evidence_alone;
-use super::parameter::{INPUT_CHANNELS, OUTPUT_CHANNELS};
 use super::record::Record;
 use super::select::{Found, RIVAL, run_of, select, with_no_fault};
 use super::series::Series;
@@ -59,10 +58,11 @@ pub(super) struct Miswired {
     pub(super) alone: bool,
 }
 
-/// The wiring error that explains a run at least as well as errors of instruments do.
-pub(super) fn wiring(run: &Run) -> Option<Miswired> {
+/// The wiring error that explains a run, one of those found together, at least as well as errors of instruments do.
+pub(super) fn wiring(found: &Found, number: usize) -> Option<Miswired> {
+    let run = found.runs.get(number)?;
     let evidence = |found: Option<Found>| evidence_alone(&found?);
-    let there = |channel: &Channel| run.record.has(*channel);
+    let there = |channel: &Channel| run.record.series(*channel).is_some();
     let turned = SIGNED.into_iter().filter(there).map(Wiring::Turned);
     let exchanged = [Channel::Ax, Channel::Ay].iter().all(there).then_some(Wiring::Exchanged);
     let all: Vec<Wiring> = turned.chain(exchanged).collect();
@@ -75,7 +75,10 @@ pub(super) fn wiring(run: &Run) -> Option<Miswired> {
     if theirs > evidence(with_no_fault(run))? + RIVAL {
         return None;
     }
-    let ours = evidence(select(vec![run.clone()]))?;
+    let ours = match found.runs.as_slice() {
+        [_] => evidence_alone(found),
+        _ => evidence(select(vec![run.clone()])),
+    }?;
     let what = best.words();
     if theirs < ours - FAR {
         let words = format!("it reads like one with {what}: so all agree far better than with any errors of instruments");
@@ -92,11 +95,7 @@ pub(super) fn wiring(run: &Run) -> Option<Miswired> {
 /// What wiring would make so large a bias: a channel with its sign turned has twice its mean, ax and ay exchanged the difference
 /// of theirs. Of channels that hardly move besides, which no increments show.
 pub(super) fn miswired(run: &Run, channel: Channel, bias: f64, std: f64) -> Option<String> {
-    let mean = |channel: Channel| {
-        let input = INPUT_CHANNELS.iter().position(|one| *one == channel).and_then(|place| run.record.inputs.get(place));
-        let output = OUTPUT_CHANNELS.iter().position(|one| *one == channel).and_then(|place| run.record.outputs.get(place));
-        input.or(output)?.as_ref().map(Series::average)
-    };
+    let mean = |channel: Channel| run.record.series(channel).map(Series::average);
     let made = |would: f64| (bias - would).abs() < 3.0 * std && bias.abs() > 5.0 * std;
     let own = mean(channel)?;
     let name = channel.name(ControlNames::Rotorcraft);
@@ -128,13 +127,14 @@ mod tests {
     #[test]
     fn a_sign_that_is_turned_and_accelerometers_that_are_exchanged_are_known_by_the_whole_fit() {
         let record = flown();
-        assert_eq!(wiring(&run_of(record.clone())), None);
+        let wiring = |record: Record| wiring(&select(vec![run_of(record)]).unwrap(), 0);
+        assert_eq!(wiring(record.clone()), None);
         for (wrong, words) in [
             (record.exchanged(), "ax and ay under each other's names"),
             (record.turned(Channel::Ay), "ay with its sign turned"),
             (record.turned(Channel::Theta), "theta with its sign turned"),
         ] {
-            let said = wiring(&run_of(wrong)).unwrap();
+            let said = wiring(wrong).unwrap();
             assert!(said.alone && said.words.contains(words), "{said:?}");
         }
     }
