@@ -120,6 +120,26 @@ impl Columns {
         self.raw(name).is_ok_and(|values| values.iter().any(|value| value.is_finite()))
     }
 
+    /// Samples a second of a column, by the median interval; `None` with fewer than two.
+    pub fn rate_hz(&self, name: &str) -> Option<f64> {
+        let values = self.raw(name).ok()?;
+        let known = self.times_s.iter().zip(values).filter(|(_, value)| value.is_finite());
+        let times_s: Vec<f64> = known.map(|(time_s, _)| *time_s).collect();
+        let mut intervals_s: Vec<f64> = times_s.iter().zip(times_s.iter().skip(1)).map(|(one, next)| next - one).collect();
+        intervals_s.sort_by(f64::total_cmp);
+        intervals_s.get(intervals_s.len() / 2).map(|interval_s| 1.0 / interval_s)
+    }
+
+    /// Whether it is the same recording: the same numbers at the same times.
+    pub fn is_same_recording(&self, other: &Columns) -> bool {
+        let same = |one: &[f64], other: &[f64]| {
+            one.len() == other.len() && one.iter().zip(other).all(|(one, other)| one.to_bits() == other.to_bits())
+        };
+        same(&self.times_s, &other.times_s)
+            && self.values.len() == other.values.len()
+            && self.values.iter().zip(&other.values).all(|(one, other)| same(one, other))
+    }
+
     /// As recorded; NaN where not sampled.
     ///
     /// # Errors

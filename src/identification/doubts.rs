@@ -61,12 +61,21 @@ impl Linear {
                 }
             }
         }
-        let (u0, w0) = (self.datum.airspeed * libm::cos(self.datum.alpha), self.datum.airspeed * libm::sin(self.datum.alpha));
+        let [u0, v0, w0] = self.datum.velocity();
         let gravity = self.datum.known("beta", "phi");
-        let by_speed = [("v", "r", -u0), ("v", "p", w0), ("w", "q", u0), ("u", "q", -w0), ("beta", "phi", -gravity)];
+        let by_speed = [
+            ("v", "r", -u0),
+            ("v", "p", w0),
+            ("w", "q", u0),
+            ("w", "p", -v0),
+            ("u", "q", -w0),
+            ("u", "r", v0),
+            ("beta", "phi", -gravity),
+        ];
         let by_incidence = [("v", "p", u0), ("v", "r", w0), ("w", "q", -w0), ("u", "q", -u0), ("beta", "p", 1.0)];
-        for (name, std, unit, factors) in [("tas_scale", SPEED, "", by_speed), ("alpha_trim", INCIDENCE, "rad", by_incidence)] {
-            let there: Vec<_> = factors.into_iter().filter(|(state, ..)| has(&[state])).collect();
+        let numbers = [("tas_scale", SPEED, "", &by_speed[..]), ("alpha_trim", INCIDENCE, "rad", &by_incidence[..])];
+        for (name, std, unit, factors) in numbers {
+            let there: Vec<_> = factors.iter().copied().filter(|(state, ..)| has(&[state])).collect();
             if there.is_empty() {
                 continue;
             }

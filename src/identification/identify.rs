@@ -9,6 +9,7 @@ use super::linear::{Choice, Linear, NoModel};
 use super::prediction::{Score, score};
 use super::roots::{Modes, modes};
 use super::start::starts;
+use super::suspected::{suspected, unlike};
 use super::vibration::without_vibration;
 use crate::regression::filter_error::{self, Found};
 use crate::regression::output_error::{Fitted, Own, Record, Refused, Settings, fit, predict};
@@ -111,10 +112,8 @@ pub fn identify(runs: &[Columns], holdout: &[Columns], wanted: Wanted, settings:
     let mut linear = Linear::new(wanted.choice, runs, wanted.only.as_deref())?;
     let mut records = runs.iter().map(|run| linear.record(run)).collect::<Result<Vec<_>, _>>()?;
     let mut kept_back = holdout.iter().map(|run| linear.record(run)).collect::<Result<Vec<_>, _>>()?;
-    if wanted.instruments == Instruments::Doubted {
-        for (run, record) in runs.iter().zip(&mut records).chain(holdout.iter().zip(&mut kept_back)) {
-            linear.hold_controls(run, record)?;
-        }
+    for (run, record) in runs.iter().zip(&mut records).chain(holdout.iter().zip(&mut kept_back)) {
+        linear.hold_controls(run, record)?;
     }
     let starts = starts(&linear, &records);
     let mut fitted = fit(&linear.structure, &linear.parameters(&starts), &[], &records, settings)?;
@@ -156,11 +155,18 @@ pub fn identify(runs: &[Columns], holdout: &[Columns], wanted: Wanted, settings:
     }
     linear.notes.extend(coloured(&fitted));
     linear.notes.extend(unexcited(&linear.choice, runs));
-    let modes =
-        modes(&linear.structure, &fitted.theta, &fitted.cov, &linear.datum.steps(linear.datum_std, &linear.choice.states));
+    if !doubted && !filtered && fitted.converged {
+        linear.notes.extend(suspected(&linear, &records, &fitted, settings));
+    }
+    let modes = if fitted.converged {
+        modes(&linear.structure, &fitted.theta, &fitted.cov, &linear.datum.steps(linear.datum_std, &linear.choice.states))
+    } else {
+        Err("the search has not converged".to_owned())
+    };
     let fit =
         runs.iter().zip(records).zip(&fitted.runs).map(|((run, record), fitted)| flown(run, record, fitted.predicted.clone()));
-    let fit = fit.collect();
+    let fit: Vec<Flown> = fit.collect();
+    linear.notes.extend(fit.iter().filter_map(|flown| unlike(flown, &linear.structure.outputs)));
     let own = still(&linear);
     let flown_back = holdout.iter().zip(kept_back).map(|(run, record)| {
         let predicted = predict(&linear.structure, &fitted.theta, &[], &record, &own)?;
@@ -171,7 +177,7 @@ pub fn identify(runs: &[Columns], holdout: &[Columns], wanted: Wanted, settings:
 }
 
 /// Puts the lateness of a fit into what the next one is given.
-fn about(linear: &Linear, records: &mut [Record], fitted: &Fitted) -> Result<(), Refused> {
+pub(super) fn about(linear: &Linear, records: &mut [Record], fitted: &Fitted) -> Result<(), Refused> {
     for (record, run) in records.iter_mut().zip(&fitted.runs) {
         *record = linear.doubted_record(core::mem::take(record), &fitted.theta, &run.own)?;
     }
@@ -188,10 +194,7 @@ const UNEXCITED: f64 = 0.2;
 
 /// Says where the residuals are far from white: then something acts that the model does not have.
 fn coloured(fitted: &Fitted) -> Option<String> {
-    let mut ratios: Vec<f64> = fitted.std.iter().zip(&fitted.std_cramer_rao).map(|(std, bound)| std / bound).collect();
-    ratios.retain(|ratio| ratio.is_finite());
-    ratios.sort_by(f64::total_cmp);
-    let ratio = *ratios.get(ratios.len() / 2).filter(|ratio| **ratio > COLOURED)?;
+    let ratio = fitted.colour().filter(|ratio| *ratio > COLOURED)?;
     Some(format!(
         "the residuals are far from white: standard errors are {ratio:.0} times what white ones would give, and may still be too \
          small; something acts that this model does not have (a state, a nonlinearity, gusts, an instrument)"

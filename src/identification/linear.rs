@@ -1,25 +1,26 @@
 //! The linear model of chosen states and inputs: which entries are known, which are derivatives to be found, what is measured.
 //!
 //! Consumes names of states, inputs and outputs and the trims of the runs; produces the structure that output error fits.
-//! With the trim's velocity u0 w0, airspeed V0, attitude theta0 phi0, incidence alpha0, and AXIS_x the derivatives, A and B are
-//!     u' = X_x x + .. - w0 q - g cos(theta0) theta                                                     (1)
-//!     v' = Y_x x + .. + w0 p - u0 r + g cos(theta0) cos(phi0) phi                                      (2)
-//!     w' = Z_x x + .. + u0 q - g sin(theta0) cos(phi0) theta                                           (3)
-//!     beta' = Y_x x + .. + sin(alpha0) p - cos(alpha0) r + (g/V0) cos(theta0) cos(phi0) phi            (4)
-//!     alpha' = Z_x x + .. + q - (g/V0) sin(theta0) cos(phi0) theta                                     (5)
+//! With the trim's velocity u0 v0 w0, airspeed V0, attitude theta0 phi0, and AXIS_x the derivatives, A and B are
+//!     u' = X_x x + .. - w0 q + v0 r - g cos(theta0) theta                                              (1)
+//!     v' = Y_x x + .. + w0 p - u0 r + g cos(theta0) cos(phi0) phi - g sin(theta0) sin(phi0) theta      (2)
+//!     w' = Z_x x + .. + u0 q - v0 p - g sin(theta0) cos(phi0) theta - g cos(theta0) sin(phi0) phi      (3)
+//!     beta' = Y_x x + .. + the known part of (2) over V0                                               (4)
+//!     alpha' = Z_x x + .. + q + the rest of the known part of (3) over V0                              (5)
 //!     p' = L_x x + ..     q' = M_x x + ..     r' = N_x x + ..                                          (6)
 //!     phi' = p + tan(theta0) (sin(phi0) q + cos(phi0) r)     theta' = cos(phi0) q - sin(phi0) r        (7)
 //! over every state and input x but attitudes; a known entry whose variable is an input stands in B. (4) and (5) have force
-//! derivatives in 1/s (over mass and V0). Outputs, with the vane at x y z:
-//!     beta = v/V0 + (x r - z p)/V0     alpha = w/u0 + (y p - x q)/u0     tas = u cos(alpha0) + w sin(alpha0)     (8)
+//! derivatives in 1/s (over mass and V0). Outputs, with s^2 = u0^2 + w0^2 and, at a vane at x y z, du = u + z q - y r and so on:
+//!     beta = (s^2 dv - u0 v0 du - w0 v0 dw)/(s V0^2)     alpha = (u0 dw - w0 du)/s^2
+//!     tas = (u0 u + v0 v + w0 w)/V0                                                                   (8)
 //!     ay = Y_x x + .. + x_a r' - z_a p'     az = Z_x x + .. + y_a p' - x_a q'     ax = X_x x + .. + z_a q' - y_a r'    (9)
-//! and the states themselves. (9) leaves out products of rates.
+//! and the states themselves. What (1) to (9) leave out, products of deviations, is taken from what was measured (`kinematics`).
 //! Source: the paper's (1) to (6) and (23), (24), linearised; R. V. Jategaonkar, Flight Vehicle System Identification, 2006.
 
 use super::columns::{ColumnError, Columns};
-use super::datum::Datum;
+use super::datum::{Datum, NUMBERS};
 use super::doubts::Doubt;
-use super::kinematics::{CHANNELS, beyond};
+use super::kinematics::{CHANNELS, Whole};
 use crate::flight::derivative::Variable;
 use crate::regression::output_error::{Entry, Parameter, Record, Structure};
 
@@ -44,8 +45,8 @@ pub struct Linear {
     pub choice: Choice,
     /// The datum.
     pub datum: Datum,
-    /// Standard errors of the datum: airspeed, alpha, theta, phi.
-    pub datum_std: [f64; 4],
+    /// Standard errors of the datum's numbers.
+    pub datum_std: [f64; NUMBERS.len()],
     /// For output error.
     pub structure: Structure,
     /// Axis and variable of each parameter.
@@ -76,8 +77,11 @@ pub enum NoModel {
     #[error("`{0}` stands twice among states and inputs")]
     Twice(String),
     /// Nothing to find.
-    #[error("expected at least one state and one input")]
-    Empty,
+    #[error("expected at least one state")]
+    NoState,
+    /// Nothing to find it by.
+    #[error("no control moves in these runs: expected a test input, or what else acts on the states in --inputs")]
+    NoInput,
     /// v beside beta, or w beside alpha.
     #[error("`{0}` and `{1}` are the same state; expected one of them")]
     Same(&'static str, &'static str),
@@ -226,12 +230,17 @@ impl Linear {
     pub fn record(&self, run: &Columns) -> Result<Record, ColumnError> {
         let chosen = self.choice.inputs.iter().map(|name| self.input(run, name));
         let variables: Vec<&String> = self.choice.states.iter().chain(&self.choice.inputs).collect();
-        let known = self.beyond.iter().map(|state| beyond(run, &self.datum, state, &variables));
-        Ok(Record {
-            times_s: run.times_s.clone(),
-            inputs: chosen.chain(known).collect::<Result<_, _>>()?,
-            outputs: self.choice.outputs.iter().map(|name| run.deviations(name)).collect::<Result<_, _>>()?,
-        })
+        let mut inputs = chosen.collect::<Result<Vec<_>, _>>()?;
+        let mut outputs = self.choice.outputs.iter().map(|name| run.deviations(name)).collect::<Result<Vec<_>, ColumnError>>()?;
+        if !self.beyond.is_empty() {
+            let whole = Whole::of(run)?;
+            inputs.extend(self.beyond.iter().map(|state| whole.beyond(&self.datum, state, &variables)));
+            for (name, values) in self.choice.outputs.iter().zip(&mut outputs) {
+                let beyond = whole.beyond_output(&self.datum, name, &variables, &run.geometry);
+                values.iter_mut().zip(beyond.into_iter().flatten()).for_each(|(value, beyond)| *value -= beyond);
+            }
+        }
+        Ok(Record { times_s: run.times_s.clone(), inputs, outputs })
     }
 
     /// Puts controls that are held still in place of their noisy samples in a record of that run.
@@ -264,8 +273,11 @@ impl Linear {
 }
 
 fn check(choice: &Choice) -> Result<(), NoModel> {
-    if choice.states.is_empty() || choice.inputs.is_empty() {
-        return Err(NoModel::Empty);
+    if choice.states.is_empty() {
+        return Err(NoModel::NoState);
+    }
+    if choice.inputs.is_empty() {
+        return Err(NoModel::NoInput);
     }
     if let Some(name) = choice.states.iter().find(|name| !STATES.contains(&name.as_str())) {
         return Err(NoModel::State(name.clone()));
@@ -300,34 +312,41 @@ impl Measured<'_> {
     /// The row of an output, (8), (9).
     fn row(&self, name: &str, notes: &mut Vec<String>) -> Result<Vec<Entry>, NoModel> {
         let mut row = vec![Entry::default(); self.variables.len()];
-        let Datum { airspeed: v0, alpha, .. } = self.datum;
-        let (cos, sin) = (libm::cos(alpha), libm::sin(alpha));
+        let ([u0, _, w0], speed) = (self.datum.velocity(), self.datum.airspeed);
+        let s2 = u0 * u0 + w0 * w0;
+        let slopes = self.datum.flow_slopes(name).unwrap_or_default();
         let [x, y, z] = self.position(|run| run.geometry.vane_position_m, notes);
         let state = |name: &str| self.choice.states.iter().position(|state| state == name);
         let mut add = |variable: &str, factor: f64| match self.variables.iter().position(|known| *known == variable) {
             Some(place) => row[place].fixed += factor,
-            None if factor != 0.0 => {
+            // Without its velocity the motion is taken to have none; a rate that is missing turns the vane about.
+            None if factor != 0.0 && matches!(variable, "p" | "q" | "r") => {
                 notes.push(format!("`{name}` is taken at the centre of mass: `{variable}` is neither state nor input"));
             }
             None => {}
         };
+        // Velocities, or the flow angles that stand for them.
+        let mut flow = |[by_u, by_v, by_w]: [f64; 3]| {
+            add("u", by_u);
+            if state("beta").is_some() {
+                add("beta", by_v * speed)
+            } else {
+                add("v", by_v)
+            }
+            if state("alpha").is_some() { add("alpha", by_w * s2 / u0) } else { add("w", by_w) }
+        };
+        let turned =
+            |[by_u, by_v, by_w]: [f64; 3]| [("p", by_w * y - by_v * z), ("q", by_u * z - by_w * x), ("r", by_v * x - by_u * y)];
         match name {
             "beta" if state("v").is_some() || state("beta").is_some() => {
-                add(if state("v").is_some() { "v" } else { "beta" }, if state("v").is_some() { 1.0 / v0 } else { 1.0 });
-                add("r", x / v0);
-                add("p", -z / v0);
+                flow(slopes);
+                turned(slopes).into_iter().for_each(|(rate, factor)| add(rate, factor));
             }
             "alpha" if state("w").is_some() || state("alpha").is_some() => {
-                add(if state("w").is_some() { "w" } else { "alpha" }, if state("w").is_some() { 1.0 / (v0 * cos) } else { 1.0 });
-                add("q", -x / (v0 * cos));
-                add("p", y / (v0 * cos));
+                flow(slopes);
+                turned(slopes).into_iter().for_each(|(rate, factor)| add(rate, factor));
             }
-            "tas" if state("u").is_some() => {
-                add("u", cos);
-                if state("w").is_some() {
-                    add("w", sin);
-                }
-            }
+            "tas" if state("u").is_some() => flow(slopes),
             "ax" | "ay" | "az" => return self.specific_force(name, notes),
             "p" | "q" | "r" | "phi" | "theta" if state(name).is_some() => add(name, 1.0),
             _ => {

@@ -193,8 +193,8 @@ impl Live {
                 self.record.explain(&reason);
             }
             Ok(found) => {
-                let live_fit::Found { record, searched } = found;
-                let known = live_fit::is_known(&record);
+                let live_fit::Found { record, searched, coloured } = found;
+                let known = live_fit::is_known(&record) && !coloured;
                 self.record = OutputErrorRecord { time_s, fitted_s: time_s, dropped: self.record.dropped, ..record };
                 let settled = self.settled(time_s);
                 self.record.progress =

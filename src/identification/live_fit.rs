@@ -26,6 +26,8 @@ const OMEGA_KNOWN: f64 = 0.05;
 const ZETA_KNOWN: f64 = 0.02;
 /// Length of the last step, standard errors: one that is shorter is seen by nobody.
 const TOLERANCE: f64 = 0.02;
+/// Standard errors so many times those for white residuals (median) are of a model that something else acts on.
+const COLOURED: f64 = 2.0;
 
 const LATERAL: [&str; 4] = ["v", "p", "phi", "r"];
 const LONGITUDINAL: [&str; 4] = ["u", "w", "q", "theta"];
@@ -35,6 +37,8 @@ pub(super) struct Found {
     pub(super) record: OutputErrorRecord,
     /// Whether the search ended by itself.
     pub(super) searched: bool,
+    /// Whether the residuals are so far from white that the numbers are none to rely on.
+    pub(super) coloured: bool,
 }
 
 /// Whether its oscillation is known well enough to be told.
@@ -191,8 +195,11 @@ fn told(linear: &Linear, names: &[(Axis, Variable)], fitted: &Fitted, records: &
     let count = |records: &[Record]| records.iter().map(|record| record.times_s.len()).sum::<usize>();
     record.manoeuvres = u32::try_from(records.len()).unwrap_or(u32::MAX);
     record.samples = u32::try_from(count(records)).unwrap_or(u32::MAX);
+    let coloured = fitted.colour().is_some_and(|ratio| ratio > COLOURED);
     if !fitted.converged {
         record.explain("the search has not ended within its steps");
+    } else if coloured {
+        record.explain("residuals are far from white: something acts that the model lacks; errors may be too small");
     }
     let roots = |structure: &Structure| {
         modes(structure, &fitted.theta, &fitted.cov, &linear.datum.steps(linear.datum_std, &structure.states)).unwrap_or_default()
@@ -216,7 +223,7 @@ fn told(linear: &Linear, names: &[(Axis, Variable)], fitted: &Fitted, records: &
         let pairs = all.iter().filter(|root| root.imag > 0.0);
         record.coupled = pairs.min_by(|a, b| away(a).total_cmp(&away(b))).map(pair);
     }
-    Found { record, searched: fitted.converged }
+    Found { record, searched: fitted.converged, coloured }
 }
 
 fn pair(root: &Root) -> Oscillation {

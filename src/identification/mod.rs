@@ -27,6 +27,7 @@ pub mod responses;
 pub mod roots;
 pub mod start;
 pub mod steady_sideslip;
+mod suspected;
 pub mod test_point;
 pub mod velocity;
 pub mod vibration;

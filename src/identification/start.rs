@@ -115,10 +115,12 @@ fn measured(linear: &Linear, state: &str, record: &Record) -> Option<Vec<f64>> {
             record.inputs.get(place)
         })
     };
+    let ([u0, _, w0], speed) = (linear.datum.velocity(), linear.datum.airspeed);
+    let s = libm::hypot(u0, w0);
     let (channel, scale) = match state {
-        "v" => ("beta", linear.datum.airspeed),
-        "w" => ("alpha", linear.datum.airspeed * libm::cos(linear.datum.alpha)),
-        "u" => ("tas", 1.0 / libm::cos(linear.datum.alpha)),
+        "v" => ("beta", speed * speed / s),
+        "w" => ("alpha", s * s / u0),
+        "u" => ("tas", speed / u0),
         other => (other, 1.0),
     };
     let place = linear.choice.outputs.iter().position(|output| output == channel)?;

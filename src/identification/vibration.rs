@@ -1,7 +1,7 @@
 //! Vibration taken out of what was measured: lines in the residuals above every motion of the aircraft.
 //!
 //! Consumes an output as measured and as a first fit predicts it; takes from the measured one, at each frequency w above
-//! [`LEAST_OMEGA`] whose power is more than [`LINE`] times the median power there,
+//! [`LEAST_OMEGA`] whose power is more than [`LINE`] times the median power about it, for gusts leave much at low frequencies,
 //!     a_j cos(w t) + b_j sin(w t)     a_j, b_j by least squares over the residual, a window of [`WINDOW_S`] each        (1)
 //! A rotor's blades shake gyros and accelerometers ten times as much as their noise does. Left in, a line is taken for white
 //! noise: the gyros lose their weight to the vanes, and the colour of the residuals, which such a line never lets fade, is no
@@ -16,8 +16,10 @@ use core::f64::consts::TAU;
 
 /// Least frequency of a vibration, rad/s.
 pub const LEAST_OMEGA: f64 = 25.0;
-/// Power of a line over the median power.
+/// Power of a line over the median power about it.
 pub const LINE: f64 = 40.0;
+/// How far that goes, rad/s to each side.
+pub const ABOUT_OMEGA: f64 = 10.0;
 /// Length over which amplitude and phase are taken as constant, s.
 pub const WINDOW_S: f64 = 3.0;
 /// Most lines of one output.
@@ -113,10 +115,15 @@ fn strongest(series: &[(f64, f64)]) -> Option<f64> {
     let (power, step) = power(series)?;
     let from = libm::ceil(LEAST_OMEGA / step) as usize;
     let above = power.get(from..)?;
-    let (peak, most) = above.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
-    if !(*most > LINE * median(above)) {
-        return None;
-    }
+    let wide = libm::ceil(ABOUT_OMEGA / step) as usize;
+    let stands_out = |&(place, power): &(usize, &f64)| {
+        let about = above.get(place.saturating_sub(wide)..above.len().min(place + wide + 1)).unwrap_or_default();
+        *power > LINE * median(about)
+    };
+    // Few bins are as strong as that against all: the others need no median of their own.
+    let least = 0.1 * LINE * median(above);
+    let strong = above.iter().enumerate().filter(|(_, power)| **power > least).filter(stands_out);
+    let (peak, _) = strong.max_by(|a, b| a.1.total_cmp(b.1))?;
     let (peak, mean) = (from + peak, mean(series));
     // Thirds until the top is known.
     let size = |omega: f64| {
@@ -203,5 +210,17 @@ mod tests {
         // Without lines nothing is touched.
         let mut same = clean.clone();
         assert!(take_out(&times, &mut same, &motion).is_empty() && same == clean);
+        // What gusts leave falls with the square of the frequency and is no line, strong as it is at 25 rad/s.
+        let mut gust = 0.0;
+        let mut gusty: Vec<f64> = noise
+            .iter()
+            .zip(&clean)
+            .map(|(e, x)| {
+                gust = 0.98 * gust + 10.0 * e;
+                x + gust
+            })
+            .collect();
+        let lines = take_out(&times, &mut gusty, &motion);
+        assert!(lines.is_empty(), "{lines:?}");
     }
 }

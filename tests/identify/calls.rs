@@ -35,5 +35,24 @@ fn what_cannot_be_identified_is_refused_with_a_line() {
     let mut run = RunFile::read(&puma);
     run.rows.truncate(12);
     std::fs::write(&short, run.text()).unwrap();
-    refused(&["identify", path(&short), "--states", "p,r", "--inputs", "pedal"], &["do not tell"]);
+    // The call is right; the search comes to nothing.
+    let (status, out, said) = ended(&sideslip(&["identify", path(&short), "--states", "p,r", "--inputs", "pedal"]));
+    assert!(status == 1 && out.is_empty() && said.contains("do not tell"), "{status} {said}");
+    let slow = folder.join("slow.csv");
+    let mut run = RunFile::read(&puma);
+    let place = run.place("time");
+    let mut due = f64::NEG_INFINITY;
+    run.rows.retain(|row| {
+        let time_s: f64 = row[place].parse().unwrap();
+        let kept = time_s >= due;
+        due = if kept { time_s + 0.15 } else { due };
+        kept
+    });
+    std::fs::write(&slow, run.text()).unwrap();
+    refused(&["identify", path(&slow), "--states", "p,r", "--inputs", "pedal"], &["slow.csv", "expected 8 Hz"]);
+    let copy = folder.join("copy.csv");
+    std::fs::copy(&puma, &copy).unwrap();
+    for twice in [&[file, path(&copy)][..], &[file, "--holdout", path(&copy)]] {
+        refused(&[&["identify"], twice].concat(), &["copy.csv", "same recording"]);
+    }
 }

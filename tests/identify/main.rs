@@ -10,8 +10,10 @@
 #[path = "../support/program.rs"]
 mod program;
 
+mod banked;
 mod calls;
 mod flights;
 mod frequency;
+mod instruments;
 mod live;
 mod recordings;

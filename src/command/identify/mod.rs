@@ -7,6 +7,7 @@ mod points;
 mod points_chart;
 mod points_text;
 mod read;
+mod refusals;
 mod report;
 mod simulated;
 mod table;
@@ -22,16 +23,17 @@ use equation::Equation;
 use frequency::{Domain, InBand};
 use points::{TestPoint, test_point};
 use read::read;
+use refusals::{refuse_slow_rates, refuse_twice};
 use sideslip::error::{Failure, Outcome};
 use sideslip::identification::columns::Columns;
-use sideslip::identification::identify::{Instruments, Method, Wanted, identify, usual_choice};
+use sideslip::identification::identify::{Instruments, Method, NotIdentified, Wanted, identify, usual_choice};
 use sideslip::identification::linear::Choice;
 use sideslip::identification::test_point::{Condition, test_points};
 use sideslip::outputs::derivatives_json::derivatives_json;
 use sideslip::outputs::terminal::Style;
 use sideslip::pipeline::Config;
 use sideslip::regression::frequency::band::Band;
-use sideslip::regression::output_error::Settings;
+use sideslip::regression::output_error::{Refused, Settings};
 use sideslip::telemetry::mavlink::mapping::Config as Mapping;
 use simulated::Models;
 use std::path::PathBuf;
@@ -154,6 +156,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let (runs, mut losses): (Vec<_>, Vec<_>) = read_all(&args.files)?.into_iter().unzip();
     let (holdout, lost): (Vec<_>, Vec<_>) = read_all(&args.holdout)?.into_iter().unzip();
     losses.extend(lost);
+    let all: Vec<(&PathBuf, &Columns)> = inputs.iter().zip(runs.iter().chain(&holdout)).collect();
+    refuse_twice(&all)?;
 
     let to_standard_output = args.json.as_ref().is_some_and(|json| json.as_os_str() == "-");
     let style = if to_standard_output { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
@@ -166,6 +170,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         return Ok(ended(losses));
     }
     let choice = choice(args, usual_choice(&runs));
+    refuse_slow_rates(&all, &choice)?;
     let instruments = if args.doubt_instruments { Instruments::Doubted } else { Instruments::Believed };
     let in_band = band.map(|band| InBand::of(&runs, &choice, band));
     let wanted = Wanted { choice, only: None, instruments, method: args.method };
@@ -196,8 +201,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         }
         return Ok(ended(losses));
     }
-    let identified =
-        identify(&runs, &holdout, wanted, &Settings::default()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
+    let identified = identify(&runs, &holdout, wanted, &Settings::default()).map_err(not_identified)?;
 
     let by_run = ByRun::of(args, &mapping, band)?;
     let mut document = json::document(&identified, &by_run.json()?).map_err(|error| Failure::Running(error.to_string()))?;
@@ -217,6 +221,14 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         }
     }
     Ok(ended(losses))
+}
+
+/// A search that comes to nothing is no wrong call.
+fn not_identified(wrong: NotIdentified) -> Failure {
+    match wrong {
+        NotIdentified::Fit(Refused::Singular { .. } | Refused::Diverges { .. }) => Failure::Running(wrong.to_string()),
+        _ => Failure::Input(wrong.to_string()),
+    }
 }
 
 /// What each run says by itself.

@@ -87,15 +87,8 @@ pub(super) fn model(identified: &Identified, runs: &[Columns]) -> Option<String>
         let names = runs.first().map(|run| control.name(run.geometry.controls)).unwrap_or_default();
         mean(names)
     });
-    let trim = Trim {
-        u: datum.airspeed * libm::cos(datum.alpha),
-        v: 0.0,
-        w: datum.airspeed * libm::sin(datum.alpha),
-        phi: datum.phi,
-        theta: datum.theta,
-        rotor_speed: None,
-        controls,
-    };
+    let [u, v, w] = datum.velocity();
+    let trim = Trim { u, v, w, phi: datum.phi, theta: datum.theta, rotor_speed: None, controls };
     let mut model = LinearModel::about(trim);
     let mut stds = [[0.0; VARIABLES]; AXES];
     for (((axis, variable), value), std) in linear.derivatives.iter().zip(theta).zip(&identified.fitted.std) {

@@ -73,6 +73,16 @@ pub struct Fitted {
     pub does_not_belong: Vec<usize>,
 }
 
+impl Fitted {
+    /// How many times the standard errors are what white residuals would give: the median over the parameters.
+    pub fn colour(&self) -> Option<f64> {
+        let mut ratios: Vec<f64> = self.std.iter().zip(&self.std_cramer_rao).map(|(std, bound)| std / bound).collect();
+        ratios.retain(|ratio| ratio.is_finite());
+        ratios.sort_by(f64::total_cmp);
+        ratios.get(ratios.len() / 2).copied()
+    }
+}
+
 impl FittedRun {
     pub(crate) fn new(layout: &Layout, run: &Run, own: Own, own_std: Own, simulated: &Simulated) -> Self {
         let by_output = |values: &[f64]| -> Vec<Vec<f64>> {

@@ -120,8 +120,15 @@ impl fmt::Display for Refused {
                 write!(f, "run {}: the outputs of the starting values run out of the range of numbers", run + 1)
             }
             Refused::Singular { names, smallest } => {
+                if names.is_empty() || !smallest.is_finite() {
+                    return write!(f, "the search has run out of the range of numbers: the runs do not bear this model");
+                }
                 let names = names.join(", ");
-                write!(f, "the runs do not tell {names} where the search stands (smallest eigenvalue {smallest:.1e})")
+                write!(
+                    f,
+                    "the search has ended where the runs do not tell these, or not one from the other: {names} (smallest eigenvalue \
+                     {smallest:.1e}); an input that moves one of them alone would"
+                )
             }
         }
     }
