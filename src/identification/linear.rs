@@ -55,6 +55,8 @@ pub struct Linear {
     pub doubts: Vec<Doubt>,
     /// States whose kinematics beyond the linear part are known, as further inputs behind those that were chosen.
     pub beyond: Vec<String>,
+    /// Whether what the outputs do beyond their linear part is taken off what was measured, too.
+    pub whole_outputs: bool,
     /// What had to be left out or taken as something, in words.
     pub notes: Vec<String>,
 }
@@ -205,7 +207,7 @@ impl Linear {
         notes.sort();
         notes.dedup();
         let datum_std = Datum::std(runs);
-        Ok(Linear { choice, datum, datum_std, structure, derivatives, doubts: Vec::new(), beyond, notes })
+        Ok(Linear { choice, datum, datum_std, structure, derivatives, doubts: Vec::new(), beyond, whole_outputs: true, notes })
     }
 
     /// What a parameter is called.
@@ -235,7 +237,7 @@ impl Linear {
         if !self.beyond.is_empty() {
             let whole = Whole::of(run)?;
             inputs.extend(self.beyond.iter().map(|state| whole.beyond(&self.datum, state, &variables)));
-            for (name, values) in self.choice.outputs.iter().zip(&mut outputs) {
+            for (name, values) in self.choice.outputs.iter().zip(&mut outputs).filter(|_| self.whole_outputs) {
                 let beyond = whole.beyond_output(&self.datum, name, &variables, &run.geometry);
                 values.iter_mut().zip(beyond.into_iter().flatten()).for_each(|(value, beyond)| *value -= beyond);
             }

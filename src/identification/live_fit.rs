@@ -89,6 +89,8 @@ fn fit_with(
     let mut linear = Linear::new(choice, &columns, Some(&only)).map_err(|wrong| wrong.to_string())?;
     // The airspeed's accelerometer has no state where u is none.
     linear.notes.clear();
+    // Standard errors would be half as large then, and the noise of the controls, which they do not know of, as large as they.
+    linear.whole_outputs = false;
     let records = columns.iter().map(|run| {
         let mut record = linear.record(run)?;
         if config.hold_controls {

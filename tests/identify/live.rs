@@ -1,6 +1,6 @@
 //! Output error beside a replay: in its JSON, its log and its table, the same every time and through shared memory.
 
-use crate::program::{RunFile, ended, folder, path, puma, sideslip};
+use crate::program::{RunFile, ended, folder, own, path, puma, sideslip};
 use serde_json::Value;
 use std::path::Path;
 
@@ -41,6 +41,23 @@ fn streaming_is_repeatable_byte_for_byte_and_the_same_through_shared_memory() {
         answer["output_error"]["parameters"].as_array().unwrap().iter().map(|one| one["name"].as_str().unwrap()).collect();
     assert!(["N_v", "N_p", "N_r", "N_pedal"].iter().all(|name| names.contains(name)), "{names:?}");
     assert!(answer["output_error"]["age"].as_f64().unwrap() < 1.0);
+}
+
+#[test]
+fn what_something_else_acts_on_is_not_converged() {
+    let folder = folder("identify-live-lag");
+    let text = std::fs::read_to_string(own("replay/models/puma-like.toml")).unwrap();
+    let (model, run) = (folder.join("lag.toml"), folder.join("lag.csv"));
+    let lag = "[[effect]]\nkind = \"actuator_lag\"\ncontrol = \"pedal\"\ntau = 0.2\n";
+    std::fs::write(&model, format!("{text}\n{lag}")).unwrap();
+    let input = ["--input", "pedal:3211:0.02:0.7", "--noise", "--seed", "1"];
+    let (status, _, said) = ended(&sideslip(&[&["simulate", "--model", path(&model), "--out", path(&run)], &input[..]].concat()));
+    assert_eq!(status, 0, "{said}");
+    let (out, json) = replayed(&folder, &run, &[]);
+    let answer: Value = serde_json::from_str(&json).unwrap();
+    // N_r comes out with the wrong sign, ten standard errors off.
+    assert_eq!(answer["output_error"]["status"], "converging", "{out}");
+    assert!(out.contains("residuals are far from white"), "{out}");
 }
 
 #[test]
