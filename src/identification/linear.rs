@@ -327,8 +327,9 @@ impl Measured<'_> {
             }
             None => {}
         };
-        // Velocities, or the flow angles that stand for them.
-        let mut flow = |[by_u, by_v, by_w]: [f64; 3]| {
+        let [by_u, by_v, by_w] = slopes;
+        // Velocities, or the flow angles that stand for them; and what the rates add to them at the vane.
+        let mut flow = || {
             add("u", by_u);
             if state("beta").is_some() {
                 add("beta", by_v * speed)
@@ -337,18 +338,13 @@ impl Measured<'_> {
             }
             if state("alpha").is_some() { add("alpha", by_w * s2 / u0) } else { add("w", by_w) }
         };
-        let turned =
-            |[by_u, by_v, by_w]: [f64; 3]| [("p", by_w * y - by_v * z), ("q", by_u * z - by_w * x), ("r", by_v * x - by_u * y)];
+        let turned = [("p", by_w * y - by_v * z), ("q", by_u * z - by_w * x), ("r", by_v * x - by_u * y)];
         match name {
-            "beta" if state("v").is_some() || state("beta").is_some() => {
-                flow(slopes);
-                turned(slopes).into_iter().for_each(|(rate, factor)| add(rate, factor));
+            "beta" | "alpha" if state(name).is_some() || state(if name == "beta" { "v" } else { "w" }).is_some() => {
+                flow();
+                turned.into_iter().for_each(|(rate, factor)| add(rate, factor));
             }
-            "alpha" if state("w").is_some() || state("alpha").is_some() => {
-                flow(slopes);
-                turned(slopes).into_iter().for_each(|(rate, factor)| add(rate, factor));
-            }
-            "tas" if state("u").is_some() => flow(slopes),
+            "tas" if state("u").is_some() => flow(),
             "ax" | "ay" | "az" => return self.specific_force(name, notes),
             "p" | "q" | "r" | "phi" | "theta" if state(name).is_some() => add(name, 1.0),
             _ => {

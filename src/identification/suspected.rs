@@ -21,8 +21,8 @@ const MOVES: f64 = 2.0;
 pub(super) fn unlike(flown: &Flown, outputs: &[String]) -> Option<String> {
     let off = outputs.iter().zip(&flown.scores).zip(&flown.record.outputs).filter_map(|((name, score), measured)| {
         let score = score.as_ref()?;
-        let known: Vec<(f64, f64)> = flown.record.times_s.iter().copied().zip(measured.iter().copied()).collect();
-        let known: Vec<(f64, f64)> = known.into_iter().filter(|(_, value)| value.is_finite()).collect();
+        let samples = flown.record.times_s.iter().copied().zip(measured.iter().copied());
+        let known: Vec<(f64, f64)> = samples.filter(|(_, value)| value.is_finite()).collect();
         let times = score.rms / noise(&known);
         (score.vaf < 1.0 - LEFT && times > TIMES_NOISE)
             .then(|| format!("`{name}` (VAF {:.2}, {times:.0} times its noise)", score.vaf))

@@ -57,8 +57,8 @@ fn all_eight_states_come_back_from_four_runs_and_predict_a_fifth() {
             eprintln!("{axis}_{variable} {found:.5} +- {std:.5}, truth {known:.5}: {errors:.1} s.e.");
             off += errors * errors;
             count += 1.0;
-            // Beside chance: the trim that the known kinematics stand on is itself measured, and no standard error has that. Over
-            // all errors are 1.9 standard errors rms (of a percent and less).
+            // Beside chance: the noise of the controls' transducers, which the model flies and no standard error has. Over all
+            // errors are 1.9 standard errors rms (of a percent and less).
             assert!(
                 (found - known).abs() < 3.0 * std + 0.01 * known.abs() + 0.005,
                 "{axis}_{variable}: {found} +- {std}, truth {known}"

@@ -23,17 +23,17 @@ use equation::Equation;
 use frequency::{Domain, InBand};
 use points::{TestPoint, test_point};
 use read::read;
-use refusals::{refuse_slow_rates, refuse_twice};
+use refusals::{not_identified, refuse_slow_rates, refuse_twice};
 use sideslip::error::{Failure, Outcome};
 use sideslip::identification::columns::Columns;
-use sideslip::identification::identify::{Instruments, Method, NotIdentified, Wanted, identify, usual_choice};
+use sideslip::identification::identify::{Instruments, Method, Wanted, identify, usual_choice};
 use sideslip::identification::linear::Choice;
 use sideslip::identification::test_point::{Condition, test_points};
 use sideslip::outputs::derivatives_json::derivatives_json;
 use sideslip::outputs::terminal::Style;
 use sideslip::pipeline::Config;
 use sideslip::regression::frequency::band::Band;
-use sideslip::regression::output_error::{Refused, Settings};
+use sideslip::regression::output_error::Settings;
 use sideslip::telemetry::mavlink::mapping::Config as Mapping;
 use simulated::Models;
 use std::path::PathBuf;
@@ -221,14 +221,6 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         }
     }
     Ok(ended(losses))
-}
-
-/// A search that comes to nothing is no wrong call.
-fn not_identified(wrong: NotIdentified) -> Failure {
-    match wrong {
-        NotIdentified::Fit(Refused::Singular { .. } | Refused::Diverges { .. }) => Failure::Running(wrong.to_string()),
-        _ => Failure::Input(wrong.to_string()),
-    }
 }
 
 /// What each run says by itself.

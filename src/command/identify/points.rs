@@ -4,6 +4,7 @@
 //! the pedal, static derivatives of steady sideslips, the simulation's, and from a fit without N_p and L_r the N_p that (27) and
 //! (29) of `effective_damping` derive, with the roots of the lateral subsystem that follows.
 
+use super::refusals::not_identified;
 use sideslip::error::Failure;
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::model::LinearModel;
@@ -143,15 +144,14 @@ pub(super) fn test_point(
     simulation: Option<Simulation>,
 ) -> Result<TestPoint, Failure> {
     let settings = Settings::default();
-    let wrong = |error: &dyn std::fmt::Display| Failure::Input(error.to_string());
-    let identified = identify(runs, holdout, wanted.clone(), &settings).map_err(|error| wrong(&error))?;
+    let identified = identify(runs, holdout, wanted.clone(), &settings).map_err(not_identified)?;
     let conditions: Vec<Condition> = runs.iter().map(Condition::of).collect();
     let has_tail = runs.iter().all(|run| run.has("tail_pitch"));
     let pedals = |name: &String| matches!(name.as_str(), "pedal" | "rudder");
     let by_tail_pitch = if has_tail && wanted.choice.inputs.iter().any(pedals) {
         let mut other = wanted.clone();
         other.choice.inputs.iter_mut().filter(|name| pedals(name)).for_each(|name| "tail_pitch".clone_into(name));
-        Some(identify(runs, &[], other, &settings).map_err(|error| wrong(&error))?)
+        Some(identify(runs, &[], other, &settings).map_err(not_identified)?)
     } else {
         None
     };

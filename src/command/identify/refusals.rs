@@ -1,9 +1,11 @@
-//! Runs that no derivatives are told from.
+//! Runs that no derivatives are told from, and what is said of a search that fails.
 
 use sideslip::error::Failure;
 use sideslip::identification::columns::Columns;
+use sideslip::identification::identify::NotIdentified;
 use sideslip::identification::linear::Choice;
 use sideslip::pipeline::Config;
+use sideslip::regression::output_error::Refused;
 use std::path::PathBuf;
 
 /// A run that is there twice would count twice, and one that is fitted foretells itself.
@@ -33,4 +35,12 @@ pub(super) fn refuse_slow_rates(runs: &[(&PathBuf, &Columns)], choice: &Choice) 
         }
     }
     Ok(())
+}
+
+/// A search that comes to nothing is no wrong call.
+pub(super) fn not_identified(wrong: NotIdentified) -> Failure {
+    match wrong {
+        NotIdentified::Fit(Refused::Singular { .. } | Refused::Diverges { .. }) => Failure::Running(wrong.to_string()),
+        _ => Failure::Input(wrong.to_string()),
+    }
 }
