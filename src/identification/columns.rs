@@ -185,6 +185,22 @@ impl Columns {
         if count > 1.0 { libm::sqrt(sum / (count * (count - 1.0))) } else { 0.0 }
     }
 
+    /// Scatter of its samples in the trim's window over that in the whole record, rms about the window's mean.
+    ///
+    /// # Errors
+    /// As for [`Columns::trim`].
+    pub fn unsteadiness(&self, name: &str) -> Result<f64, ColumnError> {
+        let end_s = self.times_s.first().map_or(f64::NAN, |first_s| first_s + self.trim_window_s);
+        let rms = |values: &[f64]| {
+            let known = values.iter().filter(|value| value.is_finite());
+            let (sum, count) = known.fold((0.0, 0.0), |(sum, count), value| (sum + value * value, count + 1.0));
+            libm::sqrt(sum / count)
+        };
+        let values = self.deviations(name)?;
+        let window = values.get(..self.times_s.partition_point(|time_s| *time_s <= end_s)).unwrap_or_default();
+        Ok(rms(window) / rms(&values))
+    }
+
     /// Slope of a straight line through its samples in the trim's window, a second; NaN where there are too few.
     pub fn trim_slope(&self, name: &str) -> f64 {
         let Ok(values) = self.raw(name) else { return f64::NAN };
@@ -274,6 +290,7 @@ mod tests {
         let run = columns(&[0.0, 0.1, 0.2, 0.3, 0.4, 0.5], &[1.0, 3.0, nan, 7.0, nan, nan]);
         assert_eq!(run.trim("p"), Ok(2.0));
         assert!((run.trim_std("p") - 1.0).abs() < 1e-12 && run.trim_std("q").abs() < 1e-12);
+        assert!(run.unsteadiness("p").unwrap() > 0.0);
         let lines = run.lines("p").unwrap();
         assert!(
             lines.iter().zip([-1.0, 1.0, 3.0, 5.0, 5.0, 5.0]).all(|(found, known)| (found - known).abs() < 1e-12),

@@ -5,7 +5,7 @@
 
 use super::columns::{ColumnError, Columns};
 use super::disturbed::disturbances;
-use super::linear::{Choice, Linear, NoModel};
+use super::linear::{Choice, Linear, NoModel, is_control};
 use super::prediction::{Score, score};
 use super::roots::{Modes, modes};
 use super::start::starts;
@@ -155,6 +155,7 @@ pub fn identify(runs: &[Columns], holdout: &[Columns], wanted: Wanted, settings:
     }
     linear.notes.extend(coloured(&fitted));
     linear.notes.extend(unexcited(&linear.choice, runs));
+    linear.notes.extend(runs.iter().filter_map(|run| unsteady(&linear.choice, run)));
     if !doubted && !filtered && fitted.converged {
         linear.notes.extend(suspected(&linear, &records, &fitted, settings));
     }
@@ -220,6 +221,25 @@ fn unexcited(choice: &Choice, runs: &[Columns]) -> Option<String> {
         "{axes}: no {plane} control moved beside the others, so these derivatives hold what was left of that motion in these runs \
          and are not the aircraft's; fly the {plane} controls too"
     ))
+}
+
+/// A control that moves in the trim's window by this part of what it does in the whole run has no trim there.
+const UNSTEADY: f64 = 0.3;
+
+/// Says of a run whose trim is taken while a control moves: deviations, speed and attitude are then from no trim at all.
+fn unsteady(choice: &Choice, run: &Columns) -> Option<String> {
+    let moves = |name: &&String| {
+        let rms = run.deviations(name).map_or(0.0, |values| libm::sqrt(square_mean(&values)));
+        is_control(name) && rms > STILL_RAD && run.unsteadiness(name).is_ok_and(|part| part > UNSTEADY)
+    };
+    let moving: Vec<String> = choice.inputs.iter().filter(moves).map(|name| format!("`{name}`")).collect();
+    (!moving.is_empty()).then(|| {
+        format!(
+            "{}: {} moves in the window its trim is taken from; give one in which nothing happens yet (`--trim-window`)",
+            run.run,
+            moving.join(", ")
+        )
+    })
 }
 
 /// In trim, nothing of a run's own.

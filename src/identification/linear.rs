@@ -119,7 +119,7 @@ pub fn axis(state: &str) -> Option<char> {
     }
 }
 
-fn is_control(name: &str) -> bool {
+pub(super) fn is_control(name: &str) -> bool {
     name == "tail_pitch" || Variable::from_name(name).is_some_and(|variable| Variable::CONTROLS.contains(&variable))
 }
 
