@@ -140,6 +140,19 @@ pub fn library(problem: &Problem, present: &[Effect]) -> Vec<Entry> {
     entries
 }
 
+/// Squares of sideways motion in the forces and the moment of the plane of symmetry, which is what its own symmetry leaves of
+/// sideways motion there. No kind of cause by themselves: a simulation has them, and another aircraft has others.
+pub fn even_terms(problem: &Problem, present: &[Effect]) -> Vec<Entry> {
+    let sideways = [Variable::V, Variable::P, Variable::R];
+    let axes = [Axis::X, Axis::Z, Axis::M].into_iter().filter(|axis| !problem.silent[axis.index()]);
+    let squares = axes.flat_map(|axis| sideways.map(|x| Effect::Nonlinear { axis, term: Term::Product(x, x), coefficient: 0.0 }));
+    let entry = |effect| {
+        let candidate = Candidate { column: problem.column_of(&effect, 0), moved: Vec::new() };
+        Entry { effect, candidate, component: 0, shared: false, prior_std: None }
+    };
+    squares.filter(|effect| !present.iter().any(|there| same_cause(there, effect))).map(entry).collect()
+}
+
 /// Controls that act on anything.
 fn moved_or_still(problem: &Problem) -> Vec<Control> {
     let acts =

@@ -20,6 +20,7 @@ pub mod companions;
 mod covariance;
 pub mod diagnose;
 pub mod driven;
+mod exchange;
 pub mod explain;
 pub mod filter;
 pub mod flight_path;

@@ -44,18 +44,24 @@ pub fn screen(local: &Local, entries: &[Entry], usual: &[f64; AXES]) -> Vec<Scor
             let information = local.diagonal.get(place)? - column.dot(&reduced.column(place));
             let pull = local.candidate_pull.get(place)? - column.dot(&answer);
             let prior_std = prior_of(entry, local, place, usual)?;
-            let information = information.max(0.0);
-            // What the data hardly know anything of is nobody's cause.
-            if information * prior_std * prior_std < KNOWN {
-                return None;
-            }
-            let whole = information + 1.0 / (prior_std * prior_std);
-            let gain = pull * pull / whole - libm::log(1.0 + prior_std * prior_std * information);
-            gain.is_finite().then(|| Score { entry: place, gain, size: pull / whole, std: 1.0 / libm::sqrt(whole), prior_std })
+            let (gain, size, std) = scored(information, pull, prior_std)?;
+            Some(Score { entry: place, gain, size, std, prior_std })
         })
         .collect();
     scores.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     scores
+}
+
+/// Gain (2), size (1) and its standard error from I, u and s; `None` where the data hardly know anything of it.
+pub(super) fn scored(information: f64, pull: f64, prior_std: f64) -> Option<(f64, f64, f64)> {
+    let variance = prior_std * prior_std;
+    // What the data hardly know anything of is nobody's cause.
+    if !(information * variance >= KNOWN) {
+        return None;
+    }
+    let whole = information + 1.0 / variance;
+    let gain = pull * pull / whole - libm::log(1.0 + variance * information);
+    gain.is_finite().then(|| (gain, pull / whole, 1.0 / libm::sqrt(whole)))
 }
 
 /// s of an entry, the candidate at that place: its own, or what makes its force as large as is usual on its axis.

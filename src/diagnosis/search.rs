@@ -361,7 +361,7 @@ fn drowned(problem: &Problem, effect: &Effect) -> bool {
 }
 
 /// The effect that an entry's score stands for.
-fn sized(entry: &Entry, score: &Score) -> Effect {
+pub(super) fn sized(entry: &Entry, score: &Score) -> Effect {
     let size = match entry.effect {
         _ if entry.shared => return entry.effect,
         // A factor stays positive.

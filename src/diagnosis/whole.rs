@@ -5,17 +5,24 @@
 //! the model's tolerance, until all that stay are off by so many. Then the search goes on from there. What is left of a model
 //! that is wrong in another way stays left: the caller judges that as after the search.
 
-use super::library::library;
-use super::linearise::With;
+use super::exchange::{InPlace, in_place};
+use super::library::{Entry, even_terms, library};
+use super::linearise::{Local, With};
 use super::point::{Hypothesis, Point};
 use super::problem::Problem;
-use super::screen::prior_of;
-use super::search::{Rival, SETTLED, Searched, Settings, go_on, usual_forces};
+use super::screen::{Score, axis_of, prior_of};
+use super::search::{Rival, SETTLED, Searched, Settings, go_on, sized, usual_forces};
 use crate::flight::derivative::{Axis, Variable};
 use crate::flight::effect::Effect;
 
 /// Standard errors that a derivative is off by.
 const SURE: f64 = 4.0;
+
+/// How much lower the evidence must be for an exchange.
+const BETTER: f64 = 6.0;
+
+/// Exchanges that are tried at once.
+const OFFERS: usize = 3;
 
 /// Part of what is there that derivatives alone may leave, so that it is worth while to go on.
 const PROMISING: f64 = 0.3;
@@ -25,32 +32,82 @@ pub fn whole(problem: &Problem, from: &Searched, settings: &Settings) -> Option<
     let mut point = problem.zero();
     point.force = from.point.force;
     point.hypotheses = off(problem, &point)?;
-    let (rivals, local) = loop {
-        let (there, local) = problem.settle(point, SETTLED)?;
-        point = there;
-        // A derivative with size x, error s and s_0 beforehand is worth x^2/s^2 - ln(s_0^2/s^2) (Savage and Dickey).
-        let rivals = point.hypotheses.iter().enumerate().map(|(place, hypothesis)| {
-            let std = local.std(point.place_of(place));
-            let z = hypothesis.effect.main_number().unwrap_or(0.0) / std;
-            let odds = z * z - 2.0 * libm::log(hypothesis.prior_std / std);
-            Rival { effect: hypothesis.effect, std, odds, fitted: true }
-        });
-        let rivals: Vec<Rival> = rivals.collect();
-        let count = rivals.len();
-        let sure = |rival: &Rival| libm::fabs(rival.effect.main_number().unwrap_or(0.0)) > SURE * rival.std;
-        let kept: Vec<Hypothesis> =
-            point.hypotheses.iter().zip(&rivals).filter(|(_, rival)| sure(rival)).map(|(kept, _)| *kept).collect();
-        if kept.len() == count {
-            break (rivals, local);
-        }
-        point.hypotheses = kept;
-    };
+    let (mut point, mut local) = only_sure(problem, point)?;
     let left: f64 = problem.unexplained(&point)?.iter().sum();
     if !(left < PROMISING * from.before.iter().sum::<f64>()) {
         return None;
     }
-    let rivals = rivals.into_iter().map(|rival| vec![rival]).collect();
+    for _ in 0..point.hypotheses.len() {
+        let Some(better) = exchanged(problem, &point, &local) else { break };
+        (point, local) = better;
+    }
+    let rivals = rivals(problem, &point)?;
     go_on(problem, (point, local), rivals, from.before, settings)
+}
+
+/// The point with those hypotheses alone that are off by more than [`SURE`] standard errors, settled.
+fn only_sure(problem: &Problem, mut point: Point) -> Option<(Point, Local)> {
+    loop {
+        let (there, local) = problem.settle(point, SETTLED)?;
+        let size = |hypothesis: &Hypothesis| libm::fabs(hypothesis.effect.main_number().unwrap_or(0.0));
+        let sure = |&(place, hypothesis): &(usize, &Hypothesis)| size(hypothesis) > SURE * local.std(there.place_of(place));
+        let kept: Vec<Hypothesis> = there.hypotheses.iter().enumerate().filter(sure).map(|(_, kept)| *kept).collect();
+        if kept.len() == there.hypotheses.len() {
+            return Some((there, local));
+        }
+        point = Point { hypotheses: kept, ..there };
+    }
+}
+
+/// What each hypothesis gains, and what others would in its place: entry, its score, and how much more it gains.
+fn standing(problem: &Problem, point: &Point) -> Option<(Vec<Entry>, Vec<(f64, Vec<(Score, f64)>)>)> {
+    let present = problem.effects(point);
+    let forces = library(problem, &present).into_iter().filter(|entry| axis_of(&entry.effect).is_some());
+    let entries: Vec<Entry> = forces.chain(even_terms(problem, &present)).collect();
+    let candidates: Vec<_> = entries.iter().map(|entry| &entry.candidate).collect();
+    let wide = problem.linearise(point, &candidates, With::Slopes)?;
+    let usual = usual_forces(problem);
+    let all = (0..point.hypotheses.len()).map(|number| {
+        let InPlace { own, others } = in_place(&wide, point, number, &entries, &usual)?;
+        let more = |score: Score| (score, score.gain - own);
+        Some((own, others.into_iter().map(more).collect()))
+    });
+    let all = all.collect::<Option<Vec<_>>>()?;
+    Some((entries, all))
+}
+
+/// With one hypothesis exchanged for what stands better in its place, where the evidence bears that out.
+fn exchanged(problem: &Problem, point: &Point, local: &Local) -> Option<(Point, Local)> {
+    let (entries, all) = standing(problem, point)?;
+    let mut offers: Vec<(usize, Score, f64)> = Vec::new();
+    for (number, (_, others)) in all.into_iter().enumerate() {
+        offers.extend(others.into_iter().take(1).map(|(score, more)| (number, score, more)));
+    }
+    offers.retain(|(_, _, more)| *more > BETTER);
+    offers.sort_by(|a, b| b.2.total_cmp(&a.2));
+    offers.into_iter().take(OFFERS).find_map(|(number, score, _)| {
+        let entry = entries.get(score.entry)?;
+        let mut other = point.clone();
+        *other.hypotheses.get_mut(number)? = Hypothesis::of(sized(entry, &score), score.prior_std);
+        let (there, found) = only_sure(problem, other)?;
+        (found.evidence() < local.evidence() - BETTER).then_some((there, found))
+    })
+}
+
+/// Each hypothesis with what else it may be.
+fn rivals(problem: &Problem, point: &Point) -> Option<Vec<Vec<Rival>>> {
+    let (entries, all) = standing(problem, point)?;
+    let local = problem.linearise(point, &[], With::Slopes)?;
+    let ranked = point.hypotheses.iter().zip(all).enumerate().map(|(number, (hypothesis, (own, others)))| {
+        let std = local.std(point.place_of(number));
+        let mut ranked = vec![Rival { effect: hypothesis.effect, std, odds: own, fitted: true }];
+        ranked.extend(others.into_iter().filter_map(|(score, _)| {
+            let effect = sized(entries.get(score.entry)?, &score);
+            Some(Rival { effect, std: score.std, odds: score.gain, fitted: false })
+        }));
+        ranked
+    });
+    Some(ranked.collect())
 }
 
 /// The derivatives that are off, each with its prior, where all are free at once.

@@ -1,0 +1,62 @@
+//! Many causes at once: what would stand for each of them, were it not there.
+//!
+//! Consumes the neighbourhood of a point, A and b of (1) of `problem`; produces for a hypothesis with size theta at place p, and
+//! for each candidate besides, what it gains where theta is nothing and all others are free to answer,
+//!     b' = b + A_p theta     u_c' = u_c + c_p theta                                                   (1)
+//! without row and column p, and then (1) and (2) of `screen`. Two that gain alike are not told apart by these runs, and one
+//! that gains more than the hypothesis itself is the likelier cause.
+
+use super::library::Entry;
+use super::linearise::Local;
+use super::point::Point;
+use super::screen::{Score, prior_of, scored};
+use crate::flight::derivative::AXES;
+use nalgebra::Cholesky;
+
+/// What a hypothesis gains, and what each entry of the library would in its place.
+#[derive(Clone, Debug)]
+pub struct InPlace {
+    /// Its own gain.
+    pub own: f64,
+    /// The entries', the greatest gain first.
+    pub others: Vec<Score>,
+}
+
+/// For the hypothesis at this place among the point's, one with a single number.
+pub fn in_place(
+    local: &Local,
+    point: &Point,
+    hypothesis: usize,
+    entries: &[Entry],
+    usual: &[f64; AXES],
+) -> Option<InPlace> {
+    let place = point.place_of(hypothesis);
+    let one = point.hypotheses.get(hypothesis)?;
+    let theta = point.number((hypothesis, 0)) - one.beforehand(0);
+    let weight = 1.0 / (one.prior_std * one.prior_std);
+    let all = local.factor.l() * local.factor.l().transpose();
+    let column = all.column(place).remove_row(place);
+    let factor = Cholesky::new(all.clone().remove_row(place).remove_column(place))?;
+    let pull = local.pull.clone().remove_row(place) + &column * theta;
+    let answer = factor.solve(&pull);
+    // What the data alone know of it: the prior's part undone.
+    let information = all[(place, place)] - weight - column.dot(&factor.solve(&column));
+    let own_pull = local.pull.get(place)? + all[(place, place)] * theta - column.dot(&answer);
+    let own = scored(information, own_pull, one.prior_std).map_or(0.0, |(gain, ..)| gain);
+    let cross = local.cross.clone().remove_row(place);
+    let reduced = factor.solve(&cross);
+    let mut others: Vec<Score> = entries
+        .iter()
+        .enumerate()
+        .filter_map(|(number, entry)| {
+            let column = cross.column(number);
+            let information = local.diagonal.get(number)? - column.dot(&reduced.column(number));
+            let pull = local.candidate_pull.get(number)? + local.cross[(place, number)] * theta - column.dot(&answer);
+            let prior_std = prior_of(entry, local, number, usual)?;
+            let (gain, size, std) = scored(information, pull, prior_std)?;
+            Some(Score { entry: number, gain, size, std, prior_std })
+        })
+        .collect();
+    others.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    Some(InPlace { own, others })
+}
