@@ -51,6 +51,11 @@ impl Aircraft {
         self.level1.is_none() && !self.linear.speaks_of(axis)
     }
 
+    /// Whether it is more than linear.
+    pub fn is_curved(&self) -> bool {
+        self.level1.is_some()
+    }
+
     /// The trim.
     pub fn trim(&self) -> &Trim {
         &self.linear.trim

@@ -287,7 +287,7 @@ fn findings(problem: &Problem, searched: &Searched) -> Vec<Finding> {
             number += 1;
             picture = pictures.next().flatten();
             let hypothesis = searched.point.hypotheses.get(place)?;
-            let std = searched.local.std(searched.point.main_place_of(place));
+            let std = searched.std(place);
             Ranked { effect: hypothesis.effect, std, ..*first }
         };
         Some(Finding { cause, ranking, held_out: None, against: picture })

@@ -23,13 +23,7 @@ pub struct InPlace {
 }
 
 /// For the hypothesis at this place among the point's, one with a single number.
-pub fn in_place(
-    local: &Local,
-    point: &Point,
-    hypothesis: usize,
-    entries: &[Entry],
-    usual: &[f64; AXES],
-) -> Option<InPlace> {
+pub fn in_place(local: &Local, point: &Point, hypothesis: usize, entries: &[Entry], usual: &[f64; AXES]) -> Option<InPlace> {
     let place = point.place_of(hypothesis);
     let one = point.hypotheses.get(hypothesis)?;
     let theta = point.number((hypothesis, 0)) - one.beforehand(0);

@@ -140,17 +140,21 @@ pub fn library(problem: &Problem, present: &[Effect]) -> Vec<Entry> {
     entries
 }
 
-/// Squares of sideways motion in the forces and the moment of the plane of symmetry, which is what its own symmetry leaves of
-/// sideways motion there. No kind of cause by themselves: a simulation has them, and another aircraft has others.
-pub fn even_terms(problem: &Problem, present: &[Effect]) -> Vec<Entry> {
-    let sideways = [Variable::V, Variable::P, Variable::R];
-    let axes = [Axis::X, Axis::Z, Axis::M].into_iter().filter(|axis| !problem.silent[axis.index()]);
-    let squares = axes.flat_map(|axis| sideways.map(|x| Effect::Nonlinear { axis, term: Term::Product(x, x), coefficient: 0.0 }));
+/// What a simulation has of second order in sideways motion, and another aircraft may have otherwise: by its symmetry squares in
+/// the plane of symmetry, and out of it what turns its sign.
+pub fn curvature(problem: &Problem, present: &[Effect]) -> Vec<Entry> {
+    let (v, p, r) = (Variable::V, Variable::P, Variable::R);
+    let axes = Axis::ALL.into_iter().filter(|axis| !problem.silent[axis.index()]);
+    let terms = |axis: Axis| match axis {
+        Axis::X | Axis::Z | Axis::M => [v, p, r].map(|x| Term::Product(x, x)),
+        _ => [Term::SignedSquare(v), Term::Product(v, v), Term::Cube(v)],
+    };
+    let effects = axes.flat_map(|axis| terms(axis).map(|term| Effect::Nonlinear { axis, term, coefficient: 0.0 }));
     let entry = |effect| {
         let candidate = Candidate { column: problem.column_of(&effect, 0), moved: Vec::new() };
         Entry { effect, candidate, component: 0, shared: false, prior_std: None }
     };
-    squares.filter(|effect| !present.iter().any(|there| same_cause(there, effect))).map(entry).collect()
+    effects.filter(|effect| !present.iter().any(|there| same_cause(there, effect))).map(entry).collect()
 }
 
 /// Controls that act on anything.

@@ -78,6 +78,16 @@ pub struct Searched {
     pub rivals: Vec<Vec<Rival>>,
     /// What was looked at last and refused.
     pub refused: Vec<Rival>,
+    /// Standard errors of the causes' main numbers where more is in doubt than at the point itself; none elsewhere.
+    pub stds: Vec<f64>,
+}
+
+impl Searched {
+    /// Standard error of a cause's main number, by its place among the point's hypotheses.
+    pub fn std(&self, place: usize) -> f64 {
+        let own = self.local.std(self.point.main_place_of(place));
+        self.stds.get(place).copied().map_or(own, |std| std.max(own))
+    }
 }
 
 /// What causes are worth beforehand: all kinds alike, and within a kind all of its causes in the library.
@@ -149,7 +159,7 @@ pub(super) fn go_on(
     }
     let local = problem.linearise(&point, &[], With::Traces).unwrap_or(local);
     let left = problem.unexplained(&point)?;
-    Some(Searched { left, before, point, local, rivals, refused })
+    Some(Searched { left, before, point, local, rivals, refused, stds: Vec::new() })
 }
 
 /// A cause that is known beforehand, by the explanation that the runs bear out best.

@@ -1,12 +1,12 @@
 //! A model that is wrong in many derivatives at once: all of them fitted together, those kept that are really off.
 //!
 //! Consumes the problem; with every derivative of the axes that the model speaks of as free as the search's own priors make one
-//! alone, and all at once, those that come out off by more than `SURE` standard errors become causes, and the others go back to
+//! alone (and what a simulation has of second order in sideways motion), and all at once, those that come out off by more than `SURE` standard errors become causes, and the others go back to
 //! the model's tolerance, until all that stay are off by so many. Then the search goes on from there. What is left of a model
 //! that is wrong in another way stays left: the caller judges that as after the search.
 
 use super::exchange::{InPlace, in_place};
-use super::library::{Entry, even_terms, library};
+use super::library::{Entry, curvature, library};
 use super::linearise::{Local, With};
 use super::point::{Hypothesis, Point};
 use super::problem::Problem;
@@ -42,7 +42,9 @@ pub fn whole(problem: &Problem, from: &Searched, settings: &Settings) -> Option<
         (point, local) = better;
     }
     let rivals = rivals(problem, &point)?;
-    go_on(problem, (point, local), rivals, from.before, settings)
+    let mut searched = go_on(problem, (point, local), rivals, from.before, settings)?;
+    searched.stds = with_all_in_doubt(problem, &searched.point)?;
+    Some(searched)
 }
 
 /// The point with those hypotheses alone that are off by more than [`SURE`] standard errors, settled.
@@ -62,8 +64,7 @@ fn only_sure(problem: &Problem, mut point: Point) -> Option<(Point, Local)> {
 /// What each hypothesis gains, and what others would in its place: entry, its score, and how much more it gains.
 fn standing(problem: &Problem, point: &Point) -> Option<(Vec<Entry>, Vec<(f64, Vec<(Score, f64)>)>)> {
     let present = problem.effects(point);
-    let forces = library(problem, &present).into_iter().filter(|entry| axis_of(&entry.effect).is_some());
-    let entries: Vec<Entry> = forces.chain(even_terms(problem, &present)).collect();
+    let entries: Vec<Entry> = library(problem, &present).into_iter().filter(|entry| axis_of(&entry.effect).is_some()).collect();
     let candidates: Vec<_> = entries.iter().map(|entry| &entry.candidate).collect();
     let wide = problem.linearise(point, &candidates, With::Slopes)?;
     let usual = usual_forces(problem);
@@ -110,30 +111,52 @@ fn rivals(problem: &Problem, point: &Point) -> Option<Vec<Vec<Rival>>> {
     Some(ranked.collect())
 }
 
-/// The derivatives that are off, each with its prior, where all are free at once.
-fn off(problem: &Problem, start: &Point) -> Option<Vec<Hypothesis>> {
-    let entries: Vec<_> =
-        library(problem, &problem.fixed).into_iter().filter(|entry| matches!(entry.effect, Effect::Derivative { .. })).collect();
+/// The problem with every derivative as free as the search's own priors make one alone, and what of the simulation's curvature is
+/// in doubt with them: a model that is wrong in many derivatives is right in the others only within such bounds.
+fn in_doubt(problem: &Problem, point: &Point) -> Option<(Problem, Vec<Hypothesis>)> {
+    let present = problem.effects(point);
+    let derivatives = library(problem, &present).into_iter().filter(|entry| matches!(entry.effect, Effect::Derivative { .. }));
+    let curved = if problem.aircraft.is_curved() { curvature(problem, &present) } else { Vec::new() };
+    let entries: Vec<Entry> = derivatives.chain(curved).collect();
     let candidates: Vec<_> = entries.iter().map(|entry| &entry.candidate).collect();
-    let wide = problem.linearise(start, &candidates, With::Slopes)?;
+    let wide = problem.linearise(point, &candidates, With::Slopes)?;
     let usual = usual_forces(problem);
     let mut free = problem.clone();
+    free.small.clear();
+    let mut terms = Vec::new();
+    for (place, entry) in entries.iter().enumerate() {
+        let prior_std = prior_of(entry, &wide, place, &usual);
+        match (entry.effect, prior_std) {
+            (Effect::Derivative { axis, variable, .. }, Some(prior_std)) => free.small.push((axis, variable, prior_std)),
+            (effect, Some(prior_std)) => terms.push(Hypothesis::of(effect, prior_std)),
+            (_, None) => {}
+        }
+    }
+    Some((free, terms))
+}
+
+/// The derivatives that are off, each with its prior, where all are free at once.
+fn off(problem: &Problem, start: &Point) -> Option<Vec<Hypothesis>> {
+    let (free, terms) = in_doubt(problem, start)?;
     let tolerance = |axis: Axis, variable: Variable| {
         problem.small.iter().find(|(a, v, _)| (*a, *v) == (axis, variable)).map_or(0.0, |(_, _, std)| *std)
     };
-    free.small = entries
-        .iter()
-        .enumerate()
-        .filter_map(|(place, entry)| match entry.effect {
-            Effect::Derivative { axis, variable, .. } => Some((axis, variable, prior_of(entry, &wide, place, &usual)?)),
-            _ => None,
-        })
-        .collect();
-    let (point, local) = free.settle(start.clone(), SETTLED)?;
+    let (point, local) = free.settle(Point { hypotheses: terms, ..start.clone() }, SETTLED)?;
+    let before = point.places().len();
     let off = free.small.iter().enumerate().filter_map(|(place, &(axis, variable, prior_std))| {
         let delta = *point.small.get(axis.index())?.get(variable.index())?;
-        let allowed = SURE * libm::hypot(local.std(place), tolerance(axis, variable));
+        let allowed = SURE * libm::hypot(local.std(before + place), tolerance(axis, variable));
         (libm::fabs(delta) > allowed).then(|| Hypothesis::of(Effect::Derivative { axis, variable, delta }, prior_std))
     });
     Some(off.collect())
+}
+
+/// Standard errors of the hypotheses with everything else in doubt that may be: what was left out was left out because these runs
+/// do not show it, not because it is nothing.
+fn with_all_in_doubt(problem: &Problem, point: &Point) -> Option<Vec<f64>> {
+    let (free, terms) = in_doubt(problem, point)?;
+    let mut all = point.clone();
+    all.hypotheses.extend(terms);
+    let local = free.linearise(&all, &[], With::Slopes)?;
+    Some((0..point.hypotheses.len()).map(|place| local.std(all.main_place_of(place))).collect())
 }
