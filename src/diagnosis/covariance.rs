@@ -5,7 +5,6 @@
 
 use super::filter::{GUST, LAG, Noise, STATES, Square, State};
 use super::posed::gust_time;
-use crate::flight::derivative::AXES;
 
 /// Phi = I + dt A (I + dt/2 A) and Gamma = I + dt/2 A, the columns of velocities, rates and gusts.
 pub(super) fn transition(a: &Square, dt: f64) -> (Square, Square) {
@@ -79,44 +78,4 @@ pub(super) fn lag_covariance(p: &mut Square, h: &State, e: f64, weight: f64) {
         p[column][LAG] = row[column];
     }
     p[LAG][LAG] = own;
-}
-
-/// How the covariance and the state hang on the logarithm of one noise density.
-#[derive(Clone, Copy)]
-pub(super) struct Noisier {
-    pub(super) covariance: Square,
-    pub(super) state: State,
-}
-
-impl Noisier {
-    pub(super) const NONE: Noisier = Noisier { covariance: [[0.0; STATES]; STATES], state: [0.0; STATES] };
-
-    pub(super) fn propagate(&mut self, (phi, gamma): (&Square, &Square), of: usize, noise: &Noise, dt: f64, n: usize) {
-        self.covariance = propagated(phi, &self.covariance, n);
-        let mut only = Noise { force: [0.0; AXES], gust: (0.0, noise.gust.1), output: noise.output };
-        match (only.force.get_mut(of), noise.force.get(of)) {
-            (Some(own), Some(density)) => *own = *density,
-            _ => only.gust.0 = noise.gust.0,
-        }
-        add_noise(&mut self.covariance, gamma, &only, dt);
-        self.state = core::array::from_fn(|i| phi[i].iter().zip(&self.state).map(|(a, b)| a * b).sum());
-    }
-
-    /// (4) for one reading.
-    pub(super) fn correct(&mut self, h: &State, gain: &State, (v, s): (f64, f64), n: usize) -> (f64, f64) {
-        let mut g = [0.0; STATES];
-        for (g, row) in g.iter_mut().zip(&self.covariance).take(n) {
-            *g = row.iter().zip(h).take(n).map(|(m, h)| m * h).sum();
-        }
-        let ds: f64 = h.iter().zip(&g).map(|(h, g)| h * g).sum();
-        let dv = -h.iter().zip(&self.state).map(|(h, m)| h * m).sum::<f64>();
-        for i in 0..n {
-            self.state[i] += (g[i] - gain[i] * ds) * v / s + gain[i] * dv;
-            let (own, back) = (gain[i] * ds - g[i], gain[i]);
-            for ((entry, gain), g) in self.covariance[i].iter_mut().zip(gain).zip(&g).take(n) {
-                *entry += own * gain - back * g;
-            }
-        }
-        ((2.0 * v * dv - (v * v / s - 1.0) * ds) / s, ds * ds / (s * s) + 2.0 * dv * dv / s)
-    }
 }

@@ -224,7 +224,7 @@ fn posed(model: &FlightModel, records: Vec<Record>, set_aside: &[(String, Unfit)
     if !problem.moves() {
         return Err(NoDiagnosis::Still);
     }
-    Ok(problem)
+    Ok(problem.of_what_shows())
 }
 
 /// What a search came to, the problem with the noise that it was ended with.

@@ -15,15 +15,21 @@ use nalgebra::Cholesky;
 
 /// What a hypothesis gains, and what each entry of the library would in its place.
 #[derive(Clone, Debug)]
-pub struct InPlace {
+pub(super) struct InPlace {
     /// Its own gain.
-    pub own: f64,
+    pub(super) own: f64,
     /// The entries', the greatest gain first.
-    pub others: Vec<Score>,
+    pub(super) others: Vec<Score>,
 }
 
 /// For the hypothesis at this place among the point's, one with a single number.
-pub fn in_place(local: &Local, point: &Point, hypothesis: usize, entries: &[Entry], usual: &[f64; AXES]) -> Option<InPlace> {
+pub(super) fn in_place(
+    local: &Local,
+    point: &Point,
+    hypothesis: usize,
+    entries: &[Entry],
+    usual: &[f64; AXES],
+) -> Option<InPlace> {
     let place = point.place_of(hypothesis);
     let one = point.hypotheses.get(hypothesis)?;
     let theta = point.number((hypothesis, 0)) - one.beforehand(0);

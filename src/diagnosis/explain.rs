@@ -39,6 +39,8 @@ pub fn statement(cause: &Ranked, model: &LinearModel, naming: ControlNames) -> S
             let now = value(was + delta, cause.std);
             if was == 0.0 {
                 format!("the model lacks {name}: flight shows {now}")
+            } else if libm::fabs(was + delta) < 2.0 * cause.std {
+                format!("{name} is {was:.4} in the model, where flight shows none: {now}")
             } else {
                 let size = if libm::fabs(was + delta) > libm::fabs(was) { "too small" } else { "too large" };
                 let size = if was * (was + delta) < 0.0 { "of the wrong sign" } else { size };

@@ -15,8 +15,9 @@
 //! Source: R. V. Jategaonkar, Flight Vehicle System Identification, 2nd ed. 2015, ch. 5 (filter error).
 
 use super::column::Column;
-use super::covariance::{Noisier, add_noise, propagated, transition};
+use super::covariance::{add_noise, propagated, transition};
 use super::driven::Moved;
+use super::noisier::Noisier;
 use super::posed::{Here, Posed, pushed_by, start};
 use super::run_record::{OUTPUTS, ROTOR};
 use super::slopes::{Gathered, propagate_columns, step_lag};
@@ -84,10 +85,12 @@ pub struct Passed {
 /// What is asked of a pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Asked<'c> {
-    /// Sensitivities to these; none makes the cost alone.
+    /// Sensitivities to these; none makes the cost, and the noises' slopes.
     pub columns: &'c [Column],
     /// Rows of S'S that are kept.
     pub kept: usize,
+    /// Whether the noises' slopes are summed.
+    pub noises: bool,
     /// Whether states and innovations are kept.
     pub traces: bool,
 }
@@ -99,15 +102,7 @@ pub fn pass(posed: &Posed<'_>, noise: &Noise, asked: Asked<'_>) -> Option<Passed
     let width = asked.columns.len();
     let kept = asked.kept.min(width);
     let gust_s = noise.gust.1.max(dt);
-    // Without gusts their noise has no logarithm.
-    let noises = if width == 0 {
-        0
-    } else if noise.gust.0 > 0.0 {
-        NOISES
-    } else {
-        AXES
-    };
-    let mut noisier = vec![Noisier::NONE; noises];
+    let mut noisier = asked.noises.then_some(Noisier::START);
     let mut passed = Passed {
         information: vec![0.0; kept * width],
         diagonal: vec![0.0; width],
@@ -154,8 +149,8 @@ pub fn pass(posed: &Posed<'_>, noise: &Noise, asked: Asked<'_>) -> Option<Passed
             x.iter_mut().zip(&f).for_each(|(x, f)| *x += dt * f);
             p = propagated(&phi, &p, n);
             add_noise(&mut p, &gamma, noise, dt);
-            for (of, one) in noisier.iter_mut().enumerate() {
-                one.propagate((&phi, &gamma), of, noise, dt, n);
+            if let Some(noisier) = &mut noisier {
+                noisier.propagate((&phi, &gamma), noise, dt, n);
             }
             step = Some((phi, gamma));
         }
@@ -176,7 +171,7 @@ pub fn pass(posed: &Posed<'_>, noise: &Noise, asked: Asked<'_>) -> Option<Passed
             step_lag(
                 &mut x,
                 &mut p,
-                (&mut d, &mut noisier),
+                (&mut d, noisier.as_mut()),
                 (before, now),
                 (tau, dt),
                 asked.columns,
@@ -279,10 +274,8 @@ pub fn pass(posed: &Posed<'_>, noise: &Noise, asked: Asked<'_>) -> Option<Passed
                 row.iter_mut().for_each(|entry| *entry *= per_root);
                 rows.take(e, &mut passed);
             }
-            for (one, (slope, curvature)) in noisier.iter_mut().zip(&mut passed.noisier) {
-                let (by, expected) = one.correct(&h, &gain, (v, s), n);
-                *slope += by;
-                *curvature += expected;
+            if let Some(noisier) = &mut noisier {
+                noisier.correct(&h, &gain, (v, s), &mut passed.noisier, n);
             }
             for i in 0..n {
                 x[i] += gain[i] * v;

@@ -6,7 +6,7 @@
 
 use super::linearise::{Local, With};
 use super::point::Point;
-use super::problem::Problem;
+use super::problem::{Problem, Rounds};
 use crate::flight::effect::Effect;
 
 /// Noise of forces, of the least, beyond which gusts are looked for.
@@ -25,7 +25,7 @@ const USUAL_M: f64 = 300.0;
 const USUAL_STD: f64 = 0.8;
 
 /// The point with gusts instead of noise of forces; `None` where there are gusts already.
-pub(super) fn in_gusts(problem: &Problem, point: &Point, rounds: usize) -> Option<(Point, Local)> {
+pub(super) fn in_gusts(problem: &Problem, point: &Point, rounds: Rounds) -> Option<(Point, Local)> {
     if point.gust.0 > 0.0 {
         return None;
     }
@@ -45,7 +45,7 @@ pub(super) fn in_gusts(problem: &Problem, point: &Point, rounds: usize) -> Optio
     for _ in 0..2 {
         there = sharpened(problem, problem.settle(there, rounds)?.0)?;
     }
-    problem.settle(there, 2)
+    problem.settle(there, Rounds::some(2))
 }
 
 /// Noise of forces in gusts before the innovations say better, of the least.
@@ -117,7 +117,12 @@ pub(super) fn gust_std(problem: &Problem, point: &Point) -> f64 {
     };
     let Some((sigma, length, both)) = curvatures() else { return f64::NAN };
     let free = sigma - both * both / length;
-    let formal = if length > 0.0 && free > 0.0 { libm::sqrt(2.0 / free) } else { f64::NAN };
+    // Where the length is not told at all its own part is in SHAPE.
+    let formal = match (length > 0.0 && free > 0.0, sigma > 0.0) {
+        (true, _) => libm::sqrt(2.0 / free),
+        (false, true) => libm::sqrt(2.0 / sigma),
+        (false, false) => f64::NAN,
+    };
     point.gust.0 * libm::hypot(formal, SHAPE)
 }
 

@@ -73,6 +73,8 @@ pub struct Candidate {
 pub enum With {
     /// The cost alone.
     Cost,
+    /// And its slopes by the noises.
+    Noises,
     /// Sensitivities.
     Slopes,
     /// Sensitivities, states and innovations.
@@ -137,10 +139,11 @@ impl Problem {
     pub fn linearise(&self, point: &Point, candidates: &[&Candidate], with: With) -> Option<Local> {
         let effects = self.effects(point);
         let model = self.aircraft.changed(&effects, &point.small);
-        let (own_columns, own_moved) = if with == With::Cost { (Vec::new(), Vec::new()) } else { self.own_columns(point) };
+        let sloped = matches!(with, With::Slopes | With::Traces);
+        let (own_columns, own_moved) = if !sloped { (Vec::new(), Vec::new()) } else { self.own_columns(point) };
         let (order, shared) = self.layout(point);
         let mut columns: Vec<Column> = Vec::new();
-        if with != With::Cost {
+        if sloped {
             columns.extend(&own_columns);
             columns.extend(self.small.iter().map(|&(axis, variable, _)| Column::Derivative(axis, variable)));
             columns.extend(Axis::ALL.map(Column::Constant));
@@ -209,8 +212,8 @@ impl Problem {
                 vane_m,
                 lag,
             };
-            let passed =
-                pass(&posed, &self.noise(record, point), Asked { columns: &columns, kept, traces: with == With::Traces })?;
+            let asked = Asked { columns: &columns, kept, noises: with != With::Cost, traces: with == With::Traces };
+            let passed = pass(&posed, &self.noise(record, point), asked)?;
             cost += passed.cost;
             let width = columns.len();
             let global = |local: usize| if local < shared { local } else { local + number * OWN };
@@ -239,7 +242,7 @@ impl Problem {
         let mut hold = |place: usize, value: f64, std: f64| {
             let weight = 1.0 / (std * std);
             cost += value * value * weight;
-            if with != With::Cost {
+            if sloped {
                 information[(place, place)] += weight;
                 pull[place] -= value * weight;
             }
@@ -258,7 +261,7 @@ impl Problem {
                 hold(shared + number * OWN + k, *value, *std);
             }
         }
-        if with == With::Cost {
+        if !sloped {
             information = DMatrix::identity(order, order);
         }
         information.fill_lower_triangle_with_upper_triangle();

@@ -1,7 +1,7 @@
 //! What a model gets wrong, and why: the cause named, the model extended, the gain measured on runs that it did not see.
 //!
 //! In: a model with effects (`simulation::flight_model`), runs as samples with their geometry. `run_record` and `driven` say what
-//! was flown, `aircraft` what the model makes of it, `posed` the two together; `filter` (with `covariance` and `slopes`) compares
+//! was flown, `aircraft` what the model makes of it, `posed` the two together; `filter` (with `covariance`, `noisier` and `slopes`) compares
 //! them along a run. `problem` joins several runs at a `point`, and `linearise` has its neighbourhood. `library` holds the
 //! hypotheses, `screen` weighs them all at once, `search` fits the best and looks again; `diagnose` says what came of it,
 //! `explain` in words, `companions` and `against` (with `residual_series` and `spectrum`) by what the residuals go with.
@@ -31,6 +31,7 @@ pub mod kinematics;
 pub mod library;
 pub mod linearise;
 pub mod live;
+mod noisier;
 pub mod point;
 pub mod posed;
 pub mod problem;

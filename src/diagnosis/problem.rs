@@ -15,7 +15,6 @@ use super::filter::NOISES;
 use super::linearise::{Local, With};
 use super::point::{OWN, Point, nudged};
 use super::run_record::{FELT, OUTPUT_CHANNELS, ROTOR, Record, input_channel};
-use super::search::SETTLED;
 use crate::estimation::compatibility::series::Series;
 use crate::flight::channel::Channel;
 use crate::flight::control::CONTROLS;
@@ -30,6 +29,9 @@ const LEAST_DENSITY: [f64; AXES] = [1e-6, 1e-6, 1e-6, 1e-8, 1e-8, 1e-8];
 const FIRST_DENSITY: [f64; AXES] = [1e-2, 1e-2, 1e-2, 1e-4, 1e-4, 1e-4];
 /// Most that the logarithm of a density changes at once.
 const DENSITY_STEP: f64 = 3.0;
+/// Change of the cost by which noises are far from where they settle, and rounds of quick passes that then bring them nearer.
+const FAR: f64 = 30.0;
+const QUICK_ROUNDS: usize = 3;
 /// Parts of a step that are tried.
 const STEPS: [f64; 4] = [1.0, 0.3, 0.1, 0.03];
 /// Least second derivative by a noise's logarithm.
@@ -45,6 +47,8 @@ const COLOUR_LAGS: usize = 40;
 const NOISIER: f64 = 2.0;
 /// Instruments are noisier than they seem where more than this part of all that the runs have is.
 const NOISY_PART: f64 = 0.25;
+/// Information on a small error, over what is known of it beforehand, below which it is as good as none.
+const SHOWS: f64 = 0.02;
 /// Times that their noise is taken anew.
 const NOISE_ROUNDS: usize = 5;
 /// A control moves that goes through so many times its noise.
@@ -62,6 +66,25 @@ const OFF_SPEED: f64 = 1.0;
 const OFF_ANGLE: f64 = 0.006;
 /// Of a uniform distribution, half width to standard deviation.
 const UNIFORM: f64 = 0.577_350_269_189_625_8;
+
+/// How far a point is followed down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rounds {
+    /// Most steps.
+    pub most: usize,
+    /// Change of the cost below which nothing changes any more.
+    pub gain: f64,
+}
+
+impl Rounds {
+    /// Until it has settled.
+    pub const SETTLED: Rounds = Rounds { most: 14, gain: 0.3 };
+
+    /// To see what it is worth.
+    pub const fn some(most: usize) -> Self {
+        Rounds { most, gain: 1.0 }
+    }
+}
 
 /// Runs and a model.
 #[derive(Clone, Debug)]
@@ -117,6 +140,18 @@ impl Problem {
             }
         }
         Problem { aircraft, fixed, runs, small, least, silent, off_trim, constant_std }
+    }
+
+    /// Without the small errors that these runs cannot show: with noise at its least they would be known hardly better than
+    /// beforehand, and so what they do is nothing beside the noise.
+    #[must_use]
+    pub fn of_what_shows(mut self) -> Self {
+        let least = Point { force: self.least, ..self.zero() };
+        let Some(local) = self.linearise(&least, &[], With::Slopes) else { return self };
+        let factor = local.factor.l();
+        let mut rows = factor.row_iter();
+        self.small.retain(|(.., std)| rows.next().is_none_or(|row| row.norm_squared() * std * std > 1.0 + SHOWS));
+        self
     }
 
     /// Nothing is wrong.
@@ -183,15 +218,19 @@ impl Problem {
         self.runs.iter().map(|run| self.driven(run, &above).less(&self.driven(run, &below), step - down)).collect()
     }
 
-    /// The noises after a step (3).
-    fn renewed(&self, point: &Point, noisier: &[(f64, f64); NOISES]) -> ([f64; AXES], f64) {
+    /// The noises after a step (3), and what the change is worth at most, as that of the parameters. Where the slope has changed
+    /// its sign the last step went too far, and so would this one: half of it is taken.
+    fn renewed(&self, point: &Point, noisier: &[(f64, f64); NOISES], before: &[(f64, f64); NOISES]) -> ([f64; AXES], f64, f64) {
         let by = |of: usize| {
-            let (slope, curvature) = noisier[of];
-            libm::exp((-slope / curvature.max(LEAST_CURVATURE)).clamp(-DENSITY_STEP, DENSITY_STEP))
+            let ((slope, curvature), (last, _)) = (noisier[of], before[of]);
+            let part = if slope * last < 0.0 { 0.5 } else { 1.0 };
+            libm::exp((-part * slope / curvature.max(LEAST_CURVATURE)).clamp(-DENSITY_STEP, DENSITY_STEP))
         };
-        let force = core::array::from_fn(|axis| (point.force[axis] * by(axis)).max(self.least[axis]));
+        let force: [f64; AXES] = core::array::from_fn(|axis| (point.force[axis] * by(axis)).max(self.least[axis]));
+        let changes = force.iter().zip(&point.force).zip(noisier);
+        let moved = changes.map(|((a, b), (slope, _))| libm::fabs(slope * libm::log(a / b))).fold(0.0, f64::max);
         // The gusts' density goes with the square of their standard deviation.
-        (force, point.gust.0 * libm::sqrt(by(AXES)))
+        (force, point.gust.0 * libm::sqrt(by(AXES)), moved)
     }
 
     /// What each axis's noise beyond the least is worth: how much the cost rises without it.
@@ -207,33 +246,52 @@ impl Problem {
     }
 
     /// Goes down from a point until nothing changes any more.
-    pub fn settle(&self, mut point: Point, rounds: usize) -> Option<(Point, Local)> {
-        let mut local = self.linearise(&point, &[], With::Slopes)?;
-        for _ in 0..rounds {
-            let (force, gust) = self.renewed(&point, &local.noisier);
-            // What the change of the noises is worth, as that of the parameters.
-            let moved = force
-                .iter()
-                .zip(&point.force)
-                .zip(&local.noisier)
-                .map(|((a, b), (slope, _))| libm::fabs(slope * libm::log(a / b)));
-            let moved = moved.fold(0.0, f64::max);
+    pub fn settle(&self, point: Point, rounds: Rounds) -> Option<(Point, Local)> {
+        let point = self.with_noises_found(point);
+        let local = self.linearise(&point, &[], With::Slopes)?;
+        self.settle_on((point, local), rounds)
+    }
+
+    /// The same from a point whose neighbourhood is known.
+    pub fn settle_on(&self, (mut point, mut local): (Point, Local), rounds: Rounds) -> Option<(Point, Local)> {
+        let mut before = local.noisier;
+        for _ in 0..rounds.most {
+            let (force, gust, moved) = self.renewed(&point, &local.noisier, &before);
+            before = local.noisier;
             let step = local.factor.solve(&local.pull);
             let gain = step.dot(&local.pull);
             // A step may lead out of what the kinematics can carry: then a part of it, and in the end none.
             let parts = STEPS.into_iter().find_map(|part| {
                 let mut next = self.stepped(&point, &step, part);
                 (next.force, next.gust.0) = (force, gust);
+                if moved > FAR {
+                    next = self.with_noises_found(next);
+                }
                 let there = self.linearise(&next, &[], With::Slopes)?;
                 Some((next, there))
             });
             let Some(next) = parts else { break };
             (point, local) = next;
-            if gain < 0.3 && moved < 0.5 {
+            if gain < rounds.gain && moved < 2.0 * rounds.gain {
                 break;
             }
         }
         Some((point, local))
+    }
+
+    /// The noises alone brought nearer to where they settle: a pass without sensitivities is a quick one.
+    fn with_noises_found(&self, mut point: Point) -> Point {
+        let mut before = None;
+        for _ in 0..QUICK_ROUNDS {
+            let Some(local) = self.linearise(&point, &[], With::Noises) else { break };
+            let (force, gust, moved) = self.renewed(&point, &local.noisier, &before.unwrap_or(local.noisier));
+            before = Some(local.noisier);
+            (point.force, point.gust.0) = (force, gust);
+            if moved < FAR {
+                break;
+            }
+        }
+        point
     }
 
     /// A part of the step (1).
@@ -286,7 +344,7 @@ impl Problem {
             if much == 0.0 {
                 break;
             }
-            (point, _) = noisier.settle(point, SETTLED)?;
+            (point, _) = noisier.settle(point, Rounds::SETTLED)?;
         }
         Some(noisier)
     }

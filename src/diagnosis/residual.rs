@@ -4,6 +4,8 @@
 //!     e = a_measured - F_model(x, u)                                                                  (1)
 //! as the instruments see it (`residual_series`); its rms, the part of its power that the causes explain,
 //! 1 - (rms after)^2/(rms before)^2 with the noise taken from both, and the band that holds 80 % of the power of what is left.
+//! Powers are those of means over [`MEAN_S`]: what instruments' noise makes of a moment at a single step, a difference of two
+//! rates, would drown every motion that an aircraft has.
 
 use super::problem::Problem;
 use super::residual_series::Flown;
@@ -13,6 +15,8 @@ use core::f64::consts::TAU;
 
 /// Part of the power that a band holds.
 const HELD: f64 = 0.8;
+/// Length of the means whose power is told, s.
+const MEAN_S: f64 = 0.25;
 /// Highest frequency that is looked at, Hz.
 const HIGHEST_HZ: f64 = 4.0;
 
@@ -48,8 +52,11 @@ pub fn discrepancy(problem: &Problem, searched: &Searched) -> [Discrepancy; AXES
         let pick =
             |after: bool| all.iter().map(move |one| (if after { &one.after[axis] } else { &one.before[axis] }, one.step_s));
         let power = |after: bool| {
-            let (sum, count) =
-                pick(after).flat_map(|(values, _)| values).fold((0.0, 0.0), |(sum, count), e| (sum + e * e, count + 1.0));
+            let means = pick(after).flat_map(|(values, step_s)| {
+                let steps = steps(step_s);
+                values.chunks_exact(steps).map(move |part| part.iter().sum::<f64>() / steps as f64)
+            });
+            let (sum, count) = means.fold((0.0, 0.0), |(sum, count), e| (sum + e * e, count + 1.0));
             sum / f64::max(count, 1.0)
         };
         let noise = noise_power(problem, axis);
@@ -67,7 +74,12 @@ pub fn discrepancy(problem: &Problem, searched: &Searched) -> [Discrepancy; AXES
     })
 }
 
-/// Power of the instruments' noise in (1).
+/// Steps of a mean.
+fn steps(step_s: f64) -> usize {
+    (libm::round(MEAN_S / step_s) as usize).max(1)
+}
+
+/// Power of the instruments' noise in means of (1).
 fn noise_power(problem: &Problem, axis: usize) -> f64 {
     let parts = problem.runs.iter().filter_map(|run| {
         let series = run.outputs.get(axis)?.as_ref()?;
@@ -77,7 +89,12 @@ fn noise_power(problem: &Problem, axis: usize) -> f64 {
         // the step beside, so that neighbours have something in common.
         let (own, beside) = if count > 1.5 { (count - 0.4375, 0.21875) } else { (0.59375, 0.1875) };
         let one = one * one / (count * count);
-        Some(if axis < 3 { one * own } else { 2.0 * one * (own - beside) / (run.mesh.step_s * run.mesh.step_s) })
+        let n = steps(run.mesh.step_s) as f64;
+        Some(match axis {
+            0..3 => one * (n * own + 2.0 * (n - 1.0) * beside) / (n * n),
+            // Differences add up to one between the ends.
+            _ => 2.0 * one * (own - if n > 1.0 { 0.0 } else { beside }) / (n * n * run.mesh.step_s * run.mesh.step_s),
+        })
     });
     let (sum, count) = parts.fold((0.0, 0.0), |(sum, count), part| (sum + part, count + 1.0));
     sum / f64::max(count, 1.0)

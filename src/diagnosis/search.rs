@@ -6,15 +6,12 @@ use super::gusts::{gust_std, in_gusts, noisy, turbulence};
 use super::library::{Entry, library, prior_std};
 use super::linearise::{Local, With};
 use super::point::{Hypothesis, Point, nudged};
-use super::problem::Problem;
+use super::problem::{Problem, Rounds};
 use super::run_record::RATE_MAX_HZ;
 use super::screen::{Score, screen};
 use crate::flight::derivative::AXES;
 use crate::flight::effect::{Effect, EffectKind, same_cause};
 use crate::flight::effect_file::DeclaredEffect;
-
-/// Rounds after which a point has settled, one way or the other.
-pub(super) const SETTLED: usize = 14;
 
 /// Rounds that every start has.
 const HEAT: usize = 2;
@@ -30,6 +27,9 @@ const EARLY: f64 = 8.0;
 
 /// Least half width of a dead zone, of the control's noise.
 const DROWNED: f64 = 4.0;
+
+/// Part of a cause's odds that is left for gusts, below which they are not looked at.
+const CALM: f64 = 0.02;
 
 /// How the search goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -125,7 +125,7 @@ impl Worth {
 
 /// Looks for causes, after those that are known without the model: each with what else it may be.
 pub fn search(problem: &Problem, known: &[Vec<DeclaredEffect>], settings: &Settings) -> Option<Searched> {
-    let (mut point, mut local) = problem.settle(problem.zero(), SETTLED)?;
+    let (mut point, mut local) = problem.settle(problem.zero(), Rounds::SETTLED)?;
     let before = problem.unexplained(&point)?;
     let mut rivals: Vec<Vec<Rival>> = Vec::new();
     for explanations in known {
@@ -167,7 +167,7 @@ fn told_apart(problem: &Problem, point: &Point, local: &Local, explanations: &[D
     let fits = explanations.iter().filter_map(|&DeclaredEffect { effect, std }| {
         let mut start = point.clone();
         start.hypotheses.push(Hypothesis { effect, prior_std: std.or(prior_std(&effect))?, known: Some(effect) });
-        let (there, found) = problem.settle(start, SETTLED)?;
+        let (there, found) = problem.settle(start, Rounds::SETTLED)?;
         let place = there.hypotheses.len().checked_sub(1)?;
         let effect = there.hypotheses.get(place)?.effect;
         let std = found.std(there.main_place_of(place));
@@ -196,7 +196,7 @@ fn without_needless(
     while number + 1 < point.hypotheses.len() {
         let mut fewer = point.clone();
         fewer.hypotheses.remove(number);
-        let fewer = problem.settle(fewer, settings.rounds);
+        let fewer = problem.settle(fewer, Rounds::some(settings.rounds));
         match fewer.filter(|(_, there)| there.evidence() - local.evidence() < settings.against) {
             Some(without) => {
                 (point, local) = without;
@@ -261,42 +261,46 @@ fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings
                 _ => score.prior_std,
             });
             start.hypotheses.push(Hypothesis::of(effect, prior));
-            if let Some((there, local)) = problem.settle(start, HEAT) {
+            if let Some((there, local)) = problem.settle(start, Rounds::some(HEAT)) {
                 let odds = odds(&local, &effect);
                 fits.push((there, local, odds, hoped(&score, &effect)));
             }
         }
     }
-    if noisy(problem, point)
-        && let Some((there, local)) = in_gusts(problem, point, settings.rounds)
-    {
-        let odds = odds(&local, &turbulence(problem, &there));
-        fits.push((there, local, odds, odds));
-    }
     let leading = fits.iter().map(|fit| fit.2).fold(f64::NEG_INFINITY, f64::max);
-    let mut best: Option<(Point, f64)> = None;
+    let mut best: Option<(Point, Local, f64)> = None;
     let (mut ranked, mut fitted) = (Vec::new(), Vec::new());
     for (mut there, mut local, mut found, hoped) in fits {
-        let gusty = point.gust.0 == 0.0 && there.gust.0 > 0.0;
-        if found.max(hoped) > leading - (0.5 * leading).max(IN_THE_RUNNING) && !gusty {
-            let Some(settled) = problem.settle(there, settings.rounds) else { continue };
+        if found.max(hoped) > leading - (0.5 * leading).max(IN_THE_RUNNING) {
+            let Some(settled) = problem.settle_on((there, local), Rounds::some(settings.rounds)) else { continue };
             (there, local) = settled;
             found = there.hypotheses.last().map_or(found, |hypothesis| odds(&local, &hypothesis.effect));
         }
-        let (effect, std) = if gusty {
-            (turbulence(problem, &there), gust_std(problem, &there))
-        } else {
-            let Some(last) = there.hypotheses.last() else { continue };
-            (last.effect, local.std(there.place_of(there.hypotheses.len() - 1)))
-        };
-        if drowned(problem, &effect) {
+        let Some(effect) = there.hypotheses.last().map(|last| last.effect).filter(|effect| !drowned(problem, effect)) else {
             continue;
-        }
+        };
+        let std = local.std(there.place_of(there.hypotheses.len() - 1));
         ranked.push(Rival { effect, std, odds: found, fitted: true });
-        if best.as_ref().is_none_or(|(_, most)| found > *most) {
-            best = Some((there.clone(), found));
+        if best.as_ref().is_none_or(|(.., most)| found > *most) {
+            best = Some((there.clone(), local, found));
         }
         fitted.push((there, found));
+    }
+    // What gusts would explain is noise of forces until they are there: where a cause has left next to none they explain nothing.
+    let calm = best.as_ref().is_some_and(|(there, _, odds)| {
+        let left = || problem.unexplained(there).map_or(f64::INFINITY, |left| left.iter().sum());
+        !noisy(problem, there) || left() < CALM * odds
+    });
+    if noisy(problem, point)
+        && !calm
+        && let Some((there, local)) = in_gusts(problem, point, Rounds::some(settings.rounds))
+    {
+        let effect = turbulence(problem, &there);
+        let found = odds(&local, &effect);
+        ranked.push(Rival { effect, std: gust_std(problem, &there), odds: found, fitted: true });
+        if best.as_ref().is_none_or(|(.., most)| found > *most) {
+            best = Some((there, local, found));
+        }
     }
     ranked.extend(others);
     ranked.sort_by(|a, b| b.odds.total_cmp(&a.odds));
@@ -306,11 +310,12 @@ fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings
         seen.push(rival.effect);
         new
     });
-    let Some((mut point, _)) = best.filter(|(_, odds)| *odds > 0.0) else { return Some((None, ranked)) };
-    if let Some(better) = closer_look(problem, &point, &mut ranked, &fitted, |effect| worth.odds(effect)) {
-        point = better;
-    }
-    Some((problem.settle(point, SETTLED), ranked))
+    let Some((point, local, _)) = best.filter(|(.., odds)| *odds > 0.0) else { return Some((None, ranked)) };
+    let settled = match closer_look(problem, &point, &mut ranked, &fitted, |effect| worth.odds(effect)) {
+        Some(better) => problem.settle(better, Rounds::SETTLED),
+        None => problem.settle_on((point, local), Rounds::SETTLED),
+    };
+    Some((settled, ranked))
 }
 
 /// Compares the best with those that are nearly as good on a mesh twice as fine, where the shape of a quick motion within a step
@@ -333,7 +338,7 @@ fn closer_look(
     let finer = problem.on_mesh_of(2.0 * RATE_MAX_HZ);
     let mut looked: Vec<(Point, Rival, f64)> = Vec::new();
     for (point, _) in close {
-        let (there, local) = finer.settle(point.clone(), HEAT + 1)?;
+        let (there, local) = finer.settle(point.clone(), Rounds::some(HEAT + 1))?;
         let effect = there.hypotheses.last()?.effect;
         let std = local.std(there.place_of(there.hypotheses.len() - 1));
         looked.push((there, Rival { effect, std, odds: leading, fitted: true }, local.evidence() - worth(&effect)));

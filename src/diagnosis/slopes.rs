@@ -3,8 +3,9 @@
 //! Consumes transition matrices and the columns' forces; single precision is ample for slopes, the sums are double.
 
 use super::column::Column;
-use super::covariance::{Noisier, lag_covariance};
+use super::covariance::lag_covariance;
 use super::filter::{LAG, Passed, STATES, Square, State};
+use super::noisier::Noisier;
 use crate::flight::derivative::AXES;
 
 /// Rows that are gathered before their products are added up.
@@ -47,7 +48,7 @@ pub(super) fn propagate_columns(
 pub(super) fn step_lag(
     x: &mut State,
     p: &mut Square,
-    (d, noisier): (&mut [f32], &mut [Noisier]),
+    (d, noisier): (&mut [f32], Option<&mut Noisier>),
     ((before, _), (now, h)): ((f64, State), (f64, State)),
     (tau, dt): (f64, f64),
     columns: &[Column],
@@ -66,9 +67,8 @@ pub(super) fn step_lag(
     // What the lag has of the step's beginning is taken at its end: the state has hardly moved in between.
     let weight = w0 + w1;
     lag_covariance(p, &h, e, weight);
-    for one in noisier {
-        lag_covariance(&mut one.covariance, &h, e, weight);
-        one.state[LAG] = e * one.state[LAG] + weight * h.iter().zip(&one.state).map(|(h, m)| h * m).sum::<f64>();
+    if let Some(noisier) = noisier {
+        noisier.lag(&h, e, weight);
     }
     for k in 0..width {
         let direct: f64 = (0..AXES).map(|axis| by_force[axis] * f64::from(forces[axis * width + k])).sum();

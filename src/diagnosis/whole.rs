@@ -9,9 +9,9 @@ use super::exchange::{InPlace, in_place};
 use super::library::{Entry, curvature, library};
 use super::linearise::{Local, With};
 use super::point::{Hypothesis, Point};
-use super::problem::Problem;
+use super::problem::{Problem, Rounds};
 use super::screen::{Score, axis_of, prior_of};
-use super::search::{Rival, SETTLED, Searched, Settings, go_on, sized, usual_forces};
+use super::search::{Rival, Searched, Settings, go_on, sized, usual_forces};
 use crate::flight::derivative::{Axis, Variable};
 use crate::flight::effect::Effect;
 
@@ -50,7 +50,7 @@ pub fn whole(problem: &Problem, from: &Searched, settings: &Settings) -> Option<
 /// The point with those hypotheses alone that are off by more than [`SURE`] standard errors, settled.
 fn only_sure(problem: &Problem, mut point: Point) -> Option<(Point, Local)> {
     loop {
-        let (there, local) = problem.settle(point, SETTLED)?;
+        let (there, local) = problem.settle(point, Rounds::SETTLED)?;
         let size = |hypothesis: &Hypothesis| libm::fabs(hypothesis.effect.main_number().unwrap_or(0.0));
         let sure = |&(place, hypothesis): &(usize, &Hypothesis)| size(hypothesis) > SURE * local.std(there.place_of(place));
         let kept: Vec<Hypothesis> = there.hypotheses.iter().enumerate().filter(sure).map(|(_, kept)| *kept).collect();
@@ -141,7 +141,7 @@ fn off(problem: &Problem, start: &Point) -> Option<Vec<Hypothesis>> {
     let tolerance = |axis: Axis, variable: Variable| {
         problem.small.iter().find(|(a, v, _)| (*a, *v) == (axis, variable)).map_or(0.0, |(_, _, std)| *std)
     };
-    let (point, local) = free.settle(Point { hypotheses: terms, ..start.clone() }, SETTLED)?;
+    let (point, local) = free.settle(Point { hypotheses: terms, ..start.clone() }, Rounds::SETTLED)?;
     let before = point.places().len();
     let off = free.small.iter().enumerate().filter_map(|(place, &(axis, variable, prior_std))| {
         let delta = *point.small.get(axis.index())?.get(variable.index())?;

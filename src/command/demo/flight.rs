@@ -1,4 +1,4 @@
-//! The test flight: a model whose derivatives are known, flown with instruments of flight-test quality, and its radio.
+//! The test flights: aircraft whose derivatives are known, flown with instruments of flight-test quality, and their radio.
 
 use ::replay::{MonotonicClock, Pace, Player};
 use sideslip::error::Failure;
@@ -17,12 +17,33 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-/// The aircraft.
-const MODEL: &str = include_str!("../../../replay/models/puma-like.toml");
-/// Control, shape, amplitude rad, clock s, start s.
-const INPUTS: [&str; 4] =
-    ["pedal:3211:0.02:0.7:2", "lat_cyclic:3211:0.008:0.5:12", "lon_cyclic:3211:0.01:0.5:20", "collective:doublet:0.01:0.8:28"];
-const DURATION_S: f64 = 36.0;
+/// Where it is flown.
+pub(super) struct TestPoint {
+    pub(super) name: &'static str,
+    model: &'static str,
+}
+
+/// 100 kn at 1.024 kg/m^3, as in section 4 of the paper.
+pub(super) const TEST_POINTS: [TestPoint; 3] = [
+    TestPoint { name: "descent", model: include_str!("../../../replay/models/puma-flight-descent.toml") },
+    TestPoint { name: "level", model: include_str!("../../../replay/models/puma-flight-level.toml") },
+    TestPoint { name: "climb", model: include_str!("../../../replay/models/puma-flight-climb.toml") },
+];
+/// Air density, kg/m^3.
+pub(super) const DENSITY: &str = "1.024";
+
+/// A run: what the pilot does (control, shape, amplitude rad, clock s, start s), and for how long.
+pub(super) struct Run {
+    pub(super) name: &'static str,
+    inputs: [&'static str; 2],
+    pub(super) duration_s: f64,
+}
+
+/// The one that is fitted, and the one that is kept back.
+pub(super) const RUNS: [Run; 2] = [
+    Run { name: "fit", inputs: ["pedal:3211:0.012:0.7:2", "lat_cyclic:3211:0.009:0.5:8"], duration_s: 16.0 },
+    Run { name: "kept", inputs: ["pedal:doublet:-0.012:0.8:2", "lat_cyclic:doublet:-0.006:0.6:8"], duration_s: 14.0 },
+];
 /// Samples a second.
 pub(super) const RATE_HZ: f64 = 50.0;
 /// Between looks for somebody who calls.
@@ -35,12 +56,12 @@ pub(super) struct TestFlight {
 }
 
 impl TestFlight {
-    /// Flies it with that seed of the instruments' noise.
-    pub(super) fn fly(seed: u64) -> Result<Self, Failure> {
+    /// Flies a run at a test point with that seed of the instruments' noise.
+    pub(super) fn fly(point: &TestPoint, run: &Run, seed: u64) -> Result<Self, Failure> {
         let failed = |what: &dyn std::fmt::Display| Failure::Running(format!("the test flight: {what}"));
-        let truth = ModelFile::parse(MODEL).map_err(|misread| failed(&misread.what))?.linear;
+        let truth = ModelFile::parse(point.model).map_err(|misread| failed(&misread.what))?.linear;
         let mut inputs = Inputs::at_trim(&truth);
-        for text in INPUTS {
+        for text in run.inputs {
             let spec = InputSpec::parse(text).map_err(|wrong| failed(&wrong))?;
             for (control, history) in Control::ALL.into_iter().zip(&mut inputs.controls) {
                 if control.channel() == spec.channel {
@@ -49,19 +70,16 @@ impl TestFlight {
             }
         }
         let instruments = Instruments::flight_quality(1.0);
-        let flown = simulate(&truth, &inputs, &instruments, DURATION_S, RATE_HZ, seed).map_err(|refused| failed(&refused))?;
+        let flown = simulate(&truth, &inputs, &instruments, run.duration_s, RATE_HZ, seed).map_err(|refused| failed(&refused))?;
         Ok(TestFlight { truth, samples: flown.samples })
     }
+}
 
+impl Run {
     /// What the pilot does, in words.
     pub(super) fn inputs(&self) -> String {
-        let named = INPUTS.map(|text| text.split(':').take(2).collect::<Vec<_>>().join(" "));
+        let named = self.inputs.map(|text| text.split(':').take(2).collect::<Vec<_>>().join(" "));
         named.join(", ")
-    }
-
-    /// s.
-    pub(super) fn duration_s(&self) -> f64 {
-        DURATION_S
     }
 }
 

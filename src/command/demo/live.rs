@@ -17,13 +17,14 @@ pub(super) struct LiveChild {
 }
 
 impl LiveChild {
-    /// Starts it: telemetry from that URL, logs into `out`, the numbers into `json`. What it says goes into a file.
-    pub(super) fn start(url: &str, root: &Path, out: &Path, json: &Path) -> Result<Self, Failure> {
+    /// Starts it for a run (`run=NAME`): telemetry from that URL, logs into `out`, the numbers into `json`. What it says goes
+    /// into a file.
+    pub(super) fn start(run: &str, url: &str, root: &Path, out: &Path, json: &Path) -> Result<Self, Failure> {
         let failed = |error: std::io::Error| Failure::Running(format!("live cannot be started: {error}"));
         let log = out.join("processes.log");
         let said = File::create(&log).map_err(|error| Failure::io(&log, &error))?;
         let mut call = Command::new(std::env::current_exe().map_err(failed)?);
-        call.args(["live", "--supervised", "--source", url, "--set", "run=demo", "--root"]).arg(root);
+        call.args(["live", "--supervised", "--source", url, "--set", run, "--set", "aircraft=puma", "--root"]).arg(root);
         call.arg("--out").arg(out).arg("--json").arg(json);
         let process = call.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(said).spawn().map_err(failed)?;
         Ok(LiveChild { process, log, out: out.into() })

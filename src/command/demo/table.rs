@@ -1,4 +1,4 @@
-//! The table of truth and estimate: while it flies, and at the end.
+//! The table of truth and estimate while it flies.
 
 use sideslip::bus::reader::Estimate;
 use sideslip::flight::channel::ControlNames;
@@ -12,8 +12,8 @@ use sideslip::outputs::text::{Digits, StatusText, TermName, derivative_unit};
 use sideslip::regression::record::{LateralDerivatives, Status, WholeDerivatives};
 use std::fmt;
 
-/// What is compared: the derivatives that make the lateral modes, the main longitudinal ones, and the controls.
-const SHOWN: [(Axis, Variable); 19] = [
+/// What is compared: the derivatives that make the lateral modes, and those of the controls.
+const SHOWN: [(Axis, Variable); 12] = [
     (Axis::N, Variable::V),
     (Axis::N, Variable::P),
     (Axis::N, Variable::R),
@@ -26,13 +26,6 @@ const SHOWN: [(Axis, Variable); 19] = [
     (Axis::Y, Variable::V),
     (Axis::Y, Variable::P),
     (Axis::Y, Variable::R),
-    (Axis::M, Variable::U),
-    (Axis::M, Variable::W),
-    (Axis::M, Variable::Q),
-    (Axis::M, Variable::LonCyclic),
-    (Axis::Z, Variable::W),
-    (Axis::Z, Variable::Collective),
-    (Axis::X, Variable::U),
 ];
 
 const NAMES: ControlNames = ControlNames::Rotorcraft;
@@ -42,8 +35,6 @@ pub(super) struct Table<'a> {
     pub(super) truth: &'a LinearModel,
     pub(super) estimate: Option<&'a Estimate>,
     pub(super) style: Style,
-    /// The closing table: with what it all came to.
-    pub(super) last: bool,
 }
 
 /// One line: what is true, and what was found with its standard error and the standing of its equation.
@@ -102,10 +93,6 @@ impl fmt::Display for Table<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.estimate {
             None => writeln!(f, "no estimate yet")?,
-            Some(estimate) if self.last => {
-                let title = format!("Truth and estimate after {:.1} s", estimate.modes.time_s);
-                writeln!(f, "{}", self.style.bold(title))?;
-            }
             Some(estimate) => {
                 let status = StatusText { status: estimate.status, controls: NAMES };
                 let title =
@@ -132,22 +119,6 @@ impl fmt::Display for Table<'_> {
             let (name, truth, unit) = (&line.name, Digits(line.truth, 5).to_string(), line.unit);
             writeln!(f, "  {name:<17} {truth:>10}   {value:>10} +- {std:<9} {unit:<12} {off:>8}  {status}")?;
         }
-        if self.last {
-            self.closing(f, &lines)?;
-        }
-        Ok(())
-    }
-}
-
-impl Table<'_> {
-    fn closing(&self, f: &mut fmt::Formatter<'_>, lines: &[Line]) -> fmt::Result {
-        let offs: Vec<f64> = lines.iter().filter_map(Line::off).map(f64::abs).collect();
-        let within = offs.iter().filter(|off| **off <= 3.0).count();
-        writeln!(f, "\n{within} of {} estimates are within 3 standard errors of the truth.", offs.len())?;
-        writeln!(
-            f,
-            "Dutch roll: of the whole aircraft; \"lateral\" and the roots: of the lateral subsystem v p phi r alone, as in the paper."
-        )?;
         Ok(())
     }
 }

@@ -17,7 +17,7 @@ use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::effect_file::DeclaredEffect;
 use sideslip::flight::run_file::RunInfo;
-use sideslip::identification::test_point::test_points;
+use sideslip::identification::test_point::{Condition, test_points};
 use sideslip::outputs::terminal::Style;
 use sideslip::simulation::flight_model::FlightModel;
 use std::path::{Path, PathBuf};
@@ -32,8 +32,8 @@ way of each control to its blade, rotor speed, gusts, the instruments. All are w
 own tolerance free to answer, the best are fitted with their numbers free, and after each that is taken the search goes on until
 what remains is noise. Causes that the data do not tell apart are told together. Where no hypothesis explains what is there, it
 says so: on which axis, and in which band. The gain is that of free runs on runs which were not fitted; without a gain no model is
-extended. Runs should begin in the trim of the model. A Level-1 model whose airspeed and climb are left open is trimmed where runs
-of several test points were flown: each is diagnosed at its own, and all over the flight path.
+extended. Runs should begin in the trim of the model. A Level-1 model whose airspeed and climb are left open is trimmed where the
+runs were flown; runs of several test points are diagnosed at their own each, and all over the flight path.
 
 Exit status: 0 done, whatever was found; 1 failed while running; 2 the call, a recording or a model is wrong; 3 done, rows were
 skipped or a run was set aside. With --json - the table goes to standard error.";
@@ -102,10 +102,19 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         named.collect()
     };
     let (fit, holdout) = (recorded(fit, &args.fit), recorded(holdout, &args.holdout));
-    let groups = test_points(&fit.iter().map(condition_of).collect::<Vec<_>>());
-    if groups.len() > 1 && args.condition.is_left_to_runs(&model) {
+    let conditions: Vec<Condition> = fit.iter().map(condition_of).collect();
+    let groups = test_points(&conditions);
+    let left_to_runs = args.condition.is_left_to_runs(&model);
+    if groups.len() > 1 && left_to_runs {
         losses.extend(points::run(args, &of_model, (&fit, &holdout), &groups, controls)?);
     } else {
+        let flown = Condition::mean(&conditions);
+        let model = if left_to_runs && !flown.is_near(&trim_of(&model)) {
+            message(format_args!("the model is trimmed where it was flown: {}", points::in_words(&flown, fit.len())));
+            args.condition.fly_at(of_model, flown.speed, flown.climb())?
+        } else {
+            model
+        };
         let answer = answered(args, model, (&fit, &holdout), controls, &mut losses)?;
         tell(args, &answer, &Flights { fit: &fit, holdout: &holdout })?;
     }
@@ -113,6 +122,16 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         message(format_args!("sideslip: {loss}"));
     }
     Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })
+}
+
+/// The test point that a model is trimmed at.
+fn trim_of(model: &FlightModel) -> Condition {
+    let trim = model.linear().trim;
+    let speed = trim.airspeed();
+    let angles =
+        [("tas", speed), ("alpha", trim.w.atan2(trim.u)), ("beta", (trim.v / speed.max(1.0)).asin()), ("theta", trim.theta)];
+    let named = |name: &str| angles.iter().chain([&("phi", trim.phi)]).find(|(there, _)| *there == name).map(|(_, value)| *value);
+    Condition::of_trim(named, || f64::NAN)
 }
 
 /// Diagnoses a model by the runs of one test point.

@@ -13,6 +13,7 @@ use sideslip::error::Failure;
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::effect::Effect;
 use sideslip::flight::effect_file::DeclaredEffect;
+use sideslip::flight::model::LinearModel;
 use sideslip::identification::test_point::Condition;
 use sideslip::modes::lateral;
 use sideslip::outputs::terminal::Style;
@@ -76,7 +77,7 @@ fn numbered(path: &Path, number: usize) -> PathBuf {
     path.with_file_name(format!("{stem}-{}{ending}", number + 1))
 }
 
-fn in_words(condition: &Condition, runs: usize) -> String {
+pub(super) fn in_words(condition: &Condition, runs: usize) -> String {
     let path_deg = condition.path.to_degrees();
     format!("{runs} run(s) at {:.1} m/s, flight path {path_deg:+.1} deg ({:+.1} m/s)", condition.speed, condition.climb())
 }
@@ -98,6 +99,7 @@ fn tell(args: &Args, points: &[Point], varying: &[Varying], controls: ControlNam
             one["runs"] = json!(point.runs);
             one["speed_mps"] = json!(point.condition.speed);
             one["path_rad"] = json!(point.condition.path);
+            one["lateral"] = lateral_derivatives(point, controls);
             one["lateral_roots"] =
                 json!({ "model": lateral_root(point, &[]), "extended": lateral_root(point, &point.answer.extension) });
             one
@@ -108,14 +110,35 @@ fn tell(args: &Args, points: &[Point], varying: &[Varying], controls: ControlNam
     write_json(path, &format!("{document:#}\n"))
 }
 
-/// Dutch roll of the lateral subsystem v p phi r with these effects besides the model's own.
-fn lateral_root(point: &Point, extension: &[DeclaredEffect]) -> Value {
+/// The model with these effects besides its own.
+fn with(point: &Point, extension: &[DeclaredEffect]) -> Option<LinearModel> {
     let model = &point.answer.model;
     let effects: Vec<Effect> = model.file.effects.iter().chain(extension).map(|declared| declared.effect).collect();
-    let root = with_effects(model.linear(), &effects)
-        .ok()
+    with_effects(model.linear(), &effects).ok()
+}
+
+/// Dutch roll of the lateral subsystem v p phi r with these effects.
+fn lateral_root(point: &Point, extension: &[DeclaredEffect]) -> Value {
+    let root = with(point, extension)
         .and_then(|linear| lateral::modes(0.0, Status::Converged, &LateralDerivatives::of(&linear))?.dutch_roll);
     root.map_or(Value::Null, |root| json!({ "real": root.real, "imag": root.imag }))
+}
+
+/// Derivatives of the lateral subsystem: the model's, the extended model's, and the standard error of what was added.
+fn lateral_derivatives(point: &Point, controls: ControlNames) -> Value {
+    let extension = &point.answer.extension;
+    let extended = with(point, extension);
+    let mut all = json!({});
+    for (axis, variable) in LateralDerivatives::NAMES {
+        let own = |one: &&DeclaredEffect| matches!(one.effect, Effect::Derivative { axis: a, variable: v, .. } if (a, v) == (axis, variable));
+        let std = extension.iter().find(own).and_then(|one| one.std).filter(|std| std.is_finite());
+        all[format!("{}_{}", axis.name(), variable.name(controls))] = json!({
+            "model": point.answer.model.linear().derivative(axis, variable),
+            "extended": extended.as_ref().map(|model| model.derivative(axis, variable)),
+            "std": std,
+        });
+    }
+    all
 }
 
 /// Derivatives against the flight path, one a line: the model's and the flight's at each test point.
