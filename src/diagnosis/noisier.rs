@@ -1,8 +1,8 @@
 //! How the filter's covariance and state hang on the logarithm of each noise density, (4) of `filter`.
 //!
 //! Consumes transition matrices, gains and readings; produces the cost's slope by each logarithm and its expected second
-//! derivative. All densities go through side by side: for each entry of M = dP and m = dx the numbers of all of them lie together,
-//! so that one instruction takes four. Single precision is ample for slopes that steer noise densities.
+//! derivative. All densities go through side by side: for each entry of M = dP and m = dx the numbers of all of them lie
+//! together, so that one instruction takes four. Single precision is ample for slopes that steer noise densities.
 
 use super::filter::{GUST, LAG, NOISES, Noise, STATES, Square, State};
 use super::posed::gust_time;

@@ -1,7 +1,7 @@
 //! The table of section 4 of the paper: simulation, live estimate, extended model and truth at each test point.
 
 use super::flight::TEST_POINTS;
-use super::session::Flown;
+use super::sortie::Flown;
 use serde_json::Value;
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::derivative::{Axis, Variable};
@@ -45,8 +45,8 @@ struct Line {
 /// Real and imaginary part with their standard errors: real = -zeta omega, imag = omega sqrt(1 - zeta^2).
 fn parts(pair: &Oscillation) -> [(f64, f64); 2] {
     let Oscillation { real, imag, omega, zeta, std_omega, std_zeta } = *pair;
-    let root = (1.0 - zeta * zeta).sqrt();
-    let std = [(zeta * std_omega).hypot(omega * std_zeta), (root * std_omega).hypot(omega * zeta / root * std_zeta)];
+    let root = libm::sqrt(1.0 - zeta * zeta);
+    let std = [libm::hypot(zeta * std_omega, omega * std_zeta), libm::hypot(root * std_omega, omega * zeta / root * std_zeta)];
     [(real, std[0]), (imag, std[1])]
 }
 

@@ -9,7 +9,7 @@ mod closing;
 mod diagnosis;
 mod flight;
 mod live;
-mod session;
+mod sortie;
 mod table;
 
 use super::message;
@@ -17,9 +17,9 @@ use super::output_file::{print, write_json};
 use super::stop::stopped_by_signals;
 use closing::Closing;
 use flight::{RATE_HZ, RUNS, TEST_POINTS};
-use session::{Flown, fly};
 use sideslip::error::{Failure, Outcome};
 use sideslip::outputs::terminal::Style;
+use sortie::{Flown, fly};
 use std::path::PathBuf;
 
 const EXAMPLE: &str = "\
@@ -27,9 +27,9 @@ Example:
   sideslip demo
   sideslip demo --speed 1 --seed 3 --out trial/
 
-On a terminal the estimates are shown while they come; it ends with the table of section 4 of the paper (simulation, live estimate,
-extended model, and the truth) and the paths of logs, numbers and pages. Everything stays on this machine (127.0.0.1). While a run is
-flown, `sideslip watch --root DIR` with the root that it names shows the same to anybody.
+On a terminal the estimates are shown while they come; it ends with the table of section 4 of the paper (simulation, live
+estimate, extended model, and the truth) and the paths of logs, numbers and pages. Everything stays on this machine (127.0.0.1).
+While a run is flown, `sideslip watch --root DIR` with the root that it names shows the same to anybody.
 
 Exit status: 0 done; 1 failed while running; 2 the call is wrong; 3 done, with data lost (said how much).";
 

@@ -128,8 +128,12 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 fn trim_of(model: &FlightModel) -> Condition {
     let trim = model.linear().trim;
     let speed = trim.airspeed();
-    let angles =
-        [("tas", speed), ("alpha", trim.w.atan2(trim.u)), ("beta", (trim.v / speed.max(1.0)).asin()), ("theta", trim.theta)];
+    let angles = [
+        ("tas", speed),
+        ("alpha", libm::atan2(trim.w, trim.u)),
+        ("beta", libm::asin(trim.v / speed.max(1.0))),
+        ("theta", trim.theta),
+    ];
     let named = |name: &str| angles.iter().chain([&("phi", trim.phi)]).find(|(there, _)| *there == name).map(|(_, value)| *value);
     Condition::of_trim(named, || f64::NAN)
 }

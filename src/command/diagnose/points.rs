@@ -130,7 +130,10 @@ fn lateral_derivatives(point: &Point, controls: ControlNames) -> Value {
     let extended = with(point, extension);
     let mut all = json!({});
     for (axis, variable) in LateralDerivatives::NAMES {
-        let own = |one: &&DeclaredEffect| matches!(one.effect, Effect::Derivative { axis: a, variable: v, .. } if (a, v) == (axis, variable));
+        let own = |one: &&DeclaredEffect| match one.effect {
+            Effect::Derivative { axis: of, variable: by, .. } => of == axis && by == variable,
+            _ => false,
+        };
         let std = extension.iter().find(own).and_then(|one| one.std).filter(|std| std.is_finite());
         all[format!("{}_{}", axis.name(), variable.name(controls))] = json!({
             "model": point.answer.model.linear().derivative(axis, variable),
