@@ -44,22 +44,21 @@ impl Noisier {
             }
         }
         self.state = state;
-        for i in 0..n {
-            for j in i..n {
-                let mut sum = NONE;
-                half[i].iter().zip(&phi[j]).take(n).for_each(|(half, part)| add(&mut sum, *part, half));
-                self.covariance[i][j] = sum;
+        for (i, (half, row)) in half.iter().zip(&mut self.covariance).enumerate().take(n) {
+            for (entry, phi) in row.iter_mut().zip(&phi).take(n).skip(i) {
+                *entry = NONE;
+                half.iter().zip(phi).take(n).for_each(|(half, part)| add(entry, *part, half));
             }
         }
         let gust = |source: usize| 2.0 * noise.gust.0 * noise.gust.0 / gust_time(source - GUST, noise.gust.1.max(dt));
         let forces = noise.force.iter().enumerate().map(|(axis, density)| (axis, axis, *density));
         let gusts = (GUST..STATES).map(|source| (AXES, source, gust(source))).filter(|_| noise.gust.0 > 0.0);
         for (of, source, density) in forces.chain(gusts) {
-            for i in 0..n {
+            for (i, row) in self.covariance.iter_mut().enumerate().take(n) {
                 let part = gamma[i][source] * density * dt;
                 if part != 0.0 {
-                    for j in i..n {
-                        self.covariance[i][j][of] += (part * gamma[j][source]) as f32;
+                    for (entry, gamma) in row.iter_mut().zip(gamma).take(n).skip(i) {
+                        entry[of] += (part * gamma[source]) as f32;
                     }
                 }
             }

@@ -63,8 +63,11 @@ fn only_sure(problem: &Problem, mut point: Point) -> Option<(Point, Local)> {
     }
 }
 
-/// What each hypothesis gains, and what others would in its place: entry, its score, and how much more it gains.
-fn standing(problem: &Problem, point: &Point) -> Option<(Vec<Entry>, Vec<(f64, Vec<(Score, f64)>)>)> {
+/// What a hypothesis gains, and others in its place: their scores, and how much more they gain.
+type Standing = (f64, Vec<(Score, f64)>);
+
+/// The library, and of each hypothesis how it stands against that.
+fn standing(problem: &Problem, point: &Point) -> Option<(Vec<Entry>, Vec<Standing>)> {
     let present = problem.effects(point);
     let entries: Vec<Entry> = library(problem, &present).into_iter().filter(|entry| axis_of(&entry.effect).is_some()).collect();
     let candidates: Vec<_> = entries.iter().map(|entry| &entry.candidate).collect();
