@@ -4,8 +4,8 @@
 //!     e = a_measured - F_model(x, u)                                                                  (1)
 //! as the instruments see it (`residual_series`); its rms, the part of its power that the causes explain,
 //! 1 - (rms after)^2/(rms before)^2 with the noise taken from both, and the band that holds 80 % of the power of what is left.
-//! Powers are those of means over [`MEAN_S`]: what instruments' noise makes of a moment at a single step, a difference of two
-//! rates, would drown every motion that an aircraft has.
+//! Powers are those of means over a quarter of a second: what instruments' noise makes of a moment at a single step, a
+//! difference of two rates, would drown every motion that an aircraft has.
 
 use super::problem::Problem;
 use super::residual_series::Flown;

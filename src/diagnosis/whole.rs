@@ -2,7 +2,7 @@
 //!
 //! Consumes the problem; with every derivative of the axes that the model speaks of as free as the search's own priors make one
 //! alone (and what a simulation has of second order in sideways motion), and all at once, those that come out off by more than
-//! [`SURE`] standard errors become causes, and the others go back to the model's tolerance, until all that stay are off by so
+//! four standard errors become causes, and the others go back to the model's tolerance, until all that stay are off by so
 //! many; then causes are exchanged for what stands better in their place, and the search goes on from there. Standard errors are
 //! those with everything in doubt that may be. What is left of a model that is wrong in another way stays left: the caller
 //! judges that as after the search.
