@@ -249,7 +249,7 @@ fn look(problem: Problem, known: &[Vec<DeclaredEffect>], settings: &Settings) ->
 fn look_once(problem: &Problem, known: &[Vec<DeclaredEffect>], settings: &Settings) -> Option<(Searched, Option<Unknown>)> {
     let searched = search(problem, known, settings)?;
     let unknown = unknown_of(problem, &searched);
-    if known.is_empty() && (unknown.is_some() || searched.rivals.len() >= settings.causes) {
+    if problem.says_all() && known.is_empty() && (unknown.is_some() || searched.rivals.len() >= settings.causes) {
         let most = MANY_LEAVE * searched.before.iter().sum::<f64>();
         let better = |many: &Searched| many.left.iter().sum::<f64>() < most && many.local.evidence() < searched.local.evidence();
         if let Some(many) = whole(problem, &searched, settings).filter(better) {

@@ -6,7 +6,8 @@
 
 use super::linearise::{Local, With};
 use super::point::Point;
-use super::problem::{Problem, Rounds};
+use super::problem::Problem;
+use super::settle::Rounds;
 use crate::flight::effect::Effect;
 
 /// Noise of forces, of the least, beyond which gusts are looked for.

@@ -2,7 +2,8 @@
 //!
 //! In: a model with effects (`simulation::flight_model`), runs as samples with their geometry. `run_record` and `driven` say what
 //! was flown, `aircraft` what the model makes of it, `posed` the two together; `filter` (with `covariance`, `noisier` and
-//! `slopes`) compares them along a run. `problem` joins several runs at a `point`, and `linearise` has its neighbourhood.
+//! `slopes`) compares them along a run. `problem` joins several runs at a `point`, `linearise` has its
+//! neighbourhood and `settle` the way down.
 //! `library` holds the hypotheses, `screen` weighs them all at once, `search` fits the best and looks again; where many
 //! derivatives are wrong `whole` has them together, and `exchange` what would stand in the place of each. `diagnose` says what
 //! came of it, `explain` in words, `companions` and `against` (with `residual_series` and `spectrum`) by what the residuals go
@@ -42,6 +43,7 @@ mod residual_series;
 pub mod run_record;
 pub mod screen;
 pub mod search;
+mod settle;
 mod slopes;
 pub mod spectrum;
 pub mod whole;

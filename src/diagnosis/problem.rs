@@ -1,42 +1,30 @@
-//! Several runs and one model: the cost of a point, its neighbourhood, and the way down.
+//! Several runs and one model: what the cost of a point is made of. Its neighbourhood is `linearise`, the way down `settle`.
 //!
 //! Consumes runs, the model and a point (hypotheses with their numbers, small errors of every derivative, each run's own
 //! offsets); produces the normal equations of (3) of `filter` over all runs with the priors in them,
 //!     A = sum_runs S'S + Lambda^-1     b = sum_runs S'e - Lambda^-1 (theta - theta_0)     theta <- theta + A^-1 b     (1)
 //! and minus twice the logarithm of the evidence, after Laplace,
 //!     E = cost + theta' Lambda^-1 theta + ln det A + ln det Lambda                                        (2)
-//! The noise of forces and moments, and that of gusts where there are any, goes with it by its own scores, (4) of `filter`:
-//!     ln q <- ln q - (d cost)/(d^2 cost)                                                              (3)
-//! It is never less than what the noise of the recorded controls makes.
+//! The noise of forces and moments is never less than what the noise of the recorded controls makes.
 
 use super::aircraft::{Aircraft, Partials};
 use super::driven::Driven;
-use super::filter::NOISES;
-use super::linearise::{Local, With};
+use super::linearise::With;
 use super::point::{OWN, Point, nudged};
 use super::run_record::{FELT, OUTPUT_CHANNELS, ROTOR, Record, input_channel};
+use super::settle::Rounds;
 use crate::estimation::compatibility::series::Series;
 use crate::flight::channel::Channel;
 use crate::flight::control::CONTROLS;
 use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
 use crate::flight::effect::Effect;
 use crate::flight::model::Trim;
-use nalgebra::DVector;
 
 /// Least spectral density of forces and moments.
 const LEAST_DENSITY: [f64; AXES] = [1e-6, 1e-6, 1e-6, 1e-8, 1e-8, 1e-8];
 /// Where the density begins, before the innovations say better.
 const FIRST_DENSITY: [f64; AXES] = [1e-2, 1e-2, 1e-2, 1e-4, 1e-4, 1e-4];
-/// Most that the logarithm of a density changes at once.
-const DENSITY_STEP: f64 = 3.0;
-/// Change of the cost by which noises are far from where they settle, and rounds of quick passes that then bring them nearer.
-const FAR: f64 = 30.0;
-const QUICK_ROUNDS: usize = 3;
-/// Parts of a step that are tried.
-const STEPS: [f64; 4] = [1.0, 0.3, 0.1, 0.03];
-/// Least second derivative by a noise's logarithm.
-const LEAST_CURVATURE: f64 = 0.3;
-/// The same on an axis that the model says nothing of: with an accelerometer, without one, and of moments.
+/// Where it begins on an axis that the model says nothing of: with an accelerometer, without one, and of moments.
 const SILENT_DENSITY: (f64, f64, f64) = (1e-2, 1.0, 1e-2);
 /// Standard deviation of what an accelerometer there is off by, m/s^2, and of a force and a moment that nothing says, m/s^2 and
 /// rad/s^2.
@@ -66,25 +54,6 @@ const OFF_SPEED: f64 = 1.0;
 const OFF_ANGLE: f64 = 0.006;
 /// Of a uniform distribution, half width to standard deviation.
 const UNIFORM: f64 = 0.577_350_269_189_625_8;
-
-/// How far a point is followed down.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rounds {
-    /// Most steps.
-    pub most: usize,
-    /// Change of the cost below which nothing changes any more.
-    pub gain: f64,
-}
-
-impl Rounds {
-    /// Until it has settled.
-    pub const SETTLED: Rounds = Rounds { most: 14, gain: 0.3 };
-
-    /// To see what it is worth.
-    pub const fn some(most: usize) -> Self {
-        Rounds { most, gain: 1.0 }
-    }
-}
 
 /// Runs and a model.
 #[derive(Clone, Debug)]
@@ -146,7 +115,9 @@ impl Problem {
     /// beforehand, and so what they do is nothing beside the noise.
     #[must_use]
     pub fn of_what_shows(mut self) -> Self {
-        let least = Point { force: self.least, ..self.zero() };
+        let mut least = self.zero();
+        let said = least.force.iter_mut().zip(self.least).zip(self.silent).filter(|(_, silent)| !silent);
+        said.for_each(|((force, least), _)| *force = least);
         let Some(local) = self.linearise(&least, &[], With::Slopes) else { return self };
         let factor = local.factor.l();
         let mut rows = factor.row_iter();
@@ -218,21 +189,6 @@ impl Problem {
         self.runs.iter().map(|run| self.driven(run, &above).less(&self.driven(run, &below), step - down)).collect()
     }
 
-    /// The noises after a step (3), and what the change is worth at most, as that of the parameters. Where the slope has changed
-    /// its sign the last step went too far, and so would this one: half of it is taken.
-    fn renewed(&self, point: &Point, noisier: &[(f64, f64); NOISES], before: &[(f64, f64); NOISES]) -> ([f64; AXES], f64, f64) {
-        let by = |of: usize| {
-            let ((slope, curvature), (last, _)) = (noisier[of], before[of]);
-            let part = if slope * last < 0.0 { 0.5 } else { 1.0 };
-            libm::exp((-part * slope / curvature.max(LEAST_CURVATURE)).clamp(-DENSITY_STEP, DENSITY_STEP))
-        };
-        let force: [f64; AXES] = core::array::from_fn(|axis| (point.force[axis] * by(axis)).max(self.least[axis]));
-        let changes = force.iter().zip(&point.force).zip(noisier);
-        let moved = changes.map(|((a, b), (slope, _))| libm::fabs(slope * libm::log(a / b))).fold(0.0, f64::max);
-        // The gusts' density goes with the square of their standard deviation.
-        (force, point.gust.0 * libm::sqrt(by(AXES)), moved)
-    }
-
     /// What each axis's noise beyond the least is worth: how much the cost rises without it.
     pub fn unexplained(&self, point: &Point) -> Option<[f64; AXES]> {
         let here = self.linearise(point, &[], With::Cost)?.cost;
@@ -243,76 +199,6 @@ impl Problem {
             *rise = self.linearise(&without, &[], With::Cost).map_or(f64::INFINITY, |there| there.cost - here);
         }
         Some(rises)
-    }
-
-    /// Goes down from a point until nothing changes any more.
-    pub fn settle(&self, point: Point, rounds: Rounds) -> Option<(Point, Local)> {
-        let point = self.with_noises_found(point);
-        let local = self.linearise(&point, &[], With::Slopes)?;
-        self.settle_on((point, local), rounds)
-    }
-
-    /// The same from a point whose neighbourhood is known.
-    pub fn settle_on(&self, (mut point, mut local): (Point, Local), rounds: Rounds) -> Option<(Point, Local)> {
-        let mut before = local.noisier;
-        for _ in 0..rounds.most {
-            let (force, gust, moved) = self.renewed(&point, &local.noisier, &before);
-            before = local.noisier;
-            let step = local.factor.solve(&local.pull);
-            let gain = step.dot(&local.pull);
-            // A step may lead out of what the kinematics can carry: then a part of it, and in the end none.
-            let parts = STEPS.into_iter().find_map(|part| {
-                let mut next = self.stepped(&point, &step, part);
-                (next.force, next.gust.0) = (force, gust);
-                if moved > FAR {
-                    next = self.with_noises_found(next);
-                }
-                let there = self.linearise(&next, &[], With::Slopes)?;
-                Some((next, there))
-            });
-            let Some(next) = parts else { break };
-            (point, local) = next;
-            if gain < rounds.gain && moved < 2.0 * rounds.gain {
-                break;
-            }
-        }
-        Some((point, local))
-    }
-
-    /// The noises alone brought nearer to where they settle: a pass without sensitivities is a quick one.
-    fn with_noises_found(&self, mut point: Point) -> Point {
-        let mut before = None;
-        for _ in 0..QUICK_ROUNDS {
-            let Some(local) = self.linearise(&point, &[], With::Noises) else { break };
-            let (force, gust, moved) = self.renewed(&point, &local.noisier, &before.unwrap_or(local.noisier));
-            before = Some(local.noisier);
-            (point.force, point.gust.0) = (force, gust);
-            if moved < FAR {
-                break;
-            }
-        }
-        point
-    }
-
-    /// A part of the step (1).
-    fn stepped(&self, point: &Point, step: &DVector<f64>, part: f64) -> Point {
-        let mut next = point.clone();
-        let run_s = self.runs.iter().map(|run| run.mesh.length_s()).fold(f64::INFINITY, f64::min);
-        let at = |place: usize| part * step.get(place).copied().unwrap_or(0.0);
-        let places = point.places();
-        for (place, &key) in places.iter().enumerate() {
-            next.change(key, at(place), run_s);
-        }
-        for (k, &(axis, variable, _)) in self.small.iter().enumerate() {
-            next.small[axis.index()][variable.index()] += at(places.len() + k);
-        }
-        let shared = places.len() + self.small.len();
-        for (number, own) in next.own.iter_mut().enumerate() {
-            for (k, value) in own.iter_mut().enumerate() {
-                *value += at(shared + number * OWN + k);
-            }
-        }
-        next
     }
 
     /// The same with each output of each run as noisy as it is about a point: its innovations e, whitened by the noise that was
@@ -347,6 +233,12 @@ impl Problem {
             (point, _) = noisier.settle(point, Rounds::SETTLED)?;
         }
         Some(noisier)
+    }
+
+    /// Whether the model speaks of every axis. Where it does not, noise stands for motion as it was measured, and its density is
+    /// no number to be found.
+    pub fn says_all(&self) -> bool {
+        !self.silent.iter().any(|silent| *silent)
     }
 
     /// Whether the runs begin elsewhere than in the model's trim.

@@ -11,9 +11,10 @@ use super::exchange::{InPlace, in_place};
 use super::library::{Entry, curvature, library};
 use super::linearise::{Local, With};
 use super::point::{Hypothesis, Point};
-use super::problem::{Problem, Rounds};
+use super::problem::Problem;
 use super::screen::{Score, axis_of, prior_of};
 use super::search::{Rival, Searched, Settings, go_on, sized, usual_forces};
+use super::settle::Rounds;
 use crate::flight::derivative::{Axis, Variable};
 use crate::flight::effect::Effect;
 
