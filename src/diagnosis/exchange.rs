@@ -9,9 +9,9 @@
 use super::library::Entry;
 use super::linearise::Local;
 use super::point::Point;
-use super::screen::{Score, prior_of, scored};
+use super::screen::{Answering, Score, scored, scores};
 use crate::flight::derivative::AXES;
-use nalgebra::Cholesky;
+use nalgebra::{Cholesky, DMatrix};
 
 /// What a hypothesis gains, and what each entry of the library would in its place.
 #[derive(Clone, Debug)]
@@ -22,9 +22,16 @@ pub(super) struct InPlace {
     pub(super) others: Vec<Score>,
 }
 
-/// For the hypothesis at this place among the point's, one with a single number.
-pub(super) fn in_place(
+/// For every hypothesis of the point; each has a single number.
+pub(super) fn in_place(local: &Local, point: &Point, entries: &[Entry], usual: &[f64; AXES]) -> Option<Vec<InPlace>> {
+    let all = local.factor.l() * local.factor.l().transpose();
+    (0..point.hypotheses.len()).map(|hypothesis| one(local, &all, point, hypothesis, entries, usual)).collect()
+}
+
+/// For the hypothesis at this place among the point's.
+fn one(
     local: &Local,
+    all: &DMatrix<f64>,
     point: &Point,
     hypothesis: usize,
     entries: &[Entry],
@@ -34,29 +41,15 @@ pub(super) fn in_place(
     let one = point.hypotheses.get(hypothesis)?;
     let theta = point.number((hypothesis, 0)) - one.beforehand(0);
     let weight = 1.0 / (one.prior_std * one.prior_std);
-    let all = local.factor.l() * local.factor.l().transpose();
     let column = all.column(place).remove_row(place);
     let factor = Cholesky::new(all.clone().remove_row(place).remove_column(place))?;
-    let pull = local.pull.clone().remove_row(place) + &column * theta;
-    let answer = factor.solve(&pull);
+    let answer = factor.solve(&(local.pull.clone().remove_row(place) + &column * theta));
     // What the data alone know of it: the prior's part undone.
     let information = all[(place, place)] - weight - column.dot(&factor.solve(&column));
     let own_pull = local.pull.get(place)? + all[(place, place)] * theta - column.dot(&answer);
     let own = scored(information, own_pull, one.prior_std).map_or(0.0, |(gain, ..)| gain);
+    let pull: Vec<f64> = local.candidate_pull.iter().zip(&local.cross.row(place)).map(|(pull, by)| pull + by * theta).collect();
     let cross = local.cross.clone().remove_row(place);
-    let reduced = factor.solve(&cross);
-    let mut others: Vec<Score> = entries
-        .iter()
-        .enumerate()
-        .filter_map(|(number, entry)| {
-            let column = cross.column(number);
-            let information = local.diagonal.get(number)? - column.dot(&reduced.column(number));
-            let pull = local.candidate_pull.get(number)? + local.cross[(place, number)] * theta - column.dot(&answer);
-            let prior_std = prior_of(entry, local, number, usual)?;
-            let (gain, size, std) = scored(information, pull, prior_std)?;
-            Some(Score { entry: number, gain, size, std, prior_std })
-        })
-        .collect();
-    others.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    Some(InPlace { own, others })
+    let answering = Answering { factor: &factor, answer: &answer, cross: &cross, pull: &pull };
+    Some(InPlace { own, others: scores(local, entries, usual, &answering) })
 }

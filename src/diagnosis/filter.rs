@@ -85,7 +85,7 @@ pub struct Passed {
 /// What is asked of a pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Asked<'c> {
-    /// Sensitivities to these; none makes the cost, and the noises' slopes.
+    /// Sensitivities to these.
     pub columns: &'c [Column],
     /// Rows of S'S that are kept.
     pub kept: usize,

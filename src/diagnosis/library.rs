@@ -64,10 +64,7 @@ pub fn prior_std(effect: &Effect) -> Option<f64> {
 /// Every effect that the data carry, with the effects that are in the model already.
 pub fn library(problem: &Problem, present: &[Effect]) -> Vec<Entry> {
     let mut entries = Vec::new();
-    let mut plain = |effect: Effect, component: usize| {
-        let candidate = Candidate { column: problem.column_of(&effect, component), moved: Vec::new() };
-        entries.push(Entry { effect, candidate, component, shared: false, prior_std: prior_std(&effect) });
-    };
+    let mut plain = |effect: Effect, component: usize| entries.push(unmoved(problem, effect, component));
     let moved: Vec<Control> = Control::ALL.into_iter().filter(|control| range(problem, control.index()) > 0.0).collect();
     let rotor_moves = problem.has_input(ROTOR) && range(problem, ROTOR) > 0.0;
     for axis in Axis::ALL.into_iter().filter(|axis| !problem.silent[axis.index()]) {
@@ -150,11 +147,14 @@ pub fn curvature(problem: &Problem, present: &[Effect]) -> Vec<Entry> {
         _ => [Term::SignedSquare(v), Term::Product(v, v), Term::Cube(v)],
     };
     let effects = axes.flat_map(|axis| terms(axis).map(|term| Effect::Nonlinear { axis, term, coefficient: 0.0 }));
-    let entry = |effect| {
-        let candidate = Candidate { column: problem.column_of(&effect, 0), moved: Vec::new() };
-        Entry { effect, candidate, component: 0, shared: false, prior_std: None }
-    };
-    effects.filter(|effect| !present.iter().any(|there| same_cause(there, effect))).map(entry).collect()
+    let new = |effect: &Effect| !present.iter().any(|there| same_cause(there, effect));
+    effects.filter(new).map(|effect| unmoved(problem, effect, 0)).collect()
+}
+
+/// An entry that does not change what reaches the blades.
+fn unmoved(problem: &Problem, effect: Effect, component: usize) -> Entry {
+    let candidate = Candidate { column: problem.column_of(&effect, component), moved: Vec::new() };
+    Entry { effect, candidate, component, shared: false, prior_std: prior_std(&effect) }
 }
 
 /// Controls that act on anything.

@@ -140,7 +140,7 @@ impl Problem {
         let effects = self.effects(point);
         let model = self.aircraft.changed(&effects, &point.small);
         let sloped = matches!(with, With::Slopes | With::Traces);
-        let (own_columns, own_moved) = if !sloped { (Vec::new(), Vec::new()) } else { self.own_columns(point) };
+        let (own_columns, own_moved) = if sloped { self.own_columns(point) } else { (Vec::new(), Vec::new()) };
         let (order, shared) = self.layout(point);
         let mut columns: Vec<Column> = Vec::new();
         if sloped {

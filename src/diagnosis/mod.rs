@@ -2,13 +2,12 @@
 //!
 //! In: a model with effects (`simulation::flight_model`), runs as samples with their geometry. `run_record` and `driven` say what
 //! was flown, `aircraft` what the model makes of it, `posed` the two together; `filter` (with `covariance`, `noisier` and
-//! `slopes`) compares them along a run. `problem` joins several runs at a `point`, `linearise` has its
-//! neighbourhood and `settle` the way down.
-//! `library` holds the hypotheses, `screen` weighs them all at once, `search` fits the best and looks again; where many
-//! derivatives are wrong `whole` has them together, and `exchange` what would stand in the place of each. `diagnose` says what
-//! came of it, `explain` in words, `companions` and `against` (with `residual_series` and `spectrum`) by what the residuals go
-//! with. `free_run` predicts runs, and `gain` says how much better one model predicts than another. `live` does it while the
-//! flight goes on, and says what it finds as the records of `record`.
+//! `slopes`) compares them along a run. `problem` joins several runs at a `point`, `linearise` has its neighbourhood and
+//! `settle` the way down. `library` holds the hypotheses, `screen` weighs them all at once, `search` fits the best and looks
+//! again; where many derivatives are wrong `whole` has them together, and `exchange` what would stand in the place of each.
+//! `diagnose` says what came of it, `explain` in words, `companions` and `against` (with `residual_series` and `spectrum`) by
+//! what the residuals go with. `free_run` predicts runs, and `gain` says how much better one model predicts than another. `live`
+//! does it while the flight goes on, and says what it finds as the records of `record`.
 //! Assumed: body axes, SI; controls in straight lines between samples; a run begins in its own trim.
 //! Refused: a run without rates, one too short, a control that the model answers to and the run lacks.
 

@@ -12,7 +12,7 @@ use super::linearise::Local;
 use super::point::output_of;
 use crate::flight::derivative::{AXES, Axis};
 use crate::flight::effect::Effect;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Least information of the data, of what is known beforehand.
 const KNOWN: f64 = 1.0;
@@ -34,15 +34,34 @@ pub struct Score {
 
 /// All entries, the greatest gain first.
 pub fn screen(local: &Local, entries: &[Entry], usual: &[f64; AXES]) -> Vec<Score> {
-    let reduced: DMatrix<f64> = local.factor.solve(&local.cross);
-    let answer: DVector<f64> = local.factor.solve(&local.pull);
+    let answer = local.factor.solve(&local.pull);
+    let answering = Answering { factor: &local.factor, answer: &answer, cross: &local.cross, pull: &local.candidate_pull };
+    scores(local, entries, usual, &answering)
+}
+
+/// The parameters that are free to answer.
+pub(super) struct Answering<'a> {
+    /// Of their information.
+    pub(super) factor: &'a Cholesky<f64, Dyn>,
+    /// Their own step.
+    pub(super) answer: &'a DVector<f64>,
+    /// Their products with the candidates.
+    pub(super) cross: &'a DMatrix<f64>,
+    /// What pulls at the candidates.
+    pub(super) pull: &'a [f64],
+}
+
+/// (1) and (2) of the entries where those parameters answer, the greatest gain first.
+pub(super) fn scores(local: &Local, entries: &[Entry], usual: &[f64; AXES], answering: &Answering<'_>) -> Vec<Score> {
+    let Answering { factor, answer, cross, pull } = answering;
+    let reduced: DMatrix<f64> = factor.solve(*cross);
     let mut scores: Vec<Score> = entries
         .iter()
         .enumerate()
         .filter_map(|(place, entry)| {
-            let column = local.cross.column(place);
+            let column = cross.column(place);
             let information = local.diagonal.get(place)? - column.dot(&reduced.column(place));
-            let pull = local.candidate_pull.get(place)? - column.dot(&answer);
+            let pull = pull.get(place)? - column.dot(answer);
             let prior_std = prior_of(entry, local, place, usual)?;
             let (gain, size, std) = scored(information, pull, prior_std)?;
             Some(Score { entry: place, gain, size, std, prior_std })

@@ -48,19 +48,6 @@ impl Problem {
         self.settle_on(there, rounds)
     }
 
-    /// The neighbourhood of a point, its noises brought nearer to where they settle; with its own where the filter cannot follow
-    /// with those.
-    fn neighbourhood(&self, point: Point, far: bool) -> Option<(Point, Local)> {
-        if far && self.says_all() {
-            let found = self.with_noises_found(point.clone());
-            if let Some(local) = self.linearise(&found, &[], With::Slopes) {
-                return Some((found, local));
-            }
-        }
-        let local = self.linearise(&point, &[], With::Slopes)?;
-        Some((point, local))
-    }
-
     /// The same from a point whose neighbourhood is known.
     pub fn settle_on(&self, (mut point, mut local): (Point, Local), rounds: Rounds) -> Option<(Point, Local)> {
         let mut before = local.noisier;
@@ -81,6 +68,19 @@ impl Problem {
                 break;
             }
         }
+        Some((point, local))
+    }
+
+    /// The neighbourhood of a point, its noises brought nearer to where they settle; with its own where the filter cannot follow
+    /// with those.
+    fn neighbourhood(&self, point: Point, far: bool) -> Option<(Point, Local)> {
+        if far && self.says_all() {
+            let found = self.with_noises_found(point.clone());
+            if let Some(local) = self.linearise(&found, &[], With::Slopes) {
+                return Some((found, local));
+            }
+        }
+        let local = self.linearise(&point, &[], With::Slopes)?;
         Some((point, local))
     }
 

@@ -40,11 +40,13 @@ pub fn whole(problem: &Problem, from: &Searched, settings: &Settings) -> Option<
     if !(left < PROMISING * from.before.iter().sum::<f64>()) {
         return None;
     }
+    let mut against = standing(problem, &point)?;
     for _ in 0..point.hypotheses.len() {
-        let Some(better) = exchanged(problem, &point, &local) else { break };
+        let Some(better) = exchanged(problem, &point, &local, &against) else { break };
         (point, local) = better;
+        against = standing(problem, &point)?;
     }
-    let rivals = rivals(problem, &point)?;
+    let rivals = rivals(&point, &local, &against);
     let mut searched = go_on(problem, (point, local), rivals, from.before, settings)?;
     searched.stds = with_all_in_doubt(problem, &searched.point)?;
     Some(searched)
@@ -64,36 +66,32 @@ fn only_sure(problem: &Problem, mut point: Point) -> Option<(Point, Local)> {
     }
 }
 
-/// What a hypothesis gains, and others in its place: their scores, and how much more they gain.
-type Standing = (f64, Vec<(Score, f64)>);
+/// The library, and how each hypothesis stands against it.
+struct Standing {
+    entries: Vec<Entry>,
+    places: Vec<InPlace>,
+}
 
-/// The library, and of each hypothesis how it stands against that.
-fn standing(problem: &Problem, point: &Point) -> Option<(Vec<Entry>, Vec<Standing>)> {
+fn standing(problem: &Problem, point: &Point) -> Option<Standing> {
     let present = problem.effects(point);
     let entries: Vec<Entry> = library(problem, &present).into_iter().filter(|entry| axis_of(&entry.effect).is_some()).collect();
     let candidates: Vec<_> = entries.iter().map(|entry| &entry.candidate).collect();
     let wide = problem.linearise(point, &candidates, With::Slopes)?;
-    let usual = usual_forces(problem);
-    let all = (0..point.hypotheses.len()).map(|number| {
-        let InPlace { own, others } = in_place(&wide, point, number, &entries, &usual)?;
-        let more = |score: Score| (score, score.gain - own);
-        Some((own, others.into_iter().map(more).collect()))
-    });
-    let all = all.collect::<Option<Vec<_>>>()?;
-    Some((entries, all))
+    let places = in_place(&wide, point, &entries, &usual_forces(problem))?;
+    Some(Standing { entries, places })
 }
 
 /// With one hypothesis exchanged for what stands better in its place, where the evidence bears that out.
-fn exchanged(problem: &Problem, point: &Point, local: &Local) -> Option<(Point, Local)> {
-    let (entries, all) = standing(problem, point)?;
-    let mut offers: Vec<(usize, Score, f64)> = Vec::new();
-    for (number, (_, others)) in all.into_iter().enumerate() {
-        offers.extend(others.into_iter().take(1).map(|(score, more)| (number, score, more)));
-    }
+fn exchanged(problem: &Problem, point: &Point, local: &Local, standing: &Standing) -> Option<(Point, Local)> {
+    let best = |(number, place): (usize, &InPlace)| {
+        let score = *place.others.first()?;
+        Some((number, score, score.gain - place.own))
+    };
+    let mut offers: Vec<(usize, Score, f64)> = standing.places.iter().enumerate().filter_map(best).collect();
     offers.retain(|(_, _, more)| *more > BETTER);
     offers.sort_by(|a, b| b.2.total_cmp(&a.2));
     offers.into_iter().take(OFFERS).find_map(|(number, score, _)| {
-        let entry = entries.get(score.entry)?;
+        let entry = standing.entries.get(score.entry)?;
         let mut other = point.clone();
         *other.hypotheses.get_mut(number)? = Hypothesis::of(sized(entry, &score), score.prior_std);
         let (there, found) = only_sure(problem, other)?;
@@ -102,19 +100,17 @@ fn exchanged(problem: &Problem, point: &Point, local: &Local) -> Option<(Point, 
 }
 
 /// Each hypothesis with what else it may be.
-fn rivals(problem: &Problem, point: &Point) -> Option<Vec<Vec<Rival>>> {
-    let (entries, all) = standing(problem, point)?;
-    let local = problem.linearise(point, &[], With::Slopes)?;
-    let ranked = point.hypotheses.iter().zip(all).enumerate().map(|(number, (hypothesis, (own, others)))| {
+fn rivals(point: &Point, local: &Local, standing: &Standing) -> Vec<Vec<Rival>> {
+    let ranked = point.hypotheses.iter().zip(&standing.places).enumerate().map(|(number, (hypothesis, place))| {
         let std = local.std(point.place_of(number));
-        let mut ranked = vec![Rival { effect: hypothesis.effect, std, odds: own, fitted: true }];
-        ranked.extend(others.into_iter().filter_map(|(score, _)| {
-            let effect = sized(entries.get(score.entry)?, &score);
+        let mut ranked = vec![Rival { effect: hypothesis.effect, std, odds: place.own, fitted: true }];
+        ranked.extend(place.others.iter().filter_map(|score| {
+            let effect = sized(standing.entries.get(score.entry)?, score);
             Some(Rival { effect, std: score.std, odds: score.gain, fitted: false })
         }));
         ranked
     });
-    Some(ranked.collect())
+    ranked.collect()
 }
 
 /// The problem with every derivative as free as the search's own priors make one alone, and what of the simulation's curvature is

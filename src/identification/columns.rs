@@ -159,9 +159,8 @@ impl Columns {
     /// [`ColumnError`] where there is no such column, or no sample of it there.
     pub fn trim(&self, name: &str) -> Result<f64, ColumnError> {
         let values = self.raw(name)?;
-        let end_s = self.times_s.first().map_or(f64::NAN, |first_s| first_s + self.trim_window_s);
         let (mut sum, mut count) = (0.0, 0.0);
-        for (_, value) in self.times_s.iter().zip(values).filter(|(time_s, value)| **time_s <= end_s && value.is_finite()) {
+        for (_, value) in self.in_trim(values) {
             sum += value;
             count += 1.0;
         }
@@ -176,38 +175,33 @@ impl Columns {
     /// samples or none.
     pub fn trim_std(&self, name: &str) -> f64 {
         let (Ok(values), Ok(mean)) = (self.raw(name), self.trim(name)) else { return 0.0 };
-        let end_s = self.times_s.first().map_or(f64::NAN, |first_s| first_s + self.trim_window_s);
         let (mut sum, mut count) = (0.0, 0.0);
-        for (_, value) in self.times_s.iter().zip(values).filter(|(time_s, value)| **time_s <= end_s && value.is_finite()) {
+        for (_, value) in self.in_trim(values) {
             sum += (value - mean) * (value - mean);
             count += 1.0;
         }
         if count > 1.0 { libm::sqrt(sum / (count * (count - 1.0))) } else { 0.0 }
     }
 
-    /// Scatter of its samples in the trim's window over that in the whole record, rms about the window's mean.
-    ///
-    /// # Errors
-    /// As for [`Columns::trim`].
-    pub fn unsteadiness(&self, name: &str) -> Result<f64, ColumnError> {
+    /// How many rows are in the trim's window.
+    pub fn trim_rows(&self) -> usize {
         let end_s = self.times_s.first().map_or(f64::NAN, |first_s| first_s + self.trim_window_s);
-        let rms = |values: &[f64]| {
-            let known = values.iter().filter(|value| value.is_finite());
-            let (sum, count) = known.fold((0.0, 0.0), |(sum, count), value| (sum + value * value, count + 1.0));
-            libm::sqrt(sum / count)
-        };
-        let values = self.deviations(name)?;
-        let window = values.get(..self.times_s.partition_point(|time_s| *time_s <= end_s)).unwrap_or_default();
-        Ok(rms(window) / rms(&values))
+        self.times_s.partition_point(|time_s| *time_s <= end_s)
+    }
+
+    /// Times and values of those rows that are sampled.
+    fn in_trim<'v>(&'v self, values: &'v [f64]) -> impl Iterator<Item = (f64, f64)> + Clone + 'v {
+        let rows = self.times_s.iter().copied().zip(values.iter().copied()).take(self.trim_rows());
+        rows.filter(|(_, value)| value.is_finite())
     }
 
     /// Slope of a straight line through its samples in the trim's window, a second; NaN where there are too few.
     pub fn trim_slope(&self, name: &str) -> f64 {
         let Ok(values) = self.raw(name) else { return f64::NAN };
-        let end_s = self.times_s.first().map_or(f64::NAN, |first_s| first_s + self.trim_window_s);
-        let known = || self.times_s.iter().zip(values).filter(|(time_s, value)| **time_s <= end_s && value.is_finite());
-        let (t, x, count) = known().fold((0.0, 0.0, 0.0), |(t, x, count), (time_s, value)| (t + time_s, x + value, count + 1.0));
-        let (tt, tx) = known().fold((0.0, 0.0), |(tt, tx), (time_s, value)| {
+        let known = self.in_trim(values);
+        let (t, x, count) =
+            known.clone().fold((0.0, 0.0, 0.0), |(t, x, count), (time_s, value)| (t + time_s, x + value, count + 1.0));
+        let (tt, tx) = known.fold((0.0, 0.0), |(tt, tx), (time_s, value)| {
             let from = time_s - t / count;
             (tt + from * from, tx + from * (value - x / count))
         });
@@ -290,7 +284,7 @@ mod tests {
         let run = columns(&[0.0, 0.1, 0.2, 0.3, 0.4, 0.5], &[1.0, 3.0, nan, 7.0, nan, nan]);
         assert_eq!(run.trim("p"), Ok(2.0));
         assert!((run.trim_std("p") - 1.0).abs() < 1e-12 && run.trim_std("q").abs() < 1e-12);
-        assert!(run.unsteadiness("p").unwrap() > 0.0);
+        assert_eq!(run.trim_rows(), 2);
         let lines = run.lines("p").unwrap();
         assert!(
             lines.iter().zip([-1.0, 1.0, 3.0, 5.0, 5.0, 5.0]).all(|(found, known)| (found - known).abs() < 1e-12),

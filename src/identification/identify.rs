@@ -229,8 +229,10 @@ const UNSTEADY: f64 = 0.3;
 /// Says of a run whose trim is taken while a control moves: deviations, speed and attitude are then from no trim at all.
 fn unsteady(choice: &Choice, run: &Columns) -> Option<String> {
     let moves = |name: &&String| {
-        let rms = run.deviations(name).map_or(0.0, |values| libm::sqrt(square_mean(&values)));
-        is_control(name) && rms > STILL_RAD && run.unsteadiness(name).is_ok_and(|part| part > UNSTEADY)
+        let Ok(values) = run.deviations(name) else { return false };
+        let rms = |values: &[f64]| libm::sqrt(square_mean(values));
+        let (window, whole) = (rms(values.get(..run.trim_rows()).unwrap_or_default()), rms(&values));
+        is_control(name) && whole > STILL_RAD && window > UNSTEADY * whole
     };
     let moving: Vec<String> = choice.inputs.iter().filter(moves).map(|name| format!("`{name}`")).collect();
     (!moving.is_empty()).then(|| {

@@ -1,5 +1,6 @@
 //! `sideslip diagnose` as a process of its own: all runs against the Level-1 simulation.
 
+use super::child::EndsWithUs;
 use super::flight::DENSITY;
 use super::stopped_early;
 use crate::command::message;
@@ -32,19 +33,17 @@ pub(super) fn diagnosed(fit: &[PathBuf], kept: &[PathBuf], out: &Path, stop: &At
     let mut call = Command::new(std::env::current_exe().map_err(failed)?);
     call.args(["diagnose", "--model", "puma", "--density", DENSITY, "--fit"]).args(fit).arg("--holdout").args(kept);
     call.arg("--json").arg(&json).arg("--html").arg(&pages).arg("--extended").arg(out.join("puma-extended.toml"));
-    let mut process = call.stdin(Stdio::null()).stdout(Stdio::null()).stderr(file).spawn().map_err(failed)?;
+    let mut process = EndsWithUs(call.stdin(Stdio::null()).stdout(Stdio::null()).stderr(file).spawn().map_err(failed)?);
     let mut told = 0;
     let status = loop {
         if stop.load(Ordering::Relaxed) {
-            let _ = process.kill();
-            let _ = process.wait();
             return Err(stopped_early());
         }
         let text = std::fs::read_to_string(&said).unwrap_or_default();
         let points: Vec<&str> = text.lines().filter(|line| line.starts_with("test point ")).collect();
         points.iter().skip(told).for_each(|line| message(format_args!("  {line}")));
         told = told.max(points.len());
-        match process.try_wait().map_err(failed)? {
+        match process.0.try_wait().map_err(failed)? {
             Some(status) => break status,
             None => std::thread::sleep(LOOK),
         }

@@ -1,9 +1,10 @@
 //! `sideslip live` as a process of its own, and what it leaves behind.
 
+use super::child::EndsWithUs;
 use sideslip::error::{Failure, Outcome};
 use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// The longest that it may take to end.
@@ -11,7 +12,7 @@ const ENDING: Duration = Duration::from_secs(30);
 
 /// The process; it ends with this one, however that ends.
 pub(super) struct LiveChild {
-    process: Child,
+    process: EndsWithUs,
     log: PathBuf,
     out: PathBuf,
 }
@@ -27,7 +28,7 @@ impl LiveChild {
         call.args(["live", "--supervised", "--source", url, "--set", run, "--set", "aircraft=puma", "--root"]).arg(root);
         call.arg("--out").arg(out).arg("--json").arg(json);
         let process = call.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(said).spawn().map_err(failed)?;
-        Ok(LiveChild { process, log, out: out.into() })
+        Ok(LiveChild { process: EndsWithUs(process), log, out: out.into() })
     }
 
     /// What it said.
@@ -44,7 +45,7 @@ impl LiveChild {
 
     /// A failure where it has ended already.
     pub(super) fn must_run(&mut self) -> Result<(), Failure> {
-        match self.process.try_wait() {
+        match self.process.0.try_wait() {
             Ok(None) => Ok(()),
             Ok(Some(_)) => Err(Failure::Running(format!("live has ended; see {}", self.log.display()))),
             Err(error) => Err(Failure::Running(format!("live: {error}"))),
@@ -53,10 +54,10 @@ impl LiveChild {
 
     /// Ends it in order: the log closed, the numbers written.
     pub(super) fn end(&mut self) -> Result<Outcome, Failure> {
-        drop(self.process.stdin.take());
+        drop(self.process.0.stdin.take());
         let begun = Instant::now();
         while begun.elapsed() < ENDING {
-            match self.process.try_wait().map_err(|error| Failure::Running(format!("live: {error}")))? {
+            match self.process.0.try_wait().map_err(|error| Failure::Running(format!("live: {error}")))? {
                 None => std::thread::sleep(Duration::from_millis(5)),
                 Some(status) if status.code() == Some(0) => return Ok(Outcome::Done),
                 Some(status) if status.code() == Some(3) => {
@@ -67,14 +68,5 @@ impl LiveChild {
             }
         }
         Err(Failure::Running(format!("live does not end; see {}", self.log.display())))
-    }
-}
-
-impl Drop for LiveChild {
-    fn drop(&mut self) {
-        if !matches!(self.process.try_wait(), Ok(Some(_))) {
-            let _ = self.process.kill();
-            let _ = self.process.wait();
-        }
     }
 }

@@ -5,6 +5,7 @@
 //! shared memory, as any reader can. Then `diagnose` says what a Level-1 simulation of such a helicopter gets wrong in those
 //! flights, and the table of section 4 of the paper has simulation, estimate, extended model and truth side by side.
 
+mod child;
 mod closing;
 mod diagnosis;
 mod flight;
