@@ -12,10 +12,15 @@
 //! J. Guidance 20(1), 1997; recursive form after J. A. Grauer and E. A. Morelli, NTRS 20160007740, with the residuals'
 //! autocovariance taken from (2) instead of from stored residuals.
 //! Numerics: plain sums; vectors are deviations from trim, so that the bias does not swamp them. G_l is kept with the lag as
-//! its last index, so that an update, a form over all lags and a weighted sum over lags each run along memory.
+//! its last index, so that an update, a form over all lags and a weighted sum over lags each run along memory; and it is kept
+//! over L^2, where L is the product of all lambdas so far, as the sum of (z_k/L_k) (z_(k-l)/L_(k-l))': to forget is then to change
+//! L alone, until L is so small that the sums are brought back to it.
 
 /// Lags that are kept: 16 steps of the grid, twice the support that the default smoothing colours.
 pub const LAGS: usize = 16;
+
+/// Below it what is kept over L is brought back to L = 1: far above where L^2 or 1/L^2 would leave the range of numbers.
+const SMALL: f64 = 1e-60;
 
 /// One number a lag, from lag 1; two cache lines that no other entry shares.
 #[derive(Clone, Copy, Debug)]
@@ -28,12 +33,14 @@ pub struct Information<const N: usize> {
     sums: [[f64; N]; N],
     /// G_0.
     squared: [[f64; N]; N],
-    /// Entry `[i][j][l - 1]` is that of G_l.
+    /// L: lagged products are kept over its square, recent vectors over it.
+    scale: f64,
+    /// Entry `[i][j][l - 1]` is that of G_l over L^2.
     lagged: [[Lagged; N]; N],
     weight: f64,
     weight2: f64,
     weight3: f64,
-    /// Entry `[i][l - 1]` is z_i of l instants ago, forgotten as often as vectors came since; zero where it was skipped.
+    /// Entry `[i][l - 1]` is z_i of l instants ago over the L of then; zero where it was skipped.
     recent: [Lagged; N],
 }
 
@@ -48,6 +55,7 @@ impl<const N: usize> Information<N> {
     pub const EMPTY: Information<N> = Information {
         sums: [[0.0; N]; N],
         squared: [[0.0; N]; N],
+        scale: 1.0,
         lagged: [[Lagged([0.0; LAGS]); N]; N],
         weight: 0.0,
         weight2: 0.0,
@@ -63,17 +71,29 @@ impl<const N: usize> Information<N> {
         self.weight = lambda * self.weight + 1.0;
         self.weight2 = forget * self.weight2 + 1.0;
         self.weight3 = forget * lambda * self.weight3 + 1.0;
-        for before in &mut self.recent {
-            before.0 = before.0.map(|past| lambda * past);
+        self.scale *= lambda;
+        if self.scale < SMALL {
+            self.rescale();
         }
-        for (row, &zi) in self.lagged.iter_mut().zip(z) {
-            for (products, before) in row.iter_mut().zip(&self.recent) {
-                for (product, before) in products.0.iter_mut().zip(&before.0) {
-                    *product = forget * *product + zi * before;
+        let scaled = z.map(|zi| zi / self.scale);
+        // One past vector's lags stay in registers while every entry with it is brought up to date.
+        for (j, &Lagged(before)) in self.recent.iter().enumerate() {
+            for (row, &zi) in self.lagged.iter_mut().zip(&scaled) {
+                for (product, before) in row[j].0.iter_mut().zip(&before) {
+                    *product += zi * before;
                 }
             }
         }
-        self.remember(z);
+        self.remember(&scaled);
+    }
+
+    /// Everything that is kept over L brought to L = 1.
+    #[cold]
+    fn rescale(&mut self) {
+        let (scale, scale2) = (self.scale, self.scale * self.scale);
+        self.lagged.as_flattened_mut().iter_mut().for_each(|products| products.0 = products.0.map(|product| scale2 * product));
+        self.recent.iter_mut().for_each(|past| past.0 = past.0.map(|past| scale * past));
+        self.scale = 1.0;
     }
 
     /// One instant of the grid without a vector: nothing is added and nothing forgotten.
@@ -102,14 +122,14 @@ impl<const N: usize> Information<N> {
     pub fn lagged(&self, lag: usize) -> [[f64; N]; N] {
         match lag.checked_sub(1) {
             None => self.squared,
-            Some(l) => core::array::from_fn(|i| core::array::from_fn(|j| self.lagged[i][j].0[l])),
+            Some(l) => core::array::from_fn(|i| core::array::from_fn(|j| self.scale2() * self.lagged[i][j].0[l])),
         }
     }
 
     /// Entry i, j of G_l for every lag.
     pub fn over_lags(&self, i: usize, j: usize) -> [f64; LAGS + 1] {
         let mut products = [self.squared[i][j]; LAGS + 1];
-        products[1..].copy_from_slice(&self.lagged[i][j].0);
+        products[1..].copy_from_slice(&self.lagged[i][j].0.map(|product| self.scale2() * product));
         products
     }
 
@@ -133,22 +153,27 @@ impl<const N: usize> Information<N> {
             }
         }
         let mut forms = [now; LAGS + 1];
-        forms[1..].copy_from_slice(&later);
+        forms[1..].copy_from_slice(&later.map(|form| self.scale2() * form));
         forms
     }
 
     /// Entry i, j of the weighted sum of G_l over the lags.
     pub fn weighted(&self, weights: &[f64; LAGS + 1], i: usize, j: usize) -> f64 {
         // Four sums side by side: one alone would wait for each addition.
-        let mut sums = [weights[0] * self.squared[i][j], 0.0, 0.0, 0.0];
+        let mut sums = [0.0; 4];
         let (products, _) = self.lagged[i][j].0.as_chunks::<4>();
-        let (weights, _) = weights[1..].as_chunks::<4>();
-        for (products, weights) in products.iter().zip(weights) {
+        let (of_lags, _) = weights[1..].as_chunks::<4>();
+        for (products, weights) in products.iter().zip(of_lags) {
             for ((sum, product), weight) in sums.iter_mut().zip(products).zip(weights) {
                 *sum += product * weight;
             }
         }
-        (sums[0] + sums[2]) + (sums[1] + sums[3])
+        weights[0] * self.squared[i][j] + self.scale2() * ((sums[0] + sums[2]) + (sums[1] + sums[3]))
+    }
+
+    /// L^2.
+    fn scale2(&self) -> f64 {
+        self.scale * self.scale
     }
 
     /// Sum of the weights lambda^(n-k): the number of vectors where nothing is forgotten.
@@ -192,3 +217,47 @@ fn accumulate<const N: usize>(matrix: &mut [[f64; N]; N], z: &[f64; N], forget: 
 
 // `weighted` takes the lags four at a time.
 const _: () = assert!(LAGS.is_multiple_of(4));
+
+#[cfg(test)]
+mod tests {
+    use super::{Information, LAGS};
+
+    #[test]
+    fn strong_forgetting_goes_on_past_what_a_number_can_hold() {
+        let row = |k: usize| [1.0, libm::sin(0.7 * k as f64), libm::cos(1.9 * k as f64)];
+        let (lambda, count) = (0.25_f64, 700_usize);
+        let mut information = Information::<3>::EMPTY;
+        (0..count).for_each(|k| information.add(&row(k), lambda));
+        // (2) term by term; what is older than 60 vectors weighs less than the rounding of the newest.
+        for lag in 0..=LAGS {
+            let found = information.lagged(lag);
+            for i in 0..3 {
+                for j in 0..3 {
+                    let terms = (0..60).map(|age| {
+                        let k = count - 1 - age;
+                        libm::pow(lambda, (2 * age + lag) as f64) * row(k)[i] * row(k - lag)[j]
+                    });
+                    let known: f64 = terms.sum();
+                    let size = libm::pow(lambda, lag as f64);
+                    assert!((found[i][j] - known).abs() < 1e-12 * size, "lag {lag}, {i} {j}: {} for {known}", found[i][j]);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn everything_forgotten_is_a_new_beginning() {
+        let (mut information, mut new) = (Information::<2>::EMPTY, Information::<2>::EMPTY);
+        [[1.0, 3.0], [1.0, -2.0]].iter().for_each(|z| information.add(z, 0.9));
+        information.add(&[1.0, 5.0], 0.0);
+        information.add(&[1.0, 7.0], 0.9);
+        [[1.0, 5.0], [1.0, 7.0]].iter().for_each(|z| new.add(z, 0.9));
+        for (found, known) in [0, 1]
+            .map(|lag| (information.lagged(lag), new.lagged(lag)))
+            .iter()
+            .flat_map(|(a, b)| a.as_flattened().iter().zip(b.as_flattened()))
+        {
+            assert!((found - known).abs() < 1e-13, "{found} for {known}");
+        }
+    }
+}
