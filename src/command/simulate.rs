@@ -283,7 +283,8 @@ fn run_info(
         args.seed.min(i64::MAX as u64),
         noise_of(args),
     );
-    if let Some(blades) = instruments.blades {
+    let shaken = instruments.channels.iter().any(|channel| channel.vibration.is_some());
+    if let Some(blades) = instruments.blades.or(read.blades().filter(|_| shaken)) {
         let _ = writeln!(text, "blades = {blades}");
     }
     if let Some(path) = &args.instruments {

@@ -164,8 +164,11 @@ pub fn diagnose(
     settings: &Settings,
 ) -> Result<Diagnosis, NoDiagnosis> {
     let (mut records, mut set_aside) = (Vec::new(), Vec::new());
+    // A model that knows its blades knows them for runs that do not say: their passing is no motion.
+    let blades = model.blades().map(|blades| blades as u32);
     for (place, run) in fit.iter().enumerate() {
-        match Record::of(&run.name, &run.samples, run.geometry) {
+        let geometry = RunGeometry { blades: run.geometry.blades.or(blades), ..run.geometry };
+        match Record::of(&run.name, &run.samples, geometry) {
             Ok(record) => records.push((place, record)),
             Err(unfit) => set_aside.push((run.name.clone(), unfit)),
         }

@@ -163,7 +163,8 @@ pub(super) fn go_on(
     Some(Searched { left, before, point, local, rivals, refused, stds: Vec::new() })
 }
 
-/// A cause that is known beforehand, by the explanation that the runs bear out best.
+/// A cause that is known beforehand, by the explanation that the runs bear out best. Where all of them make the model follow the
+/// runs less well than nothing does, it is not taken as known: gusts can feign to the kinematics an instrument that is late.
 fn told_apart(problem: &Problem, point: &Point, local: &Local, explanations: &[DeclaredEffect]) -> Option<Known> {
     let fits = explanations.iter().filter_map(|&DeclaredEffect { effect, std }| {
         let mut start = point.clone();
@@ -178,7 +179,8 @@ fn told_apart(problem: &Problem, point: &Point, local: &Local, explanations: &[D
     let mut fits: Vec<(Rival, (Point, Local))> = fits.collect();
     fits.sort_by(|(a, _), (b, _)| b.odds.total_cmp(&a.odds));
     let ranked = fits.iter().map(|(rival, _)| *rival).collect();
-    fits.into_iter().next().map(|(_, best)| (best, ranked))
+    let (first, best) = fits.into_iter().next()?;
+    (first.odds > 0.0).then_some((best, ranked))
 }
 
 /// Takes back causes that a later one has made needless: without them the evidence is hardly worse.
@@ -192,16 +194,17 @@ fn without_needless(
 ) -> (Point, Local) {
     let gusts =
         rivals.iter().position(|ranked| ranked.first().is_some_and(|first| matches!(first.effect, Effect::Turbulence { .. })));
-    // What was known beforehand stands, and so does the newest: it was weighed with all others in place.
+    // What was known beforehand stands, and so does the newest: it was weighed with all others in place. Gusts are a cause, but
+    // no hypothesis with a number of its own.
+    let newest = usize::from(gusts.is_none_or(|gusts| gusts + 1 < rivals.len()));
     let mut number = known;
-    while number + 1 < point.hypotheses.len() {
+    while number + newest < point.hypotheses.len() {
         let mut fewer = point.clone();
         fewer.hypotheses.remove(number);
         let fewer = problem.settle(fewer, Rounds::some(settings.rounds));
         match fewer.filter(|(_, there)| there.evidence() - local.evidence() < settings.against) {
             Some(without) => {
                 (point, local) = without;
-                // Gusts are a cause, but no hypothesis with a number of its own.
                 let place = number + usize::from(gusts.is_some_and(|gusts| gusts <= number));
                 if place < rivals.len() {
                     rivals.remove(place);

@@ -184,6 +184,11 @@ impl FlightModel {
         flown
     }
 
+    /// Blades of the main rotor of a Level-1 aircraft.
+    pub fn blades(&self) -> Option<f64> {
+        self.level1.as_ref().map(|trimmed| trimmed.aircraft.main_rotor.blades)
+    }
+
     /// The linear model, effects left out.
     pub fn linear(&self) -> &LinearModel {
         &self.file.linear
