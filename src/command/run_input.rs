@@ -3,6 +3,8 @@
 use super::ingest::head_of;
 use super::recording_losses::losses;
 use sideslip::error::Failure;
+use sideslip::estimation::screening::{Screened, screen};
+use sideslip::flight::channel::ControlNames;
 use sideslip::flight::run_file::RunInfo;
 use sideslip::telemetry::mavlink::mapping::Config as Mapping;
 use sideslip::telemetry::record::Sample;
@@ -33,6 +35,15 @@ pub(super) fn read_run(file: &Path, overrides: &[String], mapping: &Mapping) -> 
     Ok(RunInput { name: info.run().unwrap_or_default().to_owned(), info, samples, losses })
 }
 
+/// The same, samples that no instrument measured taken out and told among the losses.
+pub(super) fn read_screened(file: &Path, overrides: &[String], mapping: &Mapping) -> Result<RunInput, Failure> {
+    let mut run = read_run(file, overrides, mapping)?;
+    let taken = screen(&mut run.samples);
+    let controls = run.info.geometry().controls;
+    run.losses.extend(taken.iter().map(|one| screened(file, one, controls)));
+    Ok(run)
+}
+
 /// Runs of two aircraft have no one model.
 pub(super) fn refuse_two_aircraft<'r>(runs: impl Iterator<Item = (&'r RunInput, &'r PathBuf)>) -> Result<(), Failure> {
     let mut named = runs.filter_map(|(one, file)| Some((one.info.aircraft()?, file)));
@@ -41,4 +52,15 @@ pub(super) fn refuse_two_aircraft<'r>(runs: impl Iterator<Item = (&'r RunInput, 
         Some((other, file)) => Err(Failure::file(file, format!("expected runs of one aircraft, `{first}`, found `{other}`"))),
         None => Ok(()),
     }
+}
+
+/// What was not used of a recording, in one line.
+pub(super) fn screened(file: &Path, one: &Screened, controls: ControlNames) -> String {
+    let (file, channel, why) = (file.display(), one.channel.name(controls), one.damage.words());
+    let [from_s, to_s] = one.range_s;
+    let when = if one.count == 1 { format!("at {from_s:.2} s") } else { format!("from {from_s:.2} to {to_s:.2} s") };
+    format!(
+        "{file}: {} of {channel} not used, {when}: {why}",
+        if one.count == 1 { "1 sample".to_owned() } else { format!("{} samples", one.count) }
+    )
 }

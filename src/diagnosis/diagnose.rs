@@ -13,6 +13,7 @@ use super::companions::{Companions, companions};
 use super::free_run::{self, NoPrediction, Prediction};
 use super::gain::{Estimate, Gain, Judged, gain};
 use super::kinematics::{Kinematics, kinematics};
+use super::point::Hypothesis;
 use super::problem::Problem;
 use super::residual::{Discrepancy, discrepancy};
 use super::run_record::{Record, Unfit};
@@ -20,9 +21,11 @@ use super::screen::acts_on;
 use super::search::{Rival, Searched, Settings, search};
 use super::whole::whole;
 use crate::flight::channel::Channel;
+use crate::flight::control::Control;
 use crate::flight::derivative::Axis;
 use crate::flight::effect::Effect;
 use crate::flight::effect_file::DeclaredEffect;
+use crate::flight::model::LinearModel;
 use crate::flight::run::RunGeometry;
 use crate::simulation::flight_model::FlightModel;
 use crate::telemetry::record::Sample;
@@ -168,7 +171,7 @@ pub fn diagnose(
     let blades = model.blades().map(|blades| blades as u32);
     for (place, run) in fit.iter().enumerate() {
         let geometry = RunGeometry { blades: run.geometry.blades.or(blades), ..run.geometry };
-        match Record::of(&run.name, &run.samples, geometry) {
+        match Record::of(&run.name, &run.samples, geometry).and_then(|record| answered(model.linear(), record)) {
             Ok(record) => records.push((place, record)),
             Err(unfit) => set_aside.push((run.name.clone(), unfit)),
         }
@@ -203,12 +206,24 @@ pub fn diagnose(
     let mut findings = findings(&problem, &searched);
     let discrepancy = discrepancy(&problem, &searched);
     let none = none(&searched);
-    let companions = companions(&problem, &searched);
+    let companions = companions(&problem, &searched).into_iter().filter(|own| !problem.silent[own.axis.index()]).collect();
     let gain = gained(model, &mut findings, holdout)?;
-    let off_trim = if problem.is_off_trim() { problem.off_trim.clone() } else { Vec::new() };
+    let off_trim = if problem.other_trim { problem.off_trim.clone() } else { Vec::new() };
     let (silent, said): (Vec<Axis>, Vec<Axis>) = Axis::ALL.into_iter().partition(|axis| problem.silent[axis.index()]);
     let discrepancy = discrepancy.into_iter().filter(|one| said.contains(&one.axis)).collect();
     Ok(Diagnosis { findings, unknown, none, discrepancy, silent, companions, off_trim, set_aside, gain })
+}
+
+/// A run that has every control that the model answers to.
+fn answered(model: &LinearModel, run: Record) -> Result<Record, Unfit> {
+    let lacking = |control: &Control| {
+        let answers = Axis::ALL.iter().any(|&axis| model.derivative(axis, control.variable()) != 0.0);
+        answers && run.inputs.get(control.index()).is_none_or(Option::is_none)
+    };
+    match Control::ALL.iter().find(|control| lacking(control)) {
+        Some(control) => Err(Unfit::NoControl(control.name(run.geometry.controls))),
+        None => Ok(run),
+    }
 }
 
 /// The runs and the model, where there is anything to tell.
@@ -254,12 +269,23 @@ fn look_once(problem: &Problem, known: &[Vec<DeclaredEffect>], settings: &Settin
     let unknown = unknown_of(problem, &searched);
     if problem.says_all() && known.is_empty() && (unknown.is_some() || searched.rivals.len() >= settings.causes) {
         let most = MANY_LEAVE * searched.before.iter().sum::<f64>();
-        let better = |many: &Searched| many.left.iter().sum::<f64>() < most && many.local.evidence() < searched.local.evidence();
+        let better = |many: &Searched| {
+            let less = many.left.iter().sum::<f64>() < most && many.local.evidence() < searched.local.evidence();
+            less && !is_pieced_together(many)
+        };
         if let Some(many) = whole(problem, &searched, settings).filter(better) {
             return Some((many, None));
         }
     }
     Some((searched, unknown))
+}
+
+/// Whether two terms of the library or more stand on one axis: derivatives may be off by the dozen, but several products beside
+/// each other make up what none of them is.
+fn is_pieced_together(many: &Searched) -> bool {
+    let on = |axis: Axis| move |one: &&Hypothesis| matches!(one.effect, Effect::Nonlinear { axis: its, .. } if its == axis);
+    let terms = |axis: Axis| many.point.hypotheses.iter().filter(on(axis)).count();
+    Axis::ALL.into_iter().any(|axis| terms(axis) > 1)
 }
 
 /// (1) for each of the rivals.
@@ -324,6 +350,22 @@ fn none(searched: &Searched) -> (f64, Vec<Ranked>) {
     (1.0 - others.iter().map(|rival| rival.probability).sum::<f64>().min(1.0), others)
 }
 
+/// The control without whose motion an effect does nothing.
+fn acts_by(effect: &Effect) -> Option<Control> {
+    match *effect {
+        Effect::ControlEffectiveness { control, .. }
+        | Effect::ActuatorLag { control, .. }
+        | Effect::TransportDelay { control, .. }
+        | Effect::RateLimit { control, .. }
+        | Effect::DeadZone { control, .. }
+        | Effect::CrossFeed { from: control, .. } => Some(control),
+        Effect::Derivative { variable, .. } | Effect::FlightPath { variable, .. } => {
+            Control::ALL.into_iter().find(|control| control.variable() == variable)
+        }
+        _ => None,
+    }
+}
+
 /// Hold-out runs predicted before and after, and without each of the causes.
 fn gained(model: &FlightModel, findings: &mut [Finding], holdout: &[Recorded]) -> Result<Option<Gained>, NoDiagnosis> {
     if holdout.is_empty() {
@@ -331,7 +373,14 @@ fn gained(model: &FlightModel, findings: &mut [Finding], holdout: &[Recorded]) -
     }
     let causes: Vec<Effect> = findings.iter().map(|finding| finding.cause.effect).collect();
     let (ratios, gained) = held_out(model, &causes, holdout)?;
-    findings.iter_mut().zip(ratios).for_each(|(finding, ratio)| finding.held_out = ratio);
+    let moves = |control: Control| {
+        let seen = |run: &Recorded| Record::of(&run.name, &run.samples, run.geometry).is_ok_and(|run| run.moves(control.index()));
+        holdout.iter().any(seen)
+    };
+    for (finding, ratio) in findings.iter_mut().zip(ratios) {
+        // A control that rests there says nothing of what it does.
+        finding.held_out = ratio.filter(|_| acts_by(&finding.cause.effect).is_none_or(moves));
+    }
     Ok(Some(gained))
 }
 

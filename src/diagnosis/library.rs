@@ -127,7 +127,7 @@ pub fn library(problem: &Problem, present: &[Effect]) -> Vec<Entry> {
         }
         let channel = input_channel(input);
         // Off the model's trim a control's bias is what its trim is.
-        if !problem.is_off_trim() {
+        if !problem.other_trim {
             slope(problem, present, Effect::SensorBias { channel, value: 0.0 }, &mut entries);
         }
         slope(problem, present, Effect::SensorScale { channel, factor: 1.0 }, &mut entries);

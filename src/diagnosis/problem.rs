@@ -39,8 +39,6 @@ const NOISY_PART: f64 = 0.25;
 const SHOWS: f64 = 0.02;
 /// Times that their noise is taken anew.
 const NOISE_ROUNDS: usize = 5;
-/// A control moves that goes through so many times its noise.
-const STILL: f64 = 12.0;
 /// Standard deviations of a run's own forces and moments where it begins in the model's trim, m/s^2 and rad/s^2.
 const AT_TRIM_STD: [f64; AXES] = [0.02, 0.02, 0.02, 0.002, 0.002, 0.002];
 /// And where it does not: the model then says how forces change, not what they are.
@@ -52,6 +50,10 @@ const WINDOW_S: f64 = 1.0;
 /// A channel is off the trim by more than this: m/s, and rad of attitude, flow and controls.
 const OFF_SPEED: f64 = 1.0;
 const OFF_ANGLE: f64 = 0.006;
+/// An airspeed so far off, m/s, is another trim by itself: what the air does goes with its square.
+const FAR_SPEED: f64 = 5.0;
+/// Place of the airspeed among the outputs.
+const TAS: usize = 9;
 /// Of a uniform distribution, half width to standard deviation.
 const UNIFORM: f64 = 0.577_350_269_189_625_8;
 
@@ -72,6 +74,8 @@ pub struct Problem {
     pub silent: [bool; AXES],
     /// What of each run does not begin in the model's trim.
     pub off_trim: Vec<Channel>,
+    /// Whether that makes another trim.
+    pub other_trim: bool,
     /// Standard deviations of a run's own forces and moments about the model's trim.
     pub constant_std: [f64; AXES],
 }
@@ -101,14 +105,18 @@ impl Problem {
             }
         }
         let off_trim = off_trim(aircraft.trim(), &runs);
-        let mut constant_std = if off_trim.len() < FEW { AT_TRIM_STD } else { OFF_TRIM_STD };
+        let speed = aircraft.trim().airspeed();
+        let far =
+            runs.iter().filter_map(|run| begins(run.outputs[TAS].as_ref())).any(|mean| libm::fabs(mean - speed) > FAR_SPEED);
+        let other_trim = far || off_trim.len() >= FEW;
+        let mut constant_std = if other_trim { OFF_TRIM_STD } else { AT_TRIM_STD };
         for axis in (0..AXES).filter(|&axis| silent[axis]) {
             constant_std[axis] = of_silent(axis, is_felt(&runs, axis), SILENT_STD);
             if axis < 3 && is_felt(&runs, axis) {
                 least[axis] += input_density(&runs, FELT + axis);
             }
         }
-        Problem { aircraft, fixed, runs, small, least, silent, off_trim, constant_std }
+        Problem { aircraft, fixed, runs, small, least, silent, off_trim, other_trim, constant_std }
     }
 
     /// Without the small errors that these runs cannot show: with noise at its least they would be known hardly better than
@@ -241,22 +249,9 @@ impl Problem {
         !self.silent.iter().any(|silent| *silent)
     }
 
-    /// Whether the runs begin elsewhere than in the model's trim.
-    pub fn is_off_trim(&self) -> bool {
-        self.off_trim.len() >= FEW
-    }
-
     /// Whether any control moves by more than its noise.
     pub fn moves(&self) -> bool {
-        self.runs.iter().any(|run| {
-            run.inputs.iter().zip(run.input_noise).take(CONTROLS).flat_map(|(series, noise)| Some((series.as_ref()?, noise))).any(
-                |(series, noise)| {
-                    let (least, most) =
-                        series.samples().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (_, x)| (a.min(x), b.max(x)));
-                    most - least > STILL * noise.max(1e-6)
-                },
-            )
-        })
+        self.runs.iter().any(|run| (0..CONTROLS).any(|control| run.moves(control)))
     }
 
     /// Whether a control or the rotor's speed is recorded.
@@ -303,21 +298,23 @@ fn of_silent(axis: usize, felt: bool, (felt_one, force, moment): (f64, f64, f64)
     }
 }
 
+/// Mean over a channel's first second.
+fn begins(series: Option<&Series>) -> Option<f64> {
+    let series = series?;
+    let (from_s, _) = series.range_s()?;
+    Some(series.mean(from_s, from_s + WINDOW_S))
+}
+
 /// Channels that do not begin where the model's trim has them, in any run.
 fn off_trim(trim: &Trim, runs: &[Record]) -> Vec<Channel> {
     let airspeed = trim.airspeed().max(1.0);
     let outputs = [
         (6, trim.phi, OFF_ANGLE),
         (7, trim.theta, OFF_ANGLE),
-        (9, airspeed, OFF_SPEED),
+        (TAS, airspeed, OFF_SPEED),
         (10, libm::atan2(trim.w, trim.u), OFF_ANGLE),
         (11, libm::asin((trim.v / airspeed).clamp(-1.0, 1.0)), OFF_ANGLE),
     ];
-    let begins = |series: Option<&Series>| {
-        let series = series?;
-        let (from_s, _) = series.range_s()?;
-        Some(series.mean(from_s, from_s + WINDOW_S))
-    };
     let mut off = Vec::new();
     for (output, at_trim, most) in outputs {
         if runs.iter().filter_map(|run| begins(run.outputs.get(output)?.as_ref())).any(|mean| libm::fabs(mean - at_trim) > most) {

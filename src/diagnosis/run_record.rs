@@ -18,6 +18,8 @@ pub const RATE_MAX_HZ: f64 = 32.0;
 pub const LENGTH_MIN_S: f64 = 3.0;
 /// A gap of the gyros that ends a run, s.
 pub const GAP_S: f64 = 0.5;
+/// An input moves that goes through so many times its noise.
+const STILL: f64 = 12.0;
 /// Fewer readings of a channel are none.
 const READINGS_MIN: usize = 16;
 
@@ -57,6 +59,12 @@ pub fn input_channel(input: usize) -> Channel {
     }
 }
 
+/// From the least to the most of a series.
+fn goes_through(series: &Series) -> f64 {
+    let (least, most) = series.samples().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (_, x)| (a.min(x), b.max(x)));
+    most - least
+}
+
 /// A run.
 #[derive(Clone, Debug)]
 pub struct Record {
@@ -86,6 +94,9 @@ pub enum Unfit {
     /// Its instruments do not agree, with no model of the forces in the loop.
     #[error("its instruments do not agree with each other: {0}")]
     Instruments(String),
+    /// A control that the model answers to is not recorded.
+    #[error("expected a column `{0}`, a control that the model answers to, found none")]
+    NoControl(&'static str),
     /// Rates are missing.
     #[error("expected the rates p, q and r, found no samples of `{0}`")]
     NoRates(&'static str),
@@ -115,9 +126,12 @@ impl Record {
             Some(if matches!(channel, Channel::Psi | Channel::Phi) { series.unwrapped() } else { series })
         });
         let inputs = core::array::from_fn(|input| if input < FELT { line(input_channel(input)) } else { None });
-        if let (Some(rotor), Some(blades)) = (&inputs[ROTOR], geometry.blades) {
-            for series in outputs.iter_mut().take(6).flatten() {
-                *series = blade_passing::taken_out(series, rotor, f64::from(blades));
+        if let Some(rotor) = &inputs[ROTOR] {
+            let shown = || outputs[..3].iter().rev().flatten().find_map(|series| blade_passing::blades_of(series, rotor));
+            if let Some(blades) = geometry.blades.or_else(shown) {
+                for series in outputs.iter_mut().take(6).flatten() {
+                    *series = blade_passing::taken_out(series, rotor, f64::from(blades));
+                }
             }
         }
         let noise = |series: &Option<Series>| series.as_ref().map_or(0.0, Series::noise_std);
@@ -137,6 +151,12 @@ impl Record {
             groups: Groups::default(),
         };
         record.on_mesh()
+    }
+
+    /// Whether an input goes through more than its noise.
+    pub fn moves(&self, place: usize) -> bool {
+        let noise = self.input_noise.get(place).copied().unwrap_or_default();
+        self.inputs.get(place).and_then(Option::as_ref).is_some_and(|series| goes_through(series) > STILL * noise.max(1e-6))
     }
 
     /// Takes the accelerometer along an axis that the model says nothing of for what moved the aircraft along it.

@@ -26,6 +26,9 @@ const CLOSE: f64 = 0.1;
 /// Odds against an instrument that reads early.
 const EARLY: f64 = 8.0;
 
+/// Standard errors that a rate limit must be from nothing, where it would cut the control off.
+const SURE: f64 = 2.5;
+
 /// Least half width of a dead zone, of the control's noise.
 const DROWNED: f64 = 4.0;
 
@@ -280,10 +283,10 @@ fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings
             (there, local) = settled;
             found = there.hypotheses.last().map_or(found, |hypothesis| odds(&local, &hypothesis.effect));
         }
-        let Some(effect) = there.hypotheses.last().map(|last| last.effect).filter(|effect| !drowned(problem, effect)) else {
+        let std = local.std(there.place_of(there.hypotheses.len() - 1));
+        let Some(effect) = there.hypotheses.last().map(|last| last.effect).filter(|effect| !drowned(problem, effect, std)) else {
             continue;
         };
-        let std = local.std(there.place_of(there.hypotheses.len() - 1));
         ranked.push(Rival { effect, std, odds: found, fitted: true });
         if best.as_ref().is_none_or(|(.., most)| found > *most) {
             best = Some((there.clone(), local, found));
@@ -372,11 +375,17 @@ fn is_timing(effect: &Effect) -> bool {
     )
 }
 
-/// Whether a dead zone is so narrow that it takes away the recorded control's noise, and nothing else.
-fn drowned(problem: &Problem, effect: &Effect) -> bool {
-    let Effect::DeadZone { control, half_width } = effect else { return false };
-    let noise = problem.runs.iter().filter_map(|run| run.input_noise.get(control.index())).copied().fold(0.0, f64::max);
-    *half_width < DROWNED * noise
+/// Whether a dead zone is so narrow that it takes away the recorded control's noise, and nothing else; or a rate limit so low
+/// that it is not told from a control that is cut off.
+fn drowned(problem: &Problem, effect: &Effect, std: f64) -> bool {
+    match *effect {
+        Effect::DeadZone { control, half_width } => {
+            let noise = problem.runs.iter().filter_map(|run| run.input_noise.get(control.index())).copied().fold(0.0, f64::max);
+            half_width < DROWNED * noise
+        }
+        Effect::RateLimit { rate, .. } => rate < SURE * std,
+        _ => false,
+    }
 }
 
 /// The effect that an entry's score stands for.

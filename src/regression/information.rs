@@ -230,16 +230,15 @@ mod tests {
         (0..count).for_each(|k| information.add(&row(k), lambda));
         // (2) term by term; what is older than 60 vectors weighs less than the rounding of the newest.
         for lag in 0..=LAGS {
-            let found = information.lagged(lag);
-            for i in 0..3 {
-                for j in 0..3 {
+            for (i, row_found) in information.lagged(lag).iter().enumerate() {
+                for (j, found) in row_found.iter().enumerate() {
                     let terms = (0..60).map(|age| {
                         let k = count - 1 - age;
                         libm::pow(lambda, (2 * age + lag) as f64) * row(k)[i] * row(k - lag)[j]
                     });
                     let known: f64 = terms.sum();
                     let size = libm::pow(lambda, lag as f64);
-                    assert!((found[i][j] - known).abs() < 1e-12 * size, "lag {lag}, {i} {j}: {} for {known}", found[i][j]);
+                    assert!((found - known).abs() < 1e-12 * size, "lag {lag}, {i} {j}: {found} for {known}");
                 }
             }
         }

@@ -89,9 +89,14 @@ pub(crate) fn baseline() -> LinearModel {
 
 /// The case of that sort and seed.
 pub(crate) fn case(sort: Sort, seed: u64) -> Case {
-    let plan = plan(sort, seed);
+    drawn(sort, seed).unwrap_or_else(|| panic!("{sort:?} {seed}: nothing drawn in {DRAWS} draws is to be seen"))
+}
+
+/// The same; `None` where nothing that is drawn is to be seen.
+pub(crate) fn drawn(sort: Sort, seed: u64) -> Option<Case> {
+    let plan = planned(sort, seed)?;
     let (fit, holdout) = fly(&plan).expect("a plan was flown before");
-    Case {
+    Some(Case {
         seed,
         model_text: BASELINE.to_owned(),
         fit,
@@ -100,7 +105,7 @@ pub(crate) fn case(sort: Sort, seed: u64) -> Case {
         outside_library: plan.hidden.law.as_ref().map(|law| law.said.clone()),
         share: plan.hidden.share.clone(),
         off: plan.truth.off,
-    }
+    })
 }
 
 /// Whether the seed's aircraft is off: half of every family's and kind's, in no step with their turns.
@@ -110,13 +115,17 @@ pub(crate) fn is_off(seed: u64) -> bool {
 
 /// What is flown in that case.
 pub(crate) fn plan(sort: Sort, seed: u64) -> Plan {
+    planned(sort, seed).unwrap_or_else(|| panic!("{sort:?} {seed}: nothing drawn in {DRAWS} draws is to be seen"))
+}
+
+fn planned(sort: Sort, seed: u64) -> Option<Plan> {
     let manoeuvres = Manoeuvres::draw(seed);
     let truth = Truth::draw(seed, is_off(seed));
     let healthy = Plan { manoeuvres, truth, hidden: Hidden::default(), seed };
     let (clean, _) = fly(&healthy).expect("the healthy aircraft survives");
     let motion = Motion::of(&healthy);
     if sort == Sort::Healthy {
-        return healthy;
+        return Some(healthy);
     }
     for attempt in 0..DRAWS {
         let Some(hidden) = draw(sort, seed, attempt, &motion) else { continue };
@@ -127,10 +136,10 @@ pub(crate) fn plan(sort: Sort, seed: u64) -> Plan {
         });
         let plan = Plan { hidden, ..healthy.without() };
         if alone && fly(&plan).is_some() {
-            return plan;
+            return Some(plan);
         }
     }
-    panic!("{sort:?} {seed}: nothing drawn in {DRAWS} draws is to be seen");
+    None
 }
 
 /// Largest difference between recordings of the same noise, in standard deviations of each channel's noise.

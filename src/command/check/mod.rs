@@ -7,7 +7,7 @@ mod table;
 use super::mapping_input::read_mapping;
 use super::message;
 use super::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json};
-use super::run_input::{RunInput, read_run};
+use super::run_input::{RunInput, read_run, screened};
 use sideslip::error::{Failure, Outcome};
 use sideslip::estimation::compatibility::verdict::{Candidate, Fitness, check};
 use sideslip::flight::channel::ControlNames;
@@ -101,7 +101,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let screened = verdicts
         .iter()
         .zip(&args.files)
-        .flat_map(|(verdict, file)| verdict.screened.iter().map(move |one| table::screened(file, one, controls)));
+        .flat_map(|(verdict, file)| verdict.screened.iter().map(move |one| screened(file, one, controls)));
     let losses: Vec<String> = read.iter().flat_map(|one| one.losses.clone()).chain(screened).collect();
     for loss in &losses {
         message(format_args!("sideslip: {loss}"));

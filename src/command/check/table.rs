@@ -3,14 +3,12 @@
 use sideslip::estimation::compatibility::coarse::speed_unit;
 use sideslip::estimation::compatibility::correction::Correction;
 use sideslip::estimation::compatibility::verdict::Verdict;
-use sideslip::estimation::screening::Screened;
 use sideslip::flight::channel::{Channel, ControlNames};
 use sideslip::flight::effect::{Effect, PositionedSensor};
 use sideslip::flight::effect_file::DeclaredEffect;
 use sideslip::flight::run_file::RunInfo;
 use sideslip::outputs::terminal::{Style, measured};
 use std::fmt::Write;
-use std::path::Path;
 
 /// What stands between a parameter and the least error of it that could be told.
 const LEAST: &str = ": less than ";
@@ -53,17 +51,6 @@ pub(super) fn text(verdicts: &[Verdict], infos: &[&RunInfo], controls: ControlNa
         }
     }
     text
-}
-
-/// What was not used of a recording, in one line.
-pub(super) fn screened(file: &Path, one: &Screened, controls: ControlNames) -> String {
-    let (file, channel, why) = (file.display(), one.channel.name(controls), one.damage.words());
-    let [from_s, to_s] = one.range_s;
-    let when = if one.count == 1 { format!("at {from_s:.2} s") } else { format!("from {from_s:.2} to {to_s:.2} s") };
-    format!(
-        "{file}: {} of {channel} not used, {when}: {why}",
-        if one.count == 1 { "1 sample".to_owned() } else { format!("{} samples", one.count) }
-    )
 }
 
 /// Items with commas between, lines of at most [`WIDTH`].

@@ -10,7 +10,7 @@ use super::mapping_input::read_mapping;
 use super::message;
 use super::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json, write_whole};
 use super::run_condition::condition_of;
-use super::run_input::{RunInput, read_run, refuse_two_aircraft};
+use super::run_input::{RunInput, read_screened, refuse_two_aircraft};
 use sideslip::diagnosis::diagnose::{Diagnosis, Recorded, diagnose};
 use sideslip::diagnosis::search::Settings;
 use sideslip::error::{Failure, Outcome};
@@ -89,18 +89,19 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let (of_run, of_model): (Vec<String>, Vec<String>) =
         args.condition.set.iter().cloned().partition(|set| RunInfo::is_known(set.split('=').next().unwrap_or_default().trim()));
     let model = args.condition.fly(of_model.clone(), &format!("; or a key of the run ({})", RunInfo::known_keys()))?;
-    let read = |files: &[PathBuf]| files.iter().map(|file| read_run(file, &of_run, &mapping)).collect::<Result<Vec<_>, _>>();
+    let read = |files: &[PathBuf]| files.iter().map(|file| read_screened(file, &of_run, &mapping)).collect::<Result<Vec<_>, _>>();
     let (fit, holdout) = (read(&args.fit)?, read(&args.holdout)?);
     refuse_two_aircraft(fit.iter().chain(&holdout).zip(args.fit.iter().chain(&args.holdout)))?;
     let controls = fit.first().map_or(ControlNames::Rotorcraft, |one| one.info.geometry().controls);
     let mut losses: Vec<String> = fit.iter().chain(&holdout).flat_map(|one| one.losses.clone()).collect();
     let recorded = |runs: Vec<RunInput>, files: &[PathBuf]| -> Vec<Recorded> {
         let named = runs.into_iter().zip(files).map(|(one, file)| {
-            let name = if one.name.is_empty() { file.display().to_string() } else { one.name };
+            let name = name_of(&one.name, file);
             Recorded { name, geometry: *one.info.geometry(), samples: one.samples }
         });
         named.collect()
     };
+    refuse_twice(fit.iter().chain(&holdout).zip(args.fit.iter().chain(&args.holdout)))?;
     let (fit, holdout) = (recorded(fit, &args.fit), recorded(holdout, &args.holdout));
     let conditions: Vec<Condition> = fit.iter().map(condition_of).collect();
     let groups = test_points(&conditions);
@@ -122,6 +123,28 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         message(format_args!("sideslip: {loss}"));
     }
     Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })
+}
+
+/// A run by its name, and by its file where that is called otherwise.
+fn name_of(name: &str, file: &Path) -> String {
+    match name {
+        "" => file.display().to_string(),
+        _ if file.file_stem().is_some_and(|stem| stem == name) => name.to_owned(),
+        _ => format!("{name} ({})", file.display()),
+    }
+}
+
+/// A flight that stands in two files is one flight: kept back it would judge itself.
+fn refuse_twice<'r>(runs: impl Iterator<Item = (&'r RunInput, &'r PathBuf)>) -> Result<(), Failure> {
+    let mut seen: Vec<(&RunInput, &PathBuf)> = Vec::new();
+    for (run, file) in runs {
+        if let Some((_, first)) = seen.iter().find(|(other, _)| !run.samples.is_empty() && other.samples == run.samples) {
+            let first = first.display();
+            return Err(Failure::file(file, format!("expected each flight once, found the samples of `{first}` again")));
+        }
+        seen.push((run, file));
+    }
+    Ok(())
 }
 
 /// The test point that a model is trimmed at.
