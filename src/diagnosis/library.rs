@@ -15,6 +15,12 @@ use crate::flight::derivative::{Axis, Variable};
 use crate::flight::effect::{Effect, PositionedSensor, same_cause};
 use crate::flight::term::Term;
 
+/// Standard errors that a rate limit must be from nothing, where it would cut the control off.
+const SURE: f64 = 2.5;
+
+/// Least half width of a dead zone, of the control's noise.
+const DROWNED: f64 = 4.0;
+
 /// An entry of the library.
 #[derive(Clone, Debug)]
 pub struct Entry {
@@ -59,6 +65,19 @@ pub fn prior_std(effect: &Effect) -> Option<f64> {
         },
         _ => return None,
     })
+}
+
+/// Whether a dead zone is so narrow that it takes away the recorded control's noise, and nothing else; or a rate limit so low
+/// that it is not told from a control that is cut off.
+pub(super) fn drowned(problem: &Problem, effect: &Effect, std: f64) -> bool {
+    match *effect {
+        Effect::DeadZone { control, half_width } => {
+            let noise = problem.runs.iter().filter_map(|run| run.input_noise.get(control.index())).copied().fold(0.0, f64::max);
+            half_width < DROWNED * noise
+        }
+        Effect::RateLimit { rate, .. } => rate < SURE * std,
+        _ => false,
+    }
 }
 
 /// Every effect that the data carry, with the effects that are in the model already.

@@ -3,7 +3,7 @@
 //! Consumes the problem; produces the point with its causes, the rivals of each with their probabilities, and what is left.
 
 use super::gusts::{gust_std, in_gusts, noisy, turbulence};
-use super::library::{Entry, library, prior_std};
+use super::library::{Entry, drowned, library, prior_std};
 use super::linearise::{Local, With};
 use super::point::{Hypothesis, Point, nudged};
 use super::problem::Problem;
@@ -25,12 +25,6 @@ const CLOSE: f64 = 0.1;
 
 /// Odds against an instrument that reads early.
 const EARLY: f64 = 8.0;
-
-/// Standard errors that a rate limit must be from nothing, where it would cut the control off.
-const SURE: f64 = 2.5;
-
-/// Least half width of a dead zone, of the control's noise.
-const DROWNED: f64 = 4.0;
 
 /// Part of a cause's odds that is left for gusts, below which they are not looked at.
 const CALM: f64 = 0.02;
@@ -373,19 +367,6 @@ fn is_timing(effect: &Effect) -> bool {
         effect,
         Effect::SensorLag { .. } | Effect::SensorDelay { .. } | Effect::ActuatorLag { .. } | Effect::TransportDelay { .. }
     )
-}
-
-/// Whether a dead zone is so narrow that it takes away the recorded control's noise, and nothing else; or a rate limit so low
-/// that it is not told from a control that is cut off.
-fn drowned(problem: &Problem, effect: &Effect, std: f64) -> bool {
-    match *effect {
-        Effect::DeadZone { control, half_width } => {
-            let noise = problem.runs.iter().filter_map(|run| run.input_noise.get(control.index())).copied().fold(0.0, f64::max);
-            half_width < DROWNED * noise
-        }
-        Effect::RateLimit { rate, .. } => rate < SURE * std,
-        _ => false,
-    }
 }
 
 /// The effect that an entry's score stands for.

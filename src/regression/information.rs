@@ -13,8 +13,8 @@
 //! autocovariance taken from (2) instead of from stored residuals.
 //! Numerics: plain sums; vectors are deviations from trim, so that the bias does not swamp them. G_l is kept with the lag as
 //! its last index, so that an update, a form over all lags and a weighted sum over lags each run along memory; and it is kept
-//! over L^2, where L is the product of all lambdas so far, as the sum of (z_k/L_k) (z_(k-l)/L_(k-l))': to forget is then to change
-//! L alone, until L is so small that the sums are brought back to it.
+//! over L^2, where L is the product of all lambdas so far, as the sum of (z_k/L_k) (z_(k-l)/L_(k-l))': to forget is then to
+//! change L alone, until L is so small that the sums are brought back to it.
 
 /// Lags that are kept: 16 steps of the grid, twice the support that the default smoothing colours.
 pub const LAGS: usize = 16;
