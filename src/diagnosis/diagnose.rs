@@ -271,7 +271,7 @@ fn look_once(problem: &Problem, known: &[Vec<DeclaredEffect>], settings: &Settin
         let most = MANY_LEAVE * searched.before.iter().sum::<f64>();
         let better = |many: &Searched| {
             let less = many.left.iter().sum::<f64>() < most && many.local.evidence() < searched.local.evidence();
-            less && !is_pieced_together(many)
+            less && !is_pieced_together(problem, many)
         };
         if let Some(many) = whole(problem, &searched, settings).filter(better) {
             return Some((many, None));
@@ -280,12 +280,13 @@ fn look_once(problem: &Problem, known: &[Vec<DeclaredEffect>], settings: &Settin
     Some((searched, unknown))
 }
 
-/// Whether two terms of the library or more stand on one axis: derivatives may be off by the dozen, but several products beside
-/// each other make up what none of them is.
-fn is_pieced_together(many: &Searched) -> bool {
+/// Whether more terms of the library stand on one axis than there may be: derivatives may be off by the dozen, but several products
+/// beside each other make up what none of them is. A simulation that curves where flight does not has a few of its own.
+fn is_pieced_together(problem: &Problem, many: &Searched) -> bool {
+    let most = if problem.aircraft.is_curved() { 2 } else { 1 };
     let on = |axis: Axis| move |one: &&Hypothesis| matches!(one.effect, Effect::Nonlinear { axis: its, .. } if its == axis);
     let terms = |axis: Axis| many.point.hypotheses.iter().filter(on(axis)).count();
-    Axis::ALL.into_iter().any(|axis| terms(axis) > 1)
+    Axis::ALL.into_iter().any(|axis| terms(axis) > most)
 }
 
 /// (1) for each of the rivals.
