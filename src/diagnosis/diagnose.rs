@@ -280,13 +280,12 @@ fn look_once(problem: &Problem, known: &[Vec<DeclaredEffect>], settings: &Settin
     Some((searched, unknown))
 }
 
-/// Whether more terms of the library stand on one axis than there may be: derivatives may be off by the dozen, but several products
-/// beside each other make up what none of them is. A simulation that curves where flight does not has a few of its own.
+/// Whether several terms of the library stand on one axis of a linear model: derivatives may be off by the dozen, but products
+/// beside each other make up what none of them is. A simulation that curves where flight does not may need them.
 fn is_pieced_together(problem: &Problem, many: &Searched) -> bool {
-    let most = if problem.aircraft.is_curved() { 2 } else { 1 };
     let on = |axis: Axis| move |one: &&Hypothesis| matches!(one.effect, Effect::Nonlinear { axis: its, .. } if its == axis);
     let terms = |axis: Axis| many.point.hypotheses.iter().filter(on(axis)).count();
-    Axis::ALL.into_iter().any(|axis| terms(axis) > most)
+    !problem.aircraft.is_curved() && Axis::ALL.into_iter().any(|axis| terms(axis) > 1)
 }
 
 /// (1) for each of the rivals.
