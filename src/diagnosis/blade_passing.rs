@@ -24,12 +24,12 @@ const STANDS_OUT: f64 = 5.0;
 
 /// How many blades' passing stands out from what is beside it; of several numbers the clearest.
 pub(super) fn blades_of(series: &Series, rotor: &Series) -> Option<u32> {
+    let (first_s, last_s) = series.range_s()?;
+    let samples = turned(series, rotor);
+    let windows = ((last_s - first_s) / WINDOW_S) as usize;
     let power = |order: f64| {
-        let samples = turned(series, rotor, order)?;
-        let (first_s, last_s) = series.range_s()?;
-        let windows = ((last_s - first_s) / WINDOW_S) as usize;
-        let lines = (0..windows).map(|k| line_at(&samples, first_s + WINDOW_S * (k as f64 + 0.5)));
-        Some(lines.map(|[a, b]| a * a + b * b).sum::<f64>())
+        let lines = (0..windows).map(|k| line_at(&samples, order, first_s + WINDOW_S * (k as f64 + 0.5)));
+        is_below_nyquist(series, rotor, order).then(|| lines.map(|[a, b]| a * a + b * b).sum::<f64>())
     };
     let contrast = |blades: u32| {
         let order = f64::from(blades);
@@ -41,41 +41,45 @@ pub(super) fn blades_of(series: &Series, rotor: &Series) -> Option<u32> {
 
 /// The channel without (1).
 pub(super) fn taken_out(series: &Series, rotor: &Series, blades: f64) -> Series {
-    let (Some((first_s, last_s)), Some(samples)) = (series.range_s(), turned(series, rotor, blades)) else {
+    let Some((first_s, last_s)) = series.range_s().filter(|_| is_below_nyquist(series, rotor, blades)) else {
         return series.clone();
     };
+    let samples = turned(series, rotor);
     let windows = ((last_s - first_s) / HOP_S) as usize + 1;
-    let lines: Vec<[f64; 2]> = (0..=windows).map(|k| line_at(&samples, first_s + HOP_S * k as f64)).collect();
-    Series::of(samples.iter().map(|&(time_s, value, phase)| {
+    let lines: Vec<[f64; 2]> = (0..=windows).map(|k| line_at(&samples, blades, first_s + HOP_S * k as f64)).collect();
+    Series::of(samples.iter().map(|&(time_s, value, angle)| {
         let place = (time_s - first_s) / HOP_S;
         let before = place as usize;
         let part = place - before as f64;
         let at = |k: usize| lines.get(k).copied().unwrap_or([0.0; 2]);
         let ([a0, b0], [a1, b1]) = (at(before), at(before + 1));
-        let (sin, cos) = libm::sincos(phase);
+        let (sin, cos) = libm::sincos(blades * angle);
         (time_s, value - (a0 + part * (a1 - a0)) * cos - (b0 + part * (b1 - b0)) * sin)
     }))
 }
 
-/// Time, value and phi of each sample; nothing where the line is at or above the Nyquist frequency: it comes in under another
-/// name, and is not looked for.
-fn turned(series: &Series, rotor: &Series, order: f64) -> Option<Vec<(f64, f64, f64)>> {
-    let ((first_s, _), interval_s) = (series.range_s()?, series.interval_s()?);
-    let phase = |time_s: f64| order * rotor.mean(first_s, time_s) * (time_s - first_s);
-    let below = order * rotor.average() * interval_s < 0.95 * core::f64::consts::PI;
-    below.then(|| series.samples().map(|(time_s, value)| (time_s, value, phase(time_s))).collect())
+/// Whether a line is well below the Nyquist frequency: one above comes in under another name, and is not looked for.
+fn is_below_nyquist(series: &Series, rotor: &Series, order: f64) -> bool {
+    series.interval_s().is_some_and(|interval_s| order * rotor.average() * interval_s < 0.95 * core::f64::consts::PI)
 }
 
-/// a and b about one time; nothing where the window is empty.
-fn line_at(samples: &[(f64, f64, f64)], centre_s: f64) -> [f64; 2] {
+/// Time and value of each sample, and how far the rotor has turned by then.
+fn turned(series: &Series, rotor: &Series) -> Vec<(f64, f64, f64)> {
+    let (first_s, _) = series.range_s().unwrap_or_default();
+    let angle = |time_s: f64| rotor.mean(first_s, time_s) * (time_s - first_s);
+    series.samples().map(|(time_s, value)| (time_s, value, angle(time_s))).collect()
+}
+
+/// a and b of that order about one time; nothing where the window is empty.
+fn line_at(samples: &[(f64, f64, f64)], order: f64, centre_s: f64) -> [f64; 2] {
     let from = samples.partition_point(|sample| sample.0 < centre_s - 0.5 * WINDOW_S);
     let to = samples.partition_point(|sample| sample.0 <= centre_s + 0.5 * WINDOW_S);
     let mut normal = SMatrix::<f64, TERMS, TERMS>::zeros();
     let mut side = SVector::<f64, TERMS>::zeros();
-    for &(time_s, value, phase) in samples.get(from..to).unwrap_or(&[]) {
+    for &(time_s, value, angle) in samples.get(from..to).unwrap_or(&[]) {
         let s = 2.0 * (time_s - centre_s) / WINDOW_S;
         let weight = 1.0 + libm::cos(core::f64::consts::PI * s);
-        let (sin, cos) = libm::sincos(phase);
+        let (sin, cos) = libm::sincos(order * angle);
         let row = SVector::<f64, TERMS>::from([1.0, s, s * s, cos, sin]);
         normal += weight * row * row.transpose();
         side += weight * value * row;

@@ -13,7 +13,6 @@ use super::companions::{Companions, companions};
 use super::free_run::{self, NoPrediction, Prediction};
 use super::gain::{Estimate, Gain, Judged, gain};
 use super::kinematics::{Kinematics, kinematics};
-use super::point::Hypothesis;
 use super::problem::Problem;
 use super::residual::{Discrepancy, discrepancy};
 use super::run_record::{Record, Unfit};
@@ -25,7 +24,6 @@ use crate::flight::control::Control;
 use crate::flight::derivative::Axis;
 use crate::flight::effect::Effect;
 use crate::flight::effect_file::DeclaredEffect;
-use crate::flight::model::LinearModel;
 use crate::flight::run::RunGeometry;
 use crate::simulation::flight_model::FlightModel;
 use crate::telemetry::record::Sample;
@@ -169,9 +167,10 @@ pub fn diagnose(
     let (mut records, mut set_aside) = (Vec::new(), Vec::new());
     // A model that knows its blades knows them for runs that do not say: their passing is no motion.
     let blades = model.blades().map(|blades| blades as u32);
+    let answering = answering(model);
     for (place, run) in fit.iter().enumerate() {
         let geometry = RunGeometry { blades: run.geometry.blades.or(blades), ..run.geometry };
-        match Record::of(&run.name, &run.samples, geometry).and_then(|record| answered(model.linear(), record)) {
+        match Record::of(&run.name, &run.samples, geometry).and_then(|record| with_controls(record, &answering)) {
             Ok(record) => records.push((place, record)),
             Err(unfit) => set_aside.push((run.name.clone(), unfit)),
         }
@@ -214,16 +213,23 @@ pub fn diagnose(
     Ok(Diagnosis { findings, unknown, none, discrepancy, silent, companions, off_trim, set_aside, gain })
 }
 
-/// A run that has every control that the model answers to.
-fn answered(model: &LinearModel, run: Record) -> Result<Record, Unfit> {
-    let lacking = |control: &Control| {
-        let answers = Axis::ALL.iter().any(|&axis| model.derivative(axis, control.variable()) != 0.0);
-        answers && run.inputs.get(control.index()).is_none_or(Option::is_none)
-    };
-    match Control::ALL.iter().find(|control| lacking(control)) {
+/// Controls that the model answers to, its own effects with it.
+fn answering(model: &FlightModel) -> Vec<Control> {
+    let (in_trim, effects) = (model.flight(), own_effects(model));
+    Control::ALL.into_iter().filter(|&control| free_run::answers_to(control, &in_trim, &effects)).collect()
+}
+
+/// A run that has all of these.
+fn with_controls(run: Record, answering: &[Control]) -> Result<Record, Unfit> {
+    match answering.iter().find(|control| run.inputs.get(control.index()).is_none_or(Option::is_none)) {
         Some(control) => Err(Unfit::NoControl(control.name(run.geometry.controls))),
         None => Ok(run),
     }
+}
+
+/// Effects that the model file has.
+fn own_effects(model: &FlightModel) -> Vec<Effect> {
+    model.file.effects.iter().map(|declared| declared.effect).collect()
 }
 
 /// The runs and the model, where there is anything to tell.
@@ -234,8 +240,7 @@ fn posed(model: &FlightModel, records: Vec<Record>, set_aside: &[(String, Unfit)
             None => NoDiagnosis::Empty,
         });
     }
-    let fixed: Vec<Effect> = model.file.effects.iter().map(|declared| declared.effect).collect();
-    let problem = Problem::new(Aircraft::of(model), fixed, records, model.file.tolerance, &model.file.stds);
+    let problem = Problem::new(Aircraft::of(model), own_effects(model), records, model.file.tolerance, &model.file.stds);
     if problem.silent.iter().all(|silent| *silent) {
         return Err(NoDiagnosis::Silent);
     }
@@ -283,8 +288,8 @@ fn look_once(problem: &Problem, known: &[Vec<DeclaredEffect>], settings: &Settin
 /// Whether several terms of the library stand on one axis of a linear model: derivatives may be off by the dozen, but products
 /// beside each other make up what none of them is. A simulation that curves where flight does not may need them.
 fn is_pieced_together(problem: &Problem, many: &Searched) -> bool {
-    let on = |axis: Axis| move |one: &&Hypothesis| matches!(one.effect, Effect::Nonlinear { axis: its, .. } if its == axis);
-    let terms = |axis: Axis| many.point.hypotheses.iter().filter(on(axis)).count();
+    let on = |axis: Axis| move |one: &Effect| matches!(one, Effect::Nonlinear { axis: its, .. } if *its == axis);
+    let terms = |axis: Axis| many.point.effects().filter(on(axis)).count();
     !problem.aircraft.is_curved() && Axis::ALL.into_iter().any(|axis| terms(axis) > 1)
 }
 
@@ -373,10 +378,9 @@ fn gained(model: &FlightModel, findings: &mut [Finding], holdout: &[Recorded]) -
     }
     let causes: Vec<Effect> = findings.iter().map(|finding| finding.cause.effect).collect();
     let (ratios, gained) = held_out(model, &causes, holdout)?;
-    let moves = |control: Control| {
-        let seen = |run: &Recorded| Record::of(&run.name, &run.samples, run.geometry).is_ok_and(|run| run.moves(control.index()));
-        holdout.iter().any(seen)
-    };
+    let seen = holdout.iter().filter_map(|run| Record::of(&run.name, &run.samples, run.geometry).ok());
+    let seen: Vec<Record> = seen.collect();
+    let moves = |control: Control| seen.iter().any(|run| run.moves(control.index()));
     for (finding, ratio) in findings.iter_mut().zip(ratios) {
         // A control that rests there says nothing of what it does.
         finding.held_out = ratio.filter(|_| acts_by(&finding.cause.effect).is_none_or(moves));
@@ -395,7 +399,7 @@ pub fn held_out(
     holdout: &[Recorded],
 ) -> Result<(Vec<Option<Estimate>>, Gained), NoDiagnosis> {
     let flown: Vec<free_run::Run<'_>> = holdout.iter().map(|run| free_run::Run::of(&run.samples, &run.geometry)).collect();
-    let own: Vec<Effect> = model.file.effects.iter().map(|declared| declared.effect).collect();
+    let own = own_effects(model);
     let predict = |causes: &[Effect]| -> Result<Vec<Prediction>, NoDiagnosis> {
         let effects: Vec<Effect> = own.iter().chain(causes).copied().collect();
         let all = flown.iter().zip(holdout).map(|(flown, run)| {

@@ -25,11 +25,11 @@ pub(super) struct InPlace {
 /// For every hypothesis of the point; each has a single number.
 pub(super) fn in_place(local: &Local, point: &Point, entries: &[Entry], usual: &[f64; AXES]) -> Option<Vec<InPlace>> {
     let all = local.factor.l() * local.factor.l().transpose();
-    (0..point.hypotheses.len()).map(|hypothesis| one(local, &all, point, hypothesis, entries, usual)).collect()
+    (0..point.hypotheses.len()).map(|hypothesis| of_one(local, &all, point, hypothesis, entries, usual)).collect()
 }
 
 /// For the hypothesis at this place among the point's.
-fn one(
+fn of_one(
     local: &Local,
     all: &DMatrix<f64>,
     point: &Point,

@@ -219,7 +219,7 @@ fn inputs(
 }
 
 /// Whether anything of the model, or what is fed by that control, moves with it.
-fn answers_to(control: Control, in_trim: &Flight, effects: &[Effect]) -> bool {
+pub(super) fn answers_to(control: Control, in_trim: &Flight, effects: &[Effect]) -> bool {
     let fed = |to: Control| {
         effects.iter().any(|effect| matches!(effect, Effect::CrossFeed { from, to: t, .. } if *from == control && *t == to))
     };

@@ -2,7 +2,7 @@
 //!
 //! Consumes the problem and a point; produces the point with gusts, or nothing. Gusts reach vanes and airspeed at once and the
 //! inertial instruments through the aircraft only, which tells them from noise of forces. Their standard deviation goes with the
-//! other noises, (3) of `problem`; both numbers come to the bottom of a parabola along their logarithms.
+//! other noises, (1) of `settle`; both numbers come to the bottom of a parabola along their logarithms.
 
 use super::linearise::{Local, With};
 use super::point::Point;

@@ -13,13 +13,13 @@
 //! autocovariance taken from (2) instead of from stored residuals.
 //! Numerics: plain sums; vectors are deviations from trim, so that the bias does not swamp them. G_l is kept with the lag as
 //! its last index, so that an update, a form over all lags and a weighted sum over lags each run along memory; and it is kept
-//! over L^2, where L is the product of all lambdas so far, as the sum of (z_k/L_k) (z_(k-l)/L_(k-l))': to forget is then to
-//! change L alone, until L is so small that the sums are brought back to it.
+//! over f_n^2, where f_k is the product of lambda up to k, as the sum of (z_k/f_k) (z_(k-l)/f_(k-l))': to forget is then to
+//! change f alone, until it is so small that the sums are brought back to it.
 
 /// Lags that are kept: 16 steps of the grid, twice the support that the default smoothing colours.
 pub const LAGS: usize = 16;
 
-/// Below it what is kept over L is brought back to L = 1: far above where L^2 or 1/L^2 would leave the range of numbers.
+/// Below it what is kept over f is brought back to f = 1: far above where f^2 or 1/f^2 would leave the range of numbers.
 const SMALL: f64 = 1e-60;
 
 /// One number a lag, from lag 1; two cache lines that no other entry shares.
@@ -33,14 +33,14 @@ pub struct Information<const N: usize> {
     sums: [[f64; N]; N],
     /// G_0.
     squared: [[f64; N]; N],
-    /// L: lagged products are kept over its square, recent vectors over it.
+    /// f_n: lagged products are kept over its square, recent vectors over it.
     scale: f64,
-    /// Entry `[i][j][l - 1]` is that of G_l over L^2.
+    /// Entry `[i][j][l - 1]` is that of G_l over f_n^2.
     lagged: [[Lagged; N]; N],
     weight: f64,
     weight2: f64,
     weight3: f64,
-    /// Entry `[i][l - 1]` is z_i of l instants ago over the L of then; zero where it was skipped.
+    /// Entry `[i][l - 1]` is z_i of l instants ago over the f of then; zero where it was skipped.
     recent: [Lagged; N],
 }
 
@@ -87,7 +87,7 @@ impl<const N: usize> Information<N> {
         self.remember(&scaled);
     }
 
-    /// Everything that is kept over L brought to L = 1.
+    /// Everything that is kept over f brought to f = 1.
     #[cold]
     fn rescale(&mut self) {
         let (scale, scale2) = (self.scale, self.scale * self.scale);
@@ -171,7 +171,7 @@ impl<const N: usize> Information<N> {
         weights[0] * self.squared[i][j] + self.scale2() * ((sums[0] + sums[2]) + (sums[1] + sums[3]))
     }
 
-    /// L^2.
+    /// f_n^2.
     fn scale2(&self) -> f64 {
         self.scale * self.scale
     }

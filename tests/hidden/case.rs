@@ -89,7 +89,11 @@ pub(crate) fn baseline() -> LinearModel {
 
 /// The case of that sort and seed.
 pub(crate) fn case(sort: Sort, seed: u64) -> Case {
-    drawn(sort, seed).unwrap_or_else(|| panic!("{sort:?} {seed}: nothing drawn in {DRAWS} draws is to be seen"))
+    drawn(sort, seed).unwrap_or_else(|| nothing_drawn(sort, seed))
+}
+
+fn nothing_drawn(sort: Sort, seed: u64) -> ! {
+    panic!("{sort:?} {seed}: nothing drawn in {DRAWS} draws is to be seen")
 }
 
 /// The same; `None` where nothing that is drawn is to be seen.
@@ -115,9 +119,10 @@ pub(crate) fn is_off(seed: u64) -> bool {
 
 /// What is flown in that case.
 pub(crate) fn plan(sort: Sort, seed: u64) -> Plan {
-    planned(sort, seed).unwrap_or_else(|| panic!("{sort:?} {seed}: nothing drawn in {DRAWS} draws is to be seen"))
+    planned(sort, seed).unwrap_or_else(|| nothing_drawn(sort, seed))
 }
 
+/// The same; `None` where nothing that is drawn is to be seen.
 fn planned(sort: Sort, seed: u64) -> Option<Plan> {
     let manoeuvres = Manoeuvres::draw(seed);
     let truth = Truth::draw(seed, is_off(seed));

@@ -95,9 +95,10 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let controls = fit.first().map_or(ControlNames::Rotorcraft, |one| one.info.geometry().controls);
     let mut losses: Vec<String> = fit.iter().chain(&holdout).flat_map(|one| one.losses.clone()).collect();
     let recorded = |runs: Vec<RunInput>, files: &[PathBuf]| -> Vec<Recorded> {
-        let named = runs.into_iter().zip(files).map(|(one, file)| {
-            let name = name_of(&one.name, file);
-            Recorded { name, geometry: *one.info.geometry(), samples: one.samples }
+        let named = runs.into_iter().zip(files).map(|(one, file)| Recorded {
+            name: name_of(&one.name, file),
+            geometry: *one.info.geometry(),
+            samples: one.samples,
         });
         named.collect()
     };

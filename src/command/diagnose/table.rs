@@ -40,11 +40,11 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
     }
     for (number, finding) in diagnosis.findings.iter().enumerate() {
         let _ = writeln!(text, "  {}. {} (probability {:.2})", number + 1, say(&finding.cause), finding.cause.probability);
-        let told = diagnosis.findings.len() <= MANY;
-        if told && diagnosis.gain.is_some() && finding.held_out.is_none() {
+        let kept_back = diagnosis.judged().is_some() && diagnosis.findings.len() <= MANY;
+        if kept_back && finding.held_out.is_none() {
             let _ = writeln!(text, "     on the runs kept back: nothing moves there that would show it");
         }
-        if let Some(ratio) = finding.held_out.as_ref().filter(|_| told) {
+        if let Some(ratio) = finding.held_out.as_ref().filter(|_| kept_back) {
             let [low, high] = ratio.interval;
             let words = borne_out(ratio);
             let _ = writeln!(
