@@ -15,9 +15,10 @@ use crate::simulation::flight_model::{Asked, FlightModel};
 use crate::simulation::fly::{Flight, Inputs, uniform_times};
 use crate::simulation::input::InputSpec;
 use crate::simulation::instrument::Instruments;
+use crate::telemetry::record::Sample;
 
 /// The built-in aircraft, linear, on a pedal 3211 and a cyclic doublet.
-fn problem() -> Problem {
+pub(super) fn flown(effects: Vec<Effect>) -> (FlightModel, Vec<Sample>) {
     let puma = FlightModel::puma(&Asked::default()).unwrap();
     let text = crate::flight::model_file::ModelFile { linear: puma.linear().clone(), ..puma.file }.to_toml();
     let model = FlightModel::parse(&text, &Asked::default()).unwrap();
@@ -32,11 +33,22 @@ fn problem() -> Problem {
         instruments: Instruments::flight_quality(1.0),
         times_s,
         seed: 3,
+        effects,
         ..Flight::of(model.linear().clone())
     };
     let samples = flight.fly().unwrap().samples;
+    (model, samples)
+}
+
+/// The model beside a flight with effects that it does not have.
+pub(super) fn problem_with(effects: Vec<Effect>) -> Problem {
+    let (model, samples) = flown(effects);
     let record = Record::of("one", &samples, RunGeometry::DEFAULT).unwrap();
     Problem::new(Aircraft::of(&model), Vec::new(), vec![record], 0.03, &[[0.0; VARIABLES]; AXES])
+}
+
+fn problem() -> Problem {
+    problem_with(Vec::new())
 }
 
 fn with(problem: &Problem, effect: Effect) -> Point {

@@ -18,6 +18,7 @@ use super::residual::{Discrepancy, discrepancy};
 use super::run_record::{Record, Unfit};
 use super::screen::acts_on;
 use super::search::{Rival, Searched, Settings, search};
+use super::taken::{own_effects, taken};
 use super::whole::whole;
 use crate::flight::channel::Channel;
 use crate::flight::control::Control;
@@ -164,17 +165,7 @@ pub fn diagnose(
     holdout: &[Recorded],
     settings: &Settings,
 ) -> Result<Diagnosis, NoDiagnosis> {
-    let (mut records, mut set_aside) = (Vec::new(), Vec::new());
-    // A model that knows its blades knows them for runs that do not say: their passing is no motion.
-    let blades = model.blades().map(|blades| blades as u32);
-    let answering = answering(model);
-    for (place, run) in fit.iter().enumerate() {
-        let geometry = RunGeometry { blades: run.geometry.blades.or(blades), ..run.geometry };
-        match Record::of(&run.name, &run.samples, geometry).and_then(|record| with_controls(record, &answering)) {
-            Ok(record) => records.push((place, record)),
-            Err(unfit) => set_aside.push((run.name.clone(), unfit)),
-        }
-    }
+    let (records, mut set_aside) = taken(model, fit);
     let problem = posed(model, records.iter().map(|(_, record)| record.clone()).collect(), &set_aside)?;
     // Instruments are judged without the model meanwhile; mostly they are well, and the first look stands.
     let (kinematics, first) = std::thread::scope(|scope| {
@@ -211,25 +202,6 @@ pub fn diagnose(
     let (silent, said): (Vec<Axis>, Vec<Axis>) = Axis::ALL.into_iter().partition(|axis| problem.silent[axis.index()]);
     let discrepancy = discrepancy.into_iter().filter(|one| said.contains(&one.axis)).collect();
     Ok(Diagnosis { findings, unknown, none, discrepancy, silent, companions, off_trim, set_aside, gain })
-}
-
-/// Controls that the model answers to, its own effects with it.
-fn answering(model: &FlightModel) -> Vec<Control> {
-    let (in_trim, effects) = (model.flight(), own_effects(model));
-    Control::ALL.into_iter().filter(|&control| free_run::answers_to(control, &in_trim, &effects)).collect()
-}
-
-/// A run that has all of these.
-fn with_controls(run: Record, answering: &[Control]) -> Result<Record, Unfit> {
-    match answering.iter().find(|control| run.inputs.get(control.index()).is_none_or(Option::is_none)) {
-        Some(control) => Err(Unfit::NoControl(control.name(run.geometry.controls))),
-        None => Ok(run),
-    }
-}
-
-/// Effects that the model file has.
-fn own_effects(model: &FlightModel) -> Vec<Effect> {
-    model.file.effects.iter().map(|declared| declared.effect).collect()
 }
 
 /// The runs and the model, where there is anything to tell.

@@ -25,7 +25,11 @@ const LENGTHS: [f64; 2] = [120.0, 350.0];
 const USUAL_M: f64 = 300.0;
 const USUAL_STD: f64 = 0.8;
 
-/// The point with gusts instead of noise of forces; `None` where there are gusts already.
+/// Gusts of less are still air, m/s: a tenth of what is called light (MIL-F-8785C, 3.7.3). Small errors of both vanes at once
+/// pass for as much.
+const STILL_AIR: f64 = 0.07;
+
+/// The point with gusts instead of noise of forces; `None` where there are gusts already, or hardly any.
 pub(super) fn in_gusts(problem: &Problem, point: &Point, rounds: Rounds) -> Option<(Point, Local)> {
     if point.gust.0 > 0.0 {
         return None;
@@ -46,7 +50,7 @@ pub(super) fn in_gusts(problem: &Problem, point: &Point, rounds: Rounds) -> Opti
     for _ in 0..2 {
         there = sharpened(problem, problem.settle(there, rounds)?.0)?;
     }
-    problem.settle(there, Rounds::some(2))
+    problem.settle(there, Rounds::some(2)).filter(|(there, _)| there.gust.0 > STILL_AIR)
 }
 
 /// Noise of forces in gusts before the innovations say better, of the least.

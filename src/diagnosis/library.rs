@@ -145,11 +145,13 @@ pub fn library(problem: &Problem, present: &[Effect]) -> Vec<Entry> {
             continue;
         }
         let channel = input_channel(input);
-        // Off the model's trim a control's bias is what its trim is.
+        // Off the model's trim a control's bias is what its trim is, and of one that rests a factor is a bias.
         if !problem.other_trim {
             slope(problem, present, Effect::SensorBias { channel, value: 0.0 }, &mut entries);
         }
-        slope(problem, present, Effect::SensorScale { channel, factor: 1.0 }, &mut entries);
+        if !problem.other_trim || range(problem, input) > 0.0 {
+            slope(problem, present, Effect::SensorScale { channel, factor: 1.0 }, &mut entries);
+        }
         slope(problem, present, Effect::SensorDelay { channel, delay: 0.0 }, &mut entries);
     }
     entries.retain(|entry| !present.iter().any(|there| same_cause(there, &entry.effect)));

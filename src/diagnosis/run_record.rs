@@ -97,6 +97,19 @@ pub enum Unfit {
     /// A control that the model answers to is not recorded.
     #[error("expected a column `{0}`, a control that the model answers to, found none")]
     NoControl(&'static str),
+    /// Time goes back.
+    #[error("sample {sample}: expected a time not before {before_s:.4} s, found {time_s:.4} s")]
+    Back {
+        /// Which, from 1.
+        sample: usize,
+        /// Time of the one before, s.
+        before_s: f64,
+        /// Its time, s.
+        time_s: f64,
+    },
+    /// Channels are in another unit than was said.
+    #[error("reads like {0} in {1}: the model then follows far better; the header should name that unit, as in `pedal[deg]`")]
+    Unit(String, &'static str),
     /// Rates are missing.
     #[error("expected the rates p, q and r, found no samples of `{0}`")]
     NoRates(&'static str),
@@ -115,8 +128,12 @@ impl Record {
     /// Gathers a run's samples.
     ///
     /// # Errors
-    /// [`Unfit`] where the rates do not make a run.
+    /// [`Unfit`] where time goes back or the rates do not make a run.
     pub fn of(name: &str, samples: &[Sample], geometry: RunGeometry) -> Result<Record, Unfit> {
+        let back = samples.windows(2).position(|pair| matches!(pair, [before, after] if after.time_s < before.time_s));
+        if let Some((place, [before, after])) = back.and_then(|place| Some((place, samples.get(place..place + 2)?))) {
+            return Err(Unfit::Back { sample: place + 2, before_s: before.time_s, time_s: after.time_s });
+        }
         let line = |channel: Channel| {
             let series = Series::of(samples.iter().filter_map(|sample| Some((sample.time_s, sample.get(channel)?))));
             (series.len() >= READINGS_MIN).then_some(series)

@@ -2,6 +2,7 @@
 //!
 //! Consumes the problem; produces the point with its causes, the rivals of each with their probabilities, and what is left.
 
+use super::earlier::{weighed_again, without_needless};
 use super::gusts::{gust_std, in_gusts, noisy, turbulence};
 use super::library::{Entry, drowned, library, prior_std};
 use super::linearise::{Local, With};
@@ -153,8 +154,9 @@ pub(super) fn go_on(
         };
         (point, local) = next;
         rivals.push(ranked);
-        (point, local) = without_needless(problem, point, local, &mut rivals, known, settings);
+        (point, local) = without_needless(problem, (point, local), &mut rivals, known, settings);
     }
+    (point, local) = weighed_again(problem, (point, local), &mut rivals, settings);
     let local = problem.linearise(&point, &[], With::Traces).unwrap_or(local);
     let left = problem.unexplained(&point)?;
     Some(Searched { left, before, point, local, rivals, refused, stds: Vec::new() })
@@ -180,47 +182,14 @@ fn told_apart(problem: &Problem, point: &Point, local: &Local, explanations: &[D
     (first.odds > 0.0).then_some((best, ranked))
 }
 
-/// Takes back causes that a later one has made needless: without them the evidence is hardly worse.
-fn without_needless(
-    problem: &Problem,
-    mut point: Point,
-    mut local: Local,
-    rivals: &mut Vec<Vec<Rival>>,
-    known: usize,
-    settings: &Settings,
-) -> (Point, Local) {
-    let gusts =
-        rivals.iter().position(|ranked| ranked.first().is_some_and(|first| matches!(first.effect, Effect::Turbulence { .. })));
-    // What was known beforehand stands, and so does the newest: it was weighed with all others in place. Gusts are a cause, but
-    // no hypothesis with a number of its own.
-    let newest = usize::from(gusts.is_none_or(|gusts| gusts + 1 < rivals.len()));
-    let mut number = known;
-    while number + newest < point.hypotheses.len() {
-        let mut fewer = point.clone();
-        fewer.hypotheses.remove(number);
-        let fewer = problem.settle(fewer, Rounds::some(settings.rounds));
-        match fewer.filter(|(_, there)| there.evidence() - local.evidence() < settings.against) {
-            Some(without) => {
-                (point, local) = without;
-                let place = number + usize::from(gusts.is_some_and(|gusts| gusts <= number));
-                if place < rivals.len() {
-                    rivals.remove(place);
-                }
-            }
-            None => number += 1,
-        }
-    }
-    (point, local)
-}
-
 /// The point with a cause that is known, and its explanations.
 type Known = ((Point, Local), Vec<Rival>);
 
 /// The next cause, where one is worth it, and everything that was looked at.
-type OneMore = (Option<(Point, Local)>, Vec<Rival>);
+pub(super) type OneMore = (Option<(Point, Local)>, Vec<Rival>);
 
 /// The best cause besides those that are there, where it is worth it.
-fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings) -> Option<OneMore> {
+pub(super) fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings) -> Option<OneMore> {
     let entries = library(problem, &problem.effects(point));
     let candidates: Vec<_> = entries.iter().map(|entry| &entry.candidate).collect();
     let wide = problem.linearise(point, &candidates, With::Slopes)?;
@@ -244,6 +213,7 @@ fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings
             break;
         }
     }
+    let lagging = problem.effects(point).iter().any(|effect| matches!(effect, Effect::SensorLag { .. }));
     let before = local.evidence();
     let odds = |there: &Local, effect: &Effect| before - there.evidence() + worth.odds(effect) - settings.against;
     // A few rounds for every start, and all for those that are still in the running, by what they have come to or by what the
@@ -255,7 +225,7 @@ fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings
             others.push(Rival { effect: sized(entry, &score), std: score.std, odds: promised, fitted: false });
             continue;
         }
-        for effect in starts(entry, &score) {
+        for effect in starts(entry, &score, lagging) {
             let mut start = point.clone();
             let prior = entry.prior_std.filter(|_| !entry.shared).or(prior_std(&effect)).unwrap_or(match effect {
                 Effect::RateLimit { rate: number, .. } | Effect::DeadZone { half_width: number, .. } => number,
@@ -302,6 +272,9 @@ fn one_more(problem: &Problem, point: &Point, local: &Local, settings: &Settings
         if best.as_ref().is_none_or(|(.., most)| found > *most) {
             best = Some((there, local, found));
         }
+    }
+    if lagging {
+        ranked.extend(ranked.clone().iter().filter_map(as_lag));
     }
     ranked.extend(others);
     ranked.sort_by(|a, b| b.odds.total_cmp(&a.odds));
@@ -386,14 +359,24 @@ pub(super) fn sized(entry: &Entry, score: &Score) -> Effect {
     nudged(&entry.effect, size)
 }
 
-/// Where fits of an entry begin: what delays may also be a lag.
-fn starts(entry: &Entry, score: &Score) -> Vec<Effect> {
+/// A delay as a lag: the filter carries one lag, and beside one that stands there it does not tell the two apart.
+fn as_lag(rival: &Rival) -> Option<Rival> {
+    match rival.effect {
+        Effect::SensorDelay { channel, delay } if delay > 0.0 => {
+            Some(Rival { effect: Effect::SensorLag { channel, tau: delay }, fitted: false, ..*rival })
+        }
+        _ => None,
+    }
+}
+
+/// Where fits of an entry begin: what delays may also be a lag, where there is none yet.
+fn starts(entry: &Entry, score: &Score, lagging: bool) -> Vec<Effect> {
     let effect = sized(entry, score);
     match effect {
         Effect::SensorDelay { channel, delay } => {
             let delay = delay.clamp(-0.4, 0.4);
             let mut both = vec![Effect::SensorDelay { channel, delay }];
-            if delay > 0.0 {
+            if delay > 0.0 && !lagging {
                 both.push(Effect::SensorLag { channel, tau: delay });
             }
             both

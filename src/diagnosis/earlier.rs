@@ -1,0 +1,142 @@
+//! Earlier causes with the later ones in place: what these have made needless goes, and what has become likelier takes its place.
+//!
+//! Consumes the problem, the point with its causes and the rivals of each; produces the same with every cause weighed beside all
+//! others. A first cause may stand for two: vanes that are both late pass for vanes further ahead, until the second is there.
+
+use super::linearise::Local;
+use super::point::Point;
+use super::problem::Problem;
+use super::search::{Rival, Settings, one_more};
+use super::settle::Rounds;
+use crate::flight::effect::{Effect, same_cause};
+
+/// Times that all are weighed: a cause that takes another's place changes what the rest are worth.
+const SWEEPS: usize = 2;
+
+/// Where gusts stand among the causes: they are one, but no hypothesis with a number of its own.
+fn place_of_gusts(rivals: &[Vec<Rival>]) -> Option<usize> {
+    rivals.iter().position(|ranked| ranked.first().is_some_and(|first| matches!(first.effect, Effect::Turbulence { .. })))
+}
+
+/// How many hypotheses are the newest cause, which was weighed with all others in place.
+fn newest(rivals: &[Vec<Rival>]) -> usize {
+    usize::from(place_of_gusts(rivals).is_none_or(|gusts| gusts + 1 < rivals.len()))
+}
+
+/// Takes back causes that a later one has made needless: without them the evidence is hardly worse.
+pub(super) fn without_needless(
+    problem: &Problem,
+    (mut point, mut local): (Point, Local),
+    rivals: &mut Vec<Vec<Rival>>,
+    known: usize,
+    settings: &Settings,
+) -> (Point, Local) {
+    let gusts = place_of_gusts(rivals);
+    let newest = newest(rivals);
+    let mut number = known;
+    while number + newest < point.hypotheses.len() {
+        let mut fewer = point.clone();
+        fewer.hypotheses.remove(number);
+        let fewer = problem.settle(fewer, Rounds::some(settings.rounds));
+        match fewer.filter(|(_, there)| there.evidence() - local.evidence() < settings.against) {
+            Some(without) => {
+                (point, local) = without;
+                let place = number + usize::from(gusts.is_some_and(|gusts| gusts <= number));
+                if place < rivals.len() {
+                    rivals.remove(place);
+                }
+            }
+            None => number += 1,
+        }
+    }
+    (point, local)
+}
+
+/// Looks for every cause but the newest again, with all others in place: its rivals are those of then, and where one of them is
+/// likelier it stands instead; so too with what the kinematics alone made of two errors.
+pub(super) fn weighed_again(
+    problem: &Problem,
+    (mut point, mut local): (Point, Local),
+    rivals: &mut Vec<Vec<Rival>>,
+    settings: &Settings,
+) -> (Point, Local) {
+    for _ in 0..SWEEPS {
+        let (mut number, mut changed) = (0, false);
+        for _ in 0..point.hypotheses.len().saturating_sub(newest(rivals)) {
+            let place = number + usize::from(place_of_gusts(rivals).is_some_and(|gusts| gusts <= number));
+            match instead(problem, (&point, &local), number, settings) {
+                Some((Some(better), ranked)) => {
+                    (point, local) = better;
+                    rivals.remove(place);
+                    rivals.push(ranked);
+                    changed = true;
+                }
+                Some((None, ranked)) => {
+                    rivals[place] = ranked;
+                    number += 1;
+                }
+                None => number += 1,
+            }
+        }
+        if !changed {
+            break;
+        }
+    }
+    (point, local)
+}
+
+/// What else stands in the place of a hypothesis, and where that is likelier the point with it. `None` where the search does not
+/// come upon the hypothesis again, nor upon anything that is better by what is asked of a cause.
+fn instead(problem: &Problem, (point, local): (&Point, &Local), number: usize, settings: &Settings) -> Option<Instead> {
+    let own = point.hypotheses.get(number)?.effect;
+    let mut without = point.clone();
+    without.hypotheses.remove(number);
+    let (without, there) = problem.settle(without, Rounds::some(settings.rounds))?;
+    let (taken, ranked) = one_more(problem, &without, &there, settings)?;
+    let (taken, first) = taken.zip(ranked.first().copied())?;
+    if same_cause(&first.effect, &own) {
+        return Some((None, ranked));
+    }
+    let again = ranked.iter().any(|rival| rival.fitted && same_cause(&rival.effect, &own));
+    let better = if again { 0.0 } else { settings.against };
+    (taken.1.evidence() + better < local.evidence()).then_some((Some(taken), ranked))
+}
+
+/// The point with another cause, where there is a better one, and all that were looked at.
+type Instead = (Option<(Point, Local)>, Vec<Rival>);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::checks::problem_with;
+    use crate::diagnosis::point::Hypothesis;
+    use crate::flight::channel::Channel;
+    use crate::flight::effect::PositionedSensor;
+
+    /// Both vanes late: their place was found first, then what it leaves of one of them.
+    #[test]
+    fn what_stood_for_two_causes_gives_way() {
+        let late = |channel| Effect::SensorDelay { channel, delay: 0.08 };
+        let problem = problem_with(vec![late(Channel::Alpha), late(Channel::Beta)]);
+        let ahead = Effect::SensorPosition { sensor: PositionedSensor::Vane, offset_m: [1.0, 0.0, 0.0] };
+        let mut point = problem.zero();
+        point.hypotheses = vec![Hypothesis::of(ahead, 5.0), Hypothesis::of(late(Channel::Beta), 0.2)];
+        let found = problem.settle(point, Rounds::SETTLED).unwrap();
+        let rival = |effect| vec![Rival { effect, std: 0.1, odds: 30.0, fitted: true }];
+        let mut rivals = vec![rival(ahead), rival(late(Channel::Beta))];
+        let (point, local) = weighed_again(&problem, found.clone(), &mut rivals, &Settings::default());
+        let effects: Vec<Effect> = point.effects().collect();
+        assert_eq!(effects.len(), 2);
+        for (place, channel) in [Channel::Beta, Channel::Alpha].into_iter().enumerate() {
+            let (Effect::SensorDelay { channel: there, delay: found } | Effect::SensorLag { channel: there, tau: found }) =
+                effects[place]
+            else {
+                panic!("{:?} stands in the place of {channel:?}", effects[place]);
+            };
+            let std = local.std(point.main_place_of(place));
+            assert_eq!(there, channel);
+            assert!((found - 0.08).abs() < 3.0 * std && std < 0.02, "{channel:?}: {found} +- {std}");
+            assert!(same_cause(&rivals[place][0].effect, &effects[place]), "{:?}", rivals[place]);
+        }
+    }
+}

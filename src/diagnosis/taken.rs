@@ -1,0 +1,64 @@
+//! Runs that can be diagnosed by a model, and those that are set aside.
+//!
+//! Consumes a model and runs; produces the records of those that have what it asks for, each with its place among all, and of
+//! the others the reason.
+
+use super::aircraft::Aircraft;
+use super::diagnose::Recorded;
+use super::free_run;
+use super::other_unit::other_unit;
+use super::problem::Problem;
+use super::run_record::{Record, Unfit};
+use crate::flight::control::Control;
+use crate::flight::effect::Effect;
+use crate::flight::run::RunGeometry;
+use crate::simulation::flight_model::FlightModel;
+
+/// The records with their places, and the names of the others with why.
+pub(super) type Taken = (Vec<(usize, Record)>, Vec<(String, Unfit)>);
+
+/// Takes what can be taken.
+pub(super) fn taken(model: &FlightModel, fit: &[Recorded]) -> Taken {
+    let (mut records, mut set_aside) = (Vec::new(), Vec::new());
+    // A model that knows its blades knows them for runs that do not say: their passing is no motion.
+    let blades = model.blades().map(|blades| blades as u32);
+    let (answering, aircraft) = (answering(model), Aircraft::of(model));
+    for (place, run) in fit.iter().enumerate() {
+        let geometry = RunGeometry { blades: run.geometry.blades.or(blades), ..run.geometry };
+        let record = Record::of(&run.name, &run.samples, geometry).and_then(|record| with_controls(record, &answering));
+        match record.and_then(|record| in_its_units(model, &aircraft, record)) {
+            Ok(record) => records.push((place, record)),
+            Err(unfit) => set_aside.push((run.name.clone(), unfit)),
+        }
+    }
+    (records, set_aside)
+}
+
+/// Controls that the model answers to, its own effects with it.
+fn answering(model: &FlightModel) -> Vec<Control> {
+    let (in_trim, effects) = (model.flight(), own_effects(model));
+    Control::ALL.into_iter().filter(|&control| free_run::answers_to(control, &in_trim, &effects)).collect()
+}
+
+/// A run that has all of these.
+fn with_controls(run: Record, answering: &[Control]) -> Result<Record, Unfit> {
+    match answering.iter().find(|control| run.inputs.get(control.index()).is_none_or(Option::is_none)) {
+        Some(control) => Err(Unfit::NoControl(control.name(run.geometry.controls))),
+        None => Ok(run),
+    }
+}
+
+/// A run whose channels are in the units that it says.
+fn in_its_units(model: &FlightModel, aircraft: &Aircraft, run: Record) -> Result<Record, Unfit> {
+    let pose =
+        |run: Record| Problem::new(aircraft.clone(), own_effects(model), vec![run], model.file.tolerance, &model.file.stds);
+    match other_unit(&run, aircraft.trim(), &pose) {
+        Some((channels, unit)) => Err(Unfit::Unit(channels, unit)),
+        None => Ok(run),
+    }
+}
+
+/// Effects that the model file has.
+pub(super) fn own_effects(model: &FlightModel) -> Vec<Effect> {
+    model.file.effects.iter().map(|declared| declared.effect).collect()
+}
