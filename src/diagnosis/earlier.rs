@@ -12,6 +12,9 @@ use crate::flight::effect::{Effect, same_cause};
 
 /// Times that all are weighed: a cause that takes another's place changes what the rest are worth.
 const SWEEPS: usize = 2;
+/// Twice the logarithm of the odds by which another cause has to be better than what was known without the model: what the
+/// kinematics have seen of it is not seen here again.
+const KNOWN_STANDS: f64 = 20.0;
 
 /// Where gusts stand among the causes: they are one, but no hypothesis with a number of its own.
 fn place_of_gusts(rivals: &[Vec<Rival>]) -> Option<usize> {
@@ -53,18 +56,20 @@ pub(super) fn without_needless(
 }
 
 /// Looks for every cause but the newest again, with all others in place: its rivals are those of then, and where one of them is
-/// likelier it stands instead; so too with what the kinematics alone made of two errors.
+/// likelier it stands instead. What the kinematics alone told has to be beaten by more.
 pub(super) fn weighed_again(
     problem: &Problem,
     (mut point, mut local): (Point, Local),
     rivals: &mut Vec<Vec<Rival>>,
+    known: usize,
     settings: &Settings,
 ) -> (Point, Local) {
     for _ in 0..SWEEPS {
         let (mut number, mut changed) = (0, false);
         for _ in 0..point.hypotheses.len().saturating_sub(newest(rivals)) {
             let place = number + usize::from(place_of_gusts(rivals).is_some_and(|gusts| gusts <= number));
-            match instead(problem, (&point, &local), number, settings) {
+            let more = if number < known { KNOWN_STANDS } else { 0.0 };
+            match instead(problem, (&point, &local), number, more, settings) {
                 Some((Some(better), ranked)) => {
                     (point, local) = better;
                     rivals.remove(place);
@@ -85,9 +90,15 @@ pub(super) fn weighed_again(
     (point, local)
 }
 
-/// What else stands in the place of a hypothesis, and where that is likelier the point with it. `None` where the search does not
-/// come upon the hypothesis again, nor upon anything that is better by what is asked of a cause.
-fn instead(problem: &Problem, (point, local): (&Point, &Local), number: usize, settings: &Settings) -> Option<Instead> {
+/// What else stands in the place of a hypothesis, and where that is likelier by so much more the point with it. `None` where the
+/// search does not come upon the hypothesis again, nor upon anything that is better by what is asked of a cause.
+fn instead(
+    problem: &Problem,
+    (point, local): (&Point, &Local),
+    number: usize,
+    more: f64,
+    settings: &Settings,
+) -> Option<Instead> {
     let own = point.hypotheses.get(number)?.effect;
     let mut without = point.clone();
     without.hypotheses.remove(number);
@@ -98,7 +109,7 @@ fn instead(problem: &Problem, (point, local): (&Point, &Local), number: usize, s
         return Some((None, ranked));
     }
     let again = ranked.iter().any(|rival| rival.fitted && same_cause(&rival.effect, &own));
-    let better = if again { 0.0 } else { settings.against };
+    let better = if again { more } else { settings.against.max(more) };
     (taken.1.evidence() + better < local.evidence()).then_some((Some(taken), ranked))
 }
 
@@ -124,7 +135,7 @@ mod tests {
         let found = problem.settle(point, Rounds::SETTLED).unwrap();
         let rival = |effect| vec![Rival { effect, std: 0.1, odds: 30.0, fitted: true }];
         let mut rivals = vec![rival(ahead), rival(late(Channel::Beta))];
-        let (point, local) = weighed_again(&problem, found.clone(), &mut rivals, &Settings::default());
+        let (point, local) = weighed_again(&problem, found, &mut rivals, 0, &Settings::default());
         let effects: Vec<Effect> = point.effects().collect();
         assert_eq!(effects.len(), 2);
         for (place, channel) in [Channel::Beta, Channel::Alpha].into_iter().enumerate() {

@@ -156,7 +156,10 @@ pub(super) fn go_on(
         rivals.push(ranked);
         (point, local) = without_needless(problem, (point, local), &mut rivals, known, settings);
     }
-    (point, local) = weighed_again(problem, (point, local), &mut rivals, settings);
+    // Where motion is taken as it was measured, what one cause leaves is hardly another's.
+    if problem.says_all() {
+        (point, local) = weighed_again(problem, (point, local), &mut rivals, known, settings);
+    }
     let local = problem.linearise(&point, &[], With::Traces).unwrap_or(local);
     let left = problem.unexplained(&point)?;
     Some(Searched { left, before, point, local, rivals, refused, stds: Vec::new() })
