@@ -56,17 +56,17 @@ pub(super) fn without_needless(
 }
 
 /// Looks for every cause but the newest again, with all others in place: its rivals are those of then, and where one of them is
-/// likelier it stands instead. What the kinematics alone told has to be beaten by more.
+/// likelier it stands instead. The first `stand` are left alone, and what was `known` beforehand has to be beaten by more.
 pub(super) fn weighed_again(
     problem: &Problem,
     (mut point, mut local): (Point, Local),
     rivals: &mut Vec<Vec<Rival>>,
-    known: usize,
+    (stand, known): (usize, usize),
     settings: &Settings,
 ) -> (Point, Local) {
     for _ in 0..SWEEPS {
-        let (mut number, mut changed) = (0, false);
-        for _ in 0..point.hypotheses.len().saturating_sub(newest(rivals)) {
+        let (mut number, mut changed) = (stand, false);
+        for _ in stand..point.hypotheses.len().saturating_sub(newest(rivals)) {
             let place = number + usize::from(place_of_gusts(rivals).is_some_and(|gusts| gusts <= number));
             let more = if number < known { KNOWN_STANDS } else { 0.0 };
             match instead(problem, (&point, &local), number, more, settings) {
@@ -135,7 +135,7 @@ mod tests {
         let found = problem.settle(point, Rounds::SETTLED).unwrap();
         let rival = |effect| vec![Rival { effect, std: 0.1, odds: 30.0, fitted: true }];
         let mut rivals = vec![rival(ahead), rival(late(Channel::Beta))];
-        let (point, local) = weighed_again(&problem, found, &mut rivals, 0, &Settings::default());
+        let (point, local) = weighed_again(&problem, found, &mut rivals, (0, 0), &Settings::default());
         let effects: Vec<Effect> = point.effects().collect();
         assert_eq!(effects.len(), 2);
         for (place, channel) in [Channel::Beta, Channel::Alpha].into_iter().enumerate() {

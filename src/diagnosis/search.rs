@@ -133,14 +133,14 @@ pub fn search(problem: &Problem, known: &[Vec<DeclaredEffect>], settings: &Setti
             rivals.push(ranked);
         }
     }
-    go_on(problem, (point, local), rivals, before, settings)
+    go_on(problem, (point, local), (rivals, 0), before, settings)
 }
 
-/// Looks for causes besides those that are there.
+/// Looks for causes besides those that are there, the first `stand` of which are not looked at again.
 pub(super) fn go_on(
     problem: &Problem,
     (mut point, mut local): (Point, Local),
-    mut rivals: Vec<Vec<Rival>>,
+    (mut rivals, stand): (Vec<Vec<Rival>>, usize),
     before: [f64; AXES],
     settings: &Settings,
 ) -> Option<Searched> {
@@ -158,7 +158,7 @@ pub(super) fn go_on(
     }
     // Where motion is taken as it was measured, what one cause leaves is hardly another's.
     if problem.says_all() {
-        (point, local) = weighed_again(problem, (point, local), &mut rivals, known, settings);
+        (point, local) = weighed_again(problem, (point, local), &mut rivals, (stand, known), settings);
     }
     let local = problem.linearise(&point, &[], With::Traces).unwrap_or(local);
     let left = problem.unexplained(&point)?;

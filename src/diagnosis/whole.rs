@@ -47,7 +47,8 @@ pub fn whole(problem: &Problem, from: &Searched, settings: &Settings) -> Option<
         against = standing(problem, &point)?;
     }
     let rivals = rivals(&point, &local, &against);
-    let mut searched = go_on(problem, (point, local), rivals, from.before, settings)?;
+    let stand = rivals.len();
+    let mut searched = go_on(problem, (point, local), (rivals, stand), from.before, settings)?;
     searched.stds = with_all_in_doubt(problem, &searched.point)?;
     Some(searched)
 }
