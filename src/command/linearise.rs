@@ -40,7 +40,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     }
     let read = args.condition.read()?;
     let FlightModel { file, level1, .. } = &read;
-    let effects: Vec<Effect> = file.effects.iter().map(|declared| declared.effect).collect();
+    let effects = file.own_effects();
     let model = with_effects(&file.linear, &effects)
         .map_err(|_| Failure::file(&args.condition.model, "its effects add more nonlinear terms than a model may have"))?;
     let modes = eigenmodes(&state_matrix(&model)).ok_or_else(|| {

@@ -155,7 +155,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let in_trim = read.flight();
     let governed = in_trim.level1.as_ref().is_some_and(|trimmed| trimmed.aircraft.options.governed);
     let (file, model) = (&read.file, &in_trim.model);
-    let mut effects: Vec<Effect> = file.effects.iter().map(|declared| declared.effect).collect();
+    let mut effects = file.own_effects();
     if let Some(sigma) = args.turbulence {
         effects.push(Effect::Turbulence { sigma: within("--turbulence", sigma, 0.0, 100.0)?, length: MEDIUM_HEIGHT_LENGTH_M });
     }

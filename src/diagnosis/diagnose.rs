@@ -18,7 +18,7 @@ use super::residual::{Discrepancy, discrepancy};
 use super::run_record::{Record, Unfit};
 use super::screen::acts_on;
 use super::search::{Rival, Searched, Settings, search};
-use super::taken::{own_effects, taken};
+use super::taken::taken;
 use super::whole::whole;
 use crate::flight::channel::Channel;
 use crate::flight::control::Control;
@@ -212,7 +212,7 @@ fn posed(model: &FlightModel, records: Vec<Record>, set_aside: &[(String, Unfit)
             None => NoDiagnosis::Empty,
         });
     }
-    let problem = Problem::new(Aircraft::of(model), own_effects(model), records, model.file.tolerance, &model.file.stds);
+    let problem = Problem::new(Aircraft::of(model), model.file.own_effects(), records, model.file.tolerance, &model.file.stds);
     if problem.silent.iter().all(|silent| *silent) {
         return Err(NoDiagnosis::Silent);
     }
@@ -371,7 +371,7 @@ pub fn held_out(
     holdout: &[Recorded],
 ) -> Result<(Vec<Option<Estimate>>, Gained), NoDiagnosis> {
     let flown: Vec<free_run::Run<'_>> = holdout.iter().map(|run| free_run::Run::of(&run.samples, &run.geometry)).collect();
-    let own = own_effects(model);
+    let own = model.file.own_effects();
     let predict = |causes: &[Effect]| -> Result<Vec<Prediction>, NoDiagnosis> {
         let effects: Vec<Effect> = own.iter().chain(causes).copied().collect();
         let all = flown.iter().zip(holdout).map(|(flown, run)| {

@@ -6,7 +6,7 @@
 use super::linearise::Local;
 use super::point::Point;
 use super::problem::Problem;
-use super::search::{Rival, Settings, one_more};
+use super::search::{OneMore, Rival, Settings, one_more};
 use super::settle::Rounds;
 use crate::flight::effect::{Effect, same_cause};
 
@@ -61,7 +61,7 @@ pub(super) fn weighed_again(
     problem: &Problem,
     (mut point, mut local): (Point, Local),
     rivals: &mut Vec<Vec<Rival>>,
-    (stand, known): (usize, usize),
+    (stand, mut known): (usize, usize),
     settings: &Settings,
 ) -> (Point, Local) {
     for _ in 0..SWEEPS {
@@ -72,12 +72,18 @@ pub(super) fn weighed_again(
             match instead(problem, (&point, &local), number, more, settings) {
                 Some((Some(better), ranked)) => {
                     (point, local) = better;
-                    rivals.remove(place);
+                    if place < rivals.len() {
+                        rivals.remove(place);
+                    }
                     rivals.push(ranked);
+                    // What comes after it has moved up.
+                    known -= usize::from(number < known);
                     changed = true;
                 }
                 Some((None, ranked)) => {
-                    rivals[place] = ranked;
+                    if let Some(own) = rivals.get_mut(place) {
+                        *own = ranked;
+                    }
                     number += 1;
                 }
                 None => number += 1,
@@ -98,7 +104,7 @@ fn instead(
     number: usize,
     more: f64,
     settings: &Settings,
-) -> Option<Instead> {
+) -> Option<OneMore> {
     let own = point.hypotheses.get(number)?.effect;
     let mut without = point.clone();
     without.hypotheses.remove(number);
@@ -112,9 +118,6 @@ fn instead(
     let better = if again { more } else { settings.against.max(more) };
     (taken.1.evidence() + better < local.evidence()).then_some((Some(taken), ranked))
 }
-
-/// The point with another cause, where there is a better one, and all that were looked at.
-type Instead = (Option<(Point, Local)>, Vec<Rival>);
 
 #[cfg(test)]
 mod tests {

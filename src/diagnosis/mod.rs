@@ -48,6 +48,7 @@ pub mod screen;
 pub mod search;
 mod settle;
 mod slopes;
+mod smoothed;
 pub mod spectrum;
 mod taken;
 pub mod whole;

@@ -16,7 +16,7 @@ use crate::estimation::compatibility::series::Series;
 use crate::flight::channel::Channel;
 use crate::flight::control::CONTROLS;
 use crate::flight::model::Trim;
-use core::f64::consts::PI;
+use crate::flight::unit::{DEGREE, FOOT, RPM};
 
 /// What (1) falls by.
 const FALLS: f64 = 100.0;
@@ -26,8 +26,6 @@ const BESIDE: [f64; 2] = [0.7, 1.4];
 const SMALL: f64 = 0.2;
 /// A rotor's speed is that of the trim, in part.
 const NEAR: f64 = 0.2;
-const DEGREE: f64 = PI / 180.0;
-const RPM: f64 = PI / 30.0;
 /// Places of both vanes and of the altitude among the outputs.
 const ALPHA: usize = 10;
 const ALTITUDE: usize = 12;
@@ -54,7 +52,8 @@ pub(super) fn other_unit(run: &Record, trim: &Trim, pose: &impl Fn(Record) -> Pr
     let as_said = cost(run.clone());
     let mut best: Option<(f64, Reading)> = None;
     for reading in readings(run) {
-        let taken = |factor: f64| cost(reading.times(run, factor)) - 2.0 * reading.count(run) * libm::log(factor);
+        let count = reading.count(run);
+        let taken = |factor: f64| cost(reading.times(run, factor)) - 2.0 * count * libm::log(factor);
         let there = taken(reading.si);
         let less = there < as_said - FALLS && best.as_ref().is_none_or(|(least, _)| there < *least);
         if less && BESIDE.iter().all(|beside| taken(beside * reading.si) > there) {
@@ -79,7 +78,7 @@ fn readings(run: &Record) -> Vec<Reading> {
         all.push(degrees(Vec::new(), vanes));
     }
     if run.outputs[ALTITUDE].is_some() {
-        all.push(Reading { inputs: Vec::new(), outputs: vec![ALTITUDE], unit: "ft", si: 0.3048 });
+        all.push(Reading { inputs: Vec::new(), outputs: vec![ALTITUDE], unit: "ft", si: FOOT });
     }
     all
 }
@@ -149,7 +148,7 @@ mod tests {
         assert_eq!(said(&[Channel::Pedal], 1.0 / DEGREE), told("pedal", "deg"));
         assert_eq!(said(&[Channel::LonCyclic], 1.0 / DEGREE), told("lon_cyclic", "deg"));
         assert_eq!(said(&[Channel::Alpha, Channel::Beta], 1.0 / DEGREE), told("alpha, beta", "deg"));
-        assert_eq!(said(&[Channel::Altitude], 1.0 / 0.3048), told("altitude", "ft"));
+        assert_eq!(said(&[Channel::Altitude], 1.0 / FOOT), told("altitude", "ft"));
         assert_eq!(said(&[Channel::RotorSpeed], 1.0 / RPM), told("rotor_speed", "rpm"));
         assert_eq!(said(&[Channel::Pedal, Channel::LonCyclic], 1.0 / DEGREE), told("lon_cyclic, pedal", "deg"));
         assert_eq!(said(&Channel::CONTROLS, 1.0 / DEGREE), told("lon_cyclic, lat_cyclic, collective, pedal", "deg"));

@@ -2,9 +2,11 @@
 //!
 //! Consumes samples and where instruments stand; produces the mesh (a whole number of the gyros' intervals, at most
 //! [`RATE_MAX_HZ`]) and, for a given time skew, each output's readings, those that fall to one node averaged. Vibration of the
-//! rotor's blades is taken out first (`blade_passing`), so that what is left of a channel's third differences is its noise.
+//! rotor's blades is taken out first (`blade_passing`), so that what is left of a channel's third differences is its noise. The
+//! rotor's speed moves slowly beside its noise, which would make what goes with it look smaller: it is `smoothed`.
 
 use super::blade_passing;
+use super::smoothed::smoothed;
 use crate::estimation::compatibility::readings::{Groups, Mesh, Readings};
 use crate::estimation::compatibility::series::Series;
 use crate::flight::channel::Channel;
@@ -142,7 +144,12 @@ impl Record {
             let series = line(channel)?;
             Some(if matches!(channel, Channel::Psi | Channel::Phi) { series.unwrapped() } else { series })
         });
-        let inputs = core::array::from_fn(|input| if input < FELT { line(input_channel(input)) } else { None });
+        let mut inputs = core::array::from_fn(|input| if input < FELT { line(input_channel(input)) } else { None });
+        let noise = |series: &Option<Series>| series.as_ref().map_or(0.0, Series::noise_std);
+        let mut input_noise = core::array::from_fn(|i| noise(&inputs[i]));
+        if let Some(rotor) = &mut inputs[ROTOR] {
+            (*rotor, input_noise[ROTOR]) = smoothed(rotor);
+        }
         if let Some(rotor) = &inputs[ROTOR] {
             let shown = || outputs[..3].iter().rev().flatten().find_map(|series| blade_passing::blades_of(series, rotor));
             if let Some(blades) = geometry.blades.or_else(shown) {
@@ -151,9 +158,7 @@ impl Record {
                 }
             }
         }
-        let noise = |series: &Option<Series>| series.as_ref().map_or(0.0, Series::noise_std);
         let output_noise = core::array::from_fn(|c| noise(&outputs[c]).max(NOISE_FLOOR[c]));
-        let input_noise = core::array::from_fn(|i| noise(&inputs[i]));
         let record = Record {
             name: name.to_owned(),
             geometry,

@@ -10,7 +10,6 @@ use super::other_unit::other_unit;
 use super::problem::Problem;
 use super::run_record::{Record, Unfit};
 use crate::flight::control::Control;
-use crate::flight::effect::Effect;
 use crate::flight::run::RunGeometry;
 use crate::simulation::flight_model::FlightModel;
 
@@ -36,7 +35,7 @@ pub(super) fn taken(model: &FlightModel, fit: &[Recorded]) -> Taken {
 
 /// Controls that the model answers to, its own effects with it.
 fn answering(model: &FlightModel) -> Vec<Control> {
-    let (in_trim, effects) = (model.flight(), own_effects(model));
+    let (in_trim, effects) = (model.flight(), model.file.own_effects());
     Control::ALL.into_iter().filter(|&control| free_run::answers_to(control, &in_trim, &effects)).collect()
 }
 
@@ -51,14 +50,9 @@ fn with_controls(run: Record, answering: &[Control]) -> Result<Record, Unfit> {
 /// A run whose channels are in the units that it says.
 fn in_its_units(model: &FlightModel, aircraft: &Aircraft, run: Record) -> Result<Record, Unfit> {
     let pose =
-        |run: Record| Problem::new(aircraft.clone(), own_effects(model), vec![run], model.file.tolerance, &model.file.stds);
+        |run: Record| Problem::new(aircraft.clone(), model.file.own_effects(), vec![run], model.file.tolerance, &model.file.stds);
     match other_unit(&run, aircraft.trim(), &pose) {
         Some((channels, unit)) => Err(Unfit::Unit(channels, unit)),
         None => Ok(run),
     }
-}
-
-/// Effects that the model file has.
-pub(super) fn own_effects(model: &FlightModel) -> Vec<Effect> {
-    model.file.effects.iter().map(|declared| declared.effect).collect()
 }

@@ -10,6 +10,7 @@ use super::channel::ControlNames;
 use super::control::Control;
 use super::derivative::{AXES, Axis, VARIABLES, Variable};
 use super::document::{Entry, Misread, Table, Text};
+use super::effect::Effect;
 use super::effect_file::{DeclaredEffect, Naming, read_effects};
 use super::model::{LinearModel, Trim};
 use super::term::{Term, TermError};
@@ -36,6 +37,11 @@ pub struct ModelFile {
 }
 
 impl ModelFile {
+    /// Its effects, without their standard errors.
+    pub fn own_effects(&self) -> Vec<Effect> {
+        self.effects.iter().map(|declared| declared.effect).collect()
+    }
+
     /// A model without effects, with the default tolerance.
     pub fn of(name: &str, linear: LinearModel) -> Self {
         ModelFile {

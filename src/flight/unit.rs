@@ -61,10 +61,14 @@ impl Quantity {
     }
 }
 
-const DEGREE: f64 = PI / 180.0;
+/// A degree, rad.
+pub const DEGREE: f64 = PI / 180.0;
+/// A turn a minute, rad/s.
+pub const RPM: f64 = PI / 30.0;
 const POUND: f64 = 0.453_592_37;
 const POUND_FORCE: f64 = POUND * STANDARD_GRAVITY;
-const FOOT: f64 = 0.304_8;
+/// An international foot, m.
+pub const FOOT: f64 = 0.304_8;
 
 /// Every unit that a header may name. A text stands twice where it can mean two quantities (`g`: gravity or gram).
 const UNITS: &[(&str, Quantity, f64)] = &[
@@ -98,7 +102,7 @@ const UNITS: &[(&str, Quantity, f64)] = &[
     ("rad/s", Quantity::AngularRate, 1.0),
     ("mrad/s", Quantity::AngularRate, 1e-3),
     ("deg/s", Quantity::AngularRate, DEGREE),
-    ("rpm", Quantity::AngularRate, PI / 30.0),
+    ("rpm", Quantity::AngularRate, RPM),
     ("rad/s^2", Quantity::AngularAcceleration, 1.0),
     ("deg/s^2", Quantity::AngularAcceleration, DEGREE),
     ("kg", Quantity::Mass, 1.0),

@@ -7,13 +7,13 @@ use sideslip::flight::channel::{Channel, ControlNames};
 use sideslip::flight::effect::{Effect, PositionedSensor};
 use sideslip::flight::effect_file::DeclaredEffect;
 use sideslip::flight::run_file::RunInfo;
+use sideslip::flight::unit::DEGREE;
 use sideslip::outputs::terminal::{Style, measured};
 use std::fmt::Write;
 
 /// What stands between a parameter and the least error of it that could be told.
 const LEAST: &str = ": less than ";
 const WIDTH: usize = 110;
-const DEGREE: f64 = core::f64::consts::PI / 180.0;
 
 /// The whole answer.
 pub(super) fn text(verdicts: &[Verdict], infos: &[&RunInfo], controls: ControlNames, style: Style) -> String {

@@ -13,7 +13,6 @@ use sideslip::diagnosis::free_run::{Prediction, Run, predict};
 use sideslip::diagnosis::gain::{Gain, gain};
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::control::{CONTROLS, Control};
-use sideslip::flight::effect::Effect;
 use sideslip::flight::run_file::RunInfo;
 use sideslip::outputs::terminal::Style;
 use sideslip::simulation::flight_model::{Asked, FlightModel};
@@ -110,7 +109,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     for (one, file) in read.into_iter().zip(&args.files) {
         let RunInput { name, info, samples, .. } = one;
         let run = Run { trim_window_s: args.trim_window, still, ..Run::of(&samples, info.geometry()) };
-        let fly = |model: &FlightModel| predict(model, &effects(model), &run).map_err(|why| Failure::file(file, why));
+        let fly = |model: &FlightModel| predict(model, &model.file.own_effects(), &run).map_err(|why| Failure::file(file, why));
         let (model, beside) = (fly(&model)?, beside.as_ref().map(fly).transpose()?);
         if model.channels.is_empty() {
             return Err(Failure::file(file, "expected a channel that the model predicts, such as p, r or ay, found none"));
@@ -126,10 +125,6 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         message(format_args!("sideslip: {loss}"));
     }
     Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })
-}
-
-fn effects(model: &FlightModel) -> Vec<Effect> {
-    model.file.effects.iter().map(|declared| declared.effect).collect()
 }
 
 /// Tables, pictures and the document, each where it was asked for.

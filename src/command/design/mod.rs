@@ -244,7 +244,7 @@ fn others(named: &[Parameter], control: Control) -> Vec<Parameter> {
 
 /// The model with its effects in it; what no linear model can hold is left out, and it is said.
 fn changed(file: &ModelFile) -> Result<LinearModel, Failure> {
-    let effects: Vec<Effect> = file.effects.iter().map(|declared| declared.effect).collect();
+    let effects = file.own_effects();
     for effect in &effects {
         if !matches!(
             effect,

@@ -14,7 +14,7 @@ use super::parameter::{INPUT_CHANNELS, OUTPUT_CHANNELS, OUTPUTS};
 use super::record::Record;
 use crate::estimation::kinematics::{Attitude, velocity_rate};
 use crate::flight::channel::{Channel, ControlNames};
-use crate::flight::unit::STANDARD_GRAVITY;
+use crate::flight::unit::{DEGREE, FOOT, STANDARD_GRAVITY};
 
 const WINDOW_S: f64 = 0.8;
 /// Mean over which an end of a window is read, and the part of it over which the kinematics are taken as constant, s.
@@ -68,8 +68,6 @@ const SWAPPED: [[Channel; 2]; 6] = [
     [Channel::Alpha, Channel::Beta],
     [Channel::Ax, Channel::Ay],
 ];
-const DEGREE: f64 = core::f64::consts::PI / 180.0;
-const FOOT: f64 = 0.3048;
 /// Of airspeed: unit, in m/s.
 const SPEEDS: [(&str, f64); 4] = [("kn", 1852.0 / 3600.0), ("km/h", 1.0 / 3.6), ("ft/s", FOOT), ("mph", 0.447_04)];
 

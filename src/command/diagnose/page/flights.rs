@@ -32,7 +32,7 @@ struct Shown<'r> {
 
 pub(super) fn section(page: &mut String, answer: &Answer, flights: &Flights<'_>) -> Result<(), Failure> {
     let mut shown = Vec::new();
-    let own: Vec<Effect> = answer.model.file.effects.iter().map(|declared| declared.effect).collect();
+    let own = answer.model.file.own_effects();
     let found: Vec<Effect> = answer.diagnosis.findings.iter().map(|finding| finding.cause.effect).collect();
     let all: Vec<Effect> = own.iter().chain(&found).copied().collect();
     let set_aside = |run: &&Recorded| !answer.diagnosis.set_aside.iter().any(|(name, _)| *name == run.name);
