@@ -1,8 +1,9 @@
 //! What the model says the air does to the aircraft: forces and moments, and how they change with motion and controls.
 //!
-//! Consumes deviations from the model's trim by [`Variable`] place and the rotor speed's deviation; produces specific force
-//! (m/s^2) and angular acceleration (rad/s^2) by axis and their partial derivatives. A Level-1 aircraft answers for itself, and
-//! what effects add stands beside it as a linear model; its inner states (flapping, inflow, actuators) are taken as settled.
+//! Consumes deviations from the model's trim by [`Variable`] place, the rotor speed's deviation and its rate of change; produces
+//! specific force (m/s^2) and angular acceleration (rad/s^2) by axis and their partial derivatives. A Level-1 aircraft answers
+//! for itself, and what effects add stands beside it as a linear model; its inner states (flapping, inflow, actuators) are taken
+//! as settled, and where its engine turns the rotor, that reacts.
 
 use crate::flight::control::CONTROLS;
 use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
@@ -12,7 +13,7 @@ use crate::flight::term::{MOTION, Term};
 use crate::simulation::flight_model::FlightModel;
 use crate::simulation::level1::aircraft::Situation;
 use crate::simulation::level1::trim::Trimmed;
-use crate::simulation::linear::{forces, trim_specific_force, with_effects};
+use crate::simulation::linear::{Turning, forces, trim_specific_force, with_effects};
 
 /// Half widths of the differences that a Level-1 aircraft is linearised with along the flight.
 const VELOCITY_STEP: f64 = 0.2;
@@ -51,6 +52,11 @@ impl Aircraft {
         self.level1.is_none() && !self.linear.speaks_of(axis)
     }
 
+    /// Whether its engine turns the rotor, which then reacts.
+    pub fn is_governed(&self) -> bool {
+        self.level1.as_ref().is_some_and(|level1| level1.aircraft.options.governed)
+    }
+
     /// Whether it is more than linear.
     pub fn is_curved(&self) -> bool {
         self.level1.is_some()
@@ -63,7 +69,10 @@ impl Aircraft {
 
     /// With effects and small errors of the derivatives.
     pub fn changed(&self, effects: &[Effect], small: &Partials) -> Changed<'_> {
-        let own = if self.level1.is_some() { LinearModel::about(*self.trim()) } else { self.linear.clone() };
+        let own = match &self.level1 {
+            Some(level1) => LinearModel { reaction: level1.aircraft.reaction(), ..LinearModel::about(*self.trim()) },
+            None => self.linear.clone(),
+        };
         let mut effectiveness = [1.0; CONTROLS];
         for effect in effects {
             if let Effect::ControlEffectiveness { control, factor } = *effect {
@@ -103,15 +112,32 @@ impl Changed<'_> {
     }
 
     /// Specific force and angular acceleration by axis.
-    pub fn forces(&self, deviations: &[f64; VARIABLES], rotor: f64) -> [f64; AXES] {
+    pub fn forces(&self, deviations: &[f64; VARIABLES], rotor: Turning) -> [f64; AXES] {
         let mut sum = forces(&self.model, deviations, rotor);
         if let Some(level1) = self.level1 {
-            let own = level1.aircraft.respond(&self.situation(level1, deviations, rotor)).accelerations;
+            let own = self.own(level1, &self.situation(level1, deviations, rotor.deviation));
             for (place, (sum, own)) in sum.iter_mut().zip(own).enumerate() {
                 *sum += own - self.at_trim.get(place).copied().unwrap_or(0.0);
             }
         }
         sum
+    }
+
+    /// What a Level-1 aircraft says, its rotor's reaction in it.
+    fn own(&self, level1: &Trimmed, met: &Situation) -> [f64; AXES] {
+        let mut own = level1.aircraft.respond(met).accelerations;
+        own[Axis::N.index()] *= self.model.share_of_yaw();
+        own
+    }
+
+    /// c of [`Effect::RotorReaction`].
+    pub fn reaction(&self) -> f64 {
+        self.model.reaction
+    }
+
+    /// What of another yawing moment turns the fuselage.
+    pub fn share_of_yaw(&self) -> f64 {
+        self.model.share_of_yaw()
     }
 
     /// Their partial derivatives there.
@@ -132,7 +158,7 @@ impl Changed<'_> {
                 let at = |by: f64| {
                     let mut moved = *deviations;
                     moved[variable.index()] += by;
-                    level1.aircraft.respond(&self.situation(level1, &moved, rotor)).accelerations
+                    self.own(level1, &self.situation(level1, &moved, rotor))
                 };
                 let (up, down) = (at(step), at(-step));
                 for (row, (up, down)) in by.iter_mut().zip(up.into_iter().zip(down)) {
@@ -147,7 +173,7 @@ impl Changed<'_> {
     pub fn by_rotor(&self, deviations: &[f64; VARIABLES], rotor: f64) -> [f64; AXES] {
         let mut by = self.model.rotor_speed;
         if let Some(level1) = self.level1 {
-            let at = |by: f64| level1.aircraft.respond(&self.situation(level1, deviations, rotor + by)).accelerations;
+            let at = |by: f64| self.own(level1, &self.situation(level1, deviations, rotor + by));
             for (sum, (up, down)) in by.iter_mut().zip(at(0.1).into_iter().zip(at(-0.1))) {
                 *sum += (up - down) / 0.2;
             }

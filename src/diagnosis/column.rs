@@ -17,6 +17,8 @@ pub enum Column {
     Moved(usize),
     /// The rotor speed's deviation on the axis.
     RotorSpeed(Axis),
+    /// The rotor's reaction, of a rotor that turns with or against a positive yaw: the sign of c.
+    Reaction(f64),
     /// One on the axis.
     Constant(Axis),
     /// One on an output's reading.

@@ -11,12 +11,23 @@ use crate::flight::effect::Effect;
 use crate::flight::model::Trim;
 use crate::simulation::control_path::ControlPath;
 use crate::simulation::history::History;
+use crate::simulation::linear::Turning;
 
 /// Parts of a step.
 const PARTS: usize = 4;
 
-/// Deviations of four blades and of the rotor's speed, and what was felt on silent axes.
-pub type Moved = [f64; INPUTS];
+/// Place of the rotor's acceleration, rad/s^2, behind the inputs.
+pub const ROTOR_RATE: usize = INPUTS;
+/// How much drives the motion.
+pub const MOVED: usize = INPUTS + 1;
+
+/// Deviations of four blades and of the rotor's speed, what was felt on silent axes, the rotor's acceleration.
+pub type Moved = [f64; MOVED];
+
+/// What the rotor does.
+pub fn turning(moved: &Moved) -> Turning {
+    Turning { deviation: moved[ROTOR], rate: moved[ROTOR_RATE] }
+}
 
 /// Over a whole run.
 #[derive(Clone, Debug, Default)]
@@ -71,7 +82,7 @@ impl Driven {
             _ => None,
         };
         let mean = |from: usize| -> Moved {
-            let mut sum = [0.0; INPUTS];
+            let mut sum = [0.0; MOVED];
             for part in 0..=PARTS {
                 let weight = if part == 0 || part == PARTS { 0.5 } else { 1.0 } / PARTS as f64;
                 for (sum, moved) in sum.iter_mut().zip(blade.get(from + part).into_iter().flatten()) {
@@ -80,7 +91,9 @@ impl Driven {
             }
             if let Some((series, at_trim)) = &rotor {
                 let begin_s = from_s + fine * from as f64;
-                sum[ROTOR] = series.mean(begin_s, begin_s + record.mesh.step_s) - at_trim;
+                let end_s = begin_s + record.mesh.step_s;
+                sum[ROTOR] = series.mean(begin_s, end_s) - at_trim;
+                sum[ROTOR_RATE] = (series.at(end_s) - series.at(begin_s)) / record.mesh.step_s;
             }
             for (sum, series) in sum.iter_mut().zip(&record.inputs).skip(FELT) {
                 if let Some(series) = series {

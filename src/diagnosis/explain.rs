@@ -100,6 +100,14 @@ pub fn statement(cause: &Ranked, model: &LinearModel, naming: ControlNames) -> S
                 with(coefficient)
             )
         }
+        Effect::RotorReaction { reaction } => {
+            format!(
+                "the rotor's acceleration turns the fuselage, which the model leaves out: {} of it, and as much less of every yawing \
+                 moment (a rotor that turns {} positive yaw; its speed is no input but a state)",
+                with(reaction),
+                if reaction > 0.0 { "against" } else { "with" }
+            )
+        }
         Effect::FlightPath { axis, variable, slope } => {
             format!(
                 "{}_{} changes with the flight path by {} a radian of climb, and the model holds it constant",

@@ -48,7 +48,7 @@ const SHARE_STD: f64 = 1.0;
 /// Standard deviation that a number has beforehand, of the kinds whose unit says it.
 pub fn prior_std(effect: &Effect) -> Option<f64> {
     Some(match effect {
-        Effect::ControlEffectiveness { .. } => 0.3,
+        Effect::ControlEffectiveness { .. } | Effect::RotorReaction { .. } => 0.3,
         Effect::ActuatorLag { .. } | Effect::TransportDelay { .. } => 0.2,
         Effect::CrossFeed { .. } => 0.4,
         Effect::SensorScale { .. } => 0.2,
@@ -97,6 +97,12 @@ pub fn library(problem: &Problem, present: &[Effect]) -> Vec<Entry> {
         }
         if rotor_moves {
             plain(Effect::RotorSpeed { axis, coefficient: 0.0 }, 0);
+        }
+    }
+    if rotor_moves && !problem.silent[Axis::N.index()] && !problem.aircraft.is_governed() {
+        // Whichever way it turns: what it takes of the other moments has the sign of neither.
+        for reaction in [f64::MIN_POSITIVE, -f64::MIN_POSITIVE] {
+            plain(Effect::RotorReaction { reaction }, 0);
         }
     }
     for &control in &moved {

@@ -109,6 +109,7 @@ impl Problem {
             Effect::Nonlinear { axis, term, .. } => Column::Term(axis, term),
             Effect::ControlEffectiveness { control, .. } => Column::Effectiveness(control.index()),
             Effect::RotorSpeed { axis, .. } => Column::RotorSpeed(axis),
+            Effect::RotorReaction { reaction } => Column::Reaction(libm::copysign(1.0, reaction)),
             Effect::SensorPosition { sensor, .. } => Column::Place(sensor, component),
             _ => {
                 let output = output_of(effect).unwrap_or(0);

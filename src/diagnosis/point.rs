@@ -63,6 +63,7 @@ pub(super) fn nudged(effect: &Effect, by: f64) -> Effect {
         | Effect::Nonlinear { coefficient: x, .. }
         | Effect::ControlEffectiveness { factor: x, .. }
         | Effect::RotorSpeed { coefficient: x, .. }
+        | Effect::RotorReaction { reaction: x }
         | Effect::FlightPath { slope: x, .. }
         | Effect::Turbulence { sigma: x, .. } => *x += by,
         Effect::SensorPosition { .. } | Effect::None | Effect::Unknown { .. } => {}

@@ -10,12 +10,12 @@
 
 use super::aircraft::{Changed, Partials};
 use super::column::Column;
-use super::driven::{Driven, Moved};
+use super::driven::{Driven, MOVED, Moved, ROTOR_RATE, turning};
 use super::filter::{GUST, STATES, Square, State};
-use super::run_record::{FELT, INPUTS, OUTPUTS, ROTOR, Record};
+use super::run_record::{FELT, OUTPUTS, ROTOR, Record};
 use crate::estimation::compatibility::readings::Readings;
 use crate::estimation::kinematics::{Attitude, velocity_rate, velocity_rate_by_rates, velocity_rate_by_velocity};
-use crate::flight::derivative::{AXES, VARIABLES, Variable};
+use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
 use crate::flight::model::Trim;
 
 /// Forward speed below which vanes tell nothing, m/s.
@@ -55,6 +55,7 @@ pub struct Here {
     pub(super) force: [f64; AXES],
     pub(super) by: Partials,
     pub(super) by_rotor: [f64; AXES],
+    pub(super) by_rate: [f64; AXES],
     pub(super) deviations: [f64; VARIABLES],
     pub(super) moved: Moved,
 }
@@ -65,7 +66,7 @@ impl Posed<'_> {
     }
 
     pub(super) fn force(&self, x: &State, moved: &Moved) -> [f64; AXES] {
-        let mut force = self.model.forces(&self.deviations(x, moved), moved[ROTOR]);
+        let mut force = self.model.forces(&self.deviations(x, moved), turning(moved));
         let turning = [force[3], force[4], force[5]];
         for (axis, force) in force.iter_mut().enumerate() {
             *force = self.felt(axis, x, moved, turning).unwrap_or(*force) + self.constant[axis];
@@ -245,11 +246,18 @@ impl Posed<'_> {
     }
 
     /// Axis of a column's force or moment and its value per unit of the parameter, of one that acts on one axis.
-    fn column_force(column: Column, here: &Here) -> Option<(usize, f64)> {
+    fn column_force(&self, column: Column, here: &Here) -> Option<(usize, f64)> {
+        // What is added to N turns the rotor with it.
+        let share = |axis: Axis| if axis == Axis::N { self.model.share_of_yaw() } else { 1.0 };
         match column {
-            Column::Derivative(axis, variable) => Some((axis.index(), here.deviations[variable.index()])),
-            Column::Term(axis, term) => Some((axis.index(), term.value(&here.deviations))),
-            Column::RotorSpeed(axis) => Some((axis.index(), here.moved[ROTOR])),
+            Column::Derivative(axis, variable) => Some((axis.index(), share(axis) * here.deviations[variable.index()])),
+            Column::Term(axis, term) => Some((axis.index(), share(axis) * term.value(&here.deviations))),
+            Column::RotorSpeed(axis) => Some((axis.index(), share(axis) * here.moved[ROTOR])),
+            Column::Reaction(sign) => {
+                let yaw = Axis::N.index();
+                let turned = here.force[yaw] - self.constant[yaw];
+                Some((yaw, share(Axis::N) * (here.moved[ROTOR_RATE] - sign * turned)))
+            }
             Column::Constant(axis) => Some((axis.index(), 1.0)),
             _ => None,
         }
@@ -270,7 +278,7 @@ impl Posed<'_> {
                         .into_iter()
                         .zip(&moved)
                         .map(|(variable, moved)| here.by[axis][variable.index()] * moved);
-                    blades.sum::<f64>() + here.by_rotor[axis] * moved[ROTOR]
+                    blades.sum::<f64>() + here.by_rotor[axis] * moved[ROTOR] + here.by_rate[axis] * moved[ROTOR_RATE]
                 }))
             }
             _ => None,
@@ -282,9 +290,9 @@ impl Posed<'_> {
         out.fill(0.0);
         let width = columns.len();
         let moved =
-            |place: usize| self.moved.get(place).and_then(|driven| driven.nodes.get(node)).copied().unwrap_or([0.0; INPUTS]);
+            |place: usize| self.moved.get(place).and_then(|driven| driven.nodes.get(node)).copied().unwrap_or([0.0; MOVED]);
         for (k, &column) in columns.iter().enumerate() {
-            if let Some((axis, value)) = Self::column_force(column, here) {
+            if let Some((axis, value)) = self.column_force(column, here) {
                 out[axis * width + k] = value as f32;
             } else if let Some(values) = self.column_forces(column, here, moved) {
                 values.into_iter().enumerate().for_each(|(axis, value)| out[axis * width + k] = value as f32);
@@ -300,6 +308,9 @@ impl Posed<'_> {
             force: self.force(x, moved),
             by: self.model.partials(&deviations, moved[ROTOR]),
             by_rotor: self.model.by_rotor(&deviations, moved[ROTOR]),
+            by_rate: core::array::from_fn(|axis| {
+                if axis == Axis::N.index() { self.model.reaction() * self.model.share_of_yaw() } else { 0.0 }
+            }),
             deviations,
             moved: *moved,
         }
@@ -369,5 +380,5 @@ pub(super) fn start(posed: &Posed<'_>) -> Option<State> {
 /// Rate of change of an axis's force or moment by the controls and the rotor.
 pub(super) fn pushed_by(here: &Here, axis: usize, turning: &Moved) -> f64 {
     let blades = Variable::CONTROLS.into_iter().zip(turning).map(|(variable, rate)| here.by[axis][variable.index()] * rate);
-    blades.sum::<f64>() + here.by_rotor[axis] * turning[ROTOR]
+    blades.sum::<f64>() + here.by_rotor[axis] * turning[ROTOR] + here.by_rate[axis] * turning[ROTOR_RATE]
 }

@@ -7,12 +7,12 @@
 //! The same of a reading: z less what the instrument would read of the state.
 
 use super::aircraft::Partials;
-use super::driven::Driven;
+use super::driven::{Driven, MOVED};
 use super::filter::State;
 use super::point::{OWN, output_of};
 use super::posed::{Here, Posed, deviations};
 use super::problem::Problem;
-use super::run_record::{INPUTS, OUTPUT_CHANNELS, OUTPUTS, ROTOR, Record};
+use super::run_record::{OUTPUT_CHANNELS, OUTPUTS, ROTOR, Record};
 use super::search::Searched;
 use crate::estimation::compatibility::readings::Readings;
 use crate::flight::channel::Channel;
@@ -119,7 +119,7 @@ impl<'p> Flown<'p> {
     fn seen(&self, posed: &Posed<'_>, forces: &[[f64; AXES]], output: usize) -> Vec<f64> {
         let at = |(x, force): (&State, &[f64; AXES])| {
             let (by, deviations) = ([[0.0; VARIABLES]; AXES], [0.0; VARIABLES]);
-            let here = Here { force: *force, by, by_rotor: [0.0; AXES], deviations, moved: [0.0; INPUTS] };
+            let here = Here { force: *force, by, by_rotor: [0.0; AXES], by_rate: [0.0; AXES], deviations, moved: [0.0; MOVED] };
             posed.seen(output, x, &here).map_or(f64::NAN, |(value, ..)| value)
         };
         self.states.iter().zip(forces).map(at).collect()

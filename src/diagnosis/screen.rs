@@ -100,6 +100,7 @@ pub fn axis_of(effect: &Effect) -> Option<Axis> {
         | Effect::RotorSpeed { axis, .. }
         | Effect::FlightPath { axis, .. }
         | Effect::Unknown { axis } => Some(axis),
+        Effect::RotorReaction { .. } => Some(Axis::N),
         _ => None,
     }
 }

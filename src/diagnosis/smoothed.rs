@@ -1,8 +1,8 @@
 //! A slow input without the noise of its instrument: noise of what explains attenuates what is explained by it.
 //!
 //! Consumes a channel z_i = x(t_i) + e_i, e of variance sigma^2; produces about every sample the value of the parabola by
-//! least squares through those within T of it, a linear smoother x^ = S z. T is the one of [`HALF_WIDTHS_S`], or none, with the
-//! least expected error
+//! least squares through those within T of it, a linear smoother x^ = S z. T is the most of [`HALF_WIDTHS_S`], or none, that has
+//! hardly more than the least expected error
 //!     mean (x^ - x)^2  ~  mean (z - x^)^2 - sigma^2 + 2 sigma^2 mean S_ii                              (1)
 //! (C. L. Mallows, Some comments on C_p, Technometrics 15, 1973, for linear smoothers). A rotor, whose speed inertia keeps from
 //! jumping, comes out a few times better; what does move within a window is left as it was read. sigma is told by the median of
@@ -15,26 +15,28 @@ use nalgebra::{Matrix3, Vector3};
 const HALF_WIDTHS_S: [f64; 4] = [0.06, 0.125, 0.25, 0.5];
 /// Standard deviation over the median of the absolute value, of normal noise; that of a third difference is sqrt(20) as large.
 const OF_MEDIAN: f64 = 1.482_602_218_505_602;
+/// Part of the variance that (1) may be above the least: noise of the slope falls faster with a wider window than that of the
+/// value, which this is about.
+const SLACK: f64 = 0.1;
 /// Fewer samples leave a parabola no more than it takes.
 const SAMPLES_MIN: usize = 5;
 
-/// The channel with the least expected error (1), and the standard deviation of the noise that is left.
+/// The channel with hardly more than the least expected error (1), and the standard deviation of the noise that is left.
 pub(super) fn smoothed(series: &Series) -> (Series, f64) {
-    let samples: Vec<(f64, f64)> = series.samples().collect();
-    let noise_std = noise_of(&samples);
+    let read: Vec<(f64, f64)> = series.samples().collect();
+    let noise_std = noise_of(&read);
     let variance = noise_std * noise_std;
-    let mut best = (samples.clone(), noise_std, variance);
-    for half_s in HALF_WIDTHS_S {
-        let Some((values, own)) = parabolas(&samples, half_s) else { continue };
-        let count = samples.len().max(1) as f64;
-        let left: f64 = samples.iter().zip(&values).map(|((_, read), (_, value))| (read - value) * (read - value)).sum();
-        let error = left / count - variance + 2.0 * variance * own;
-        if error < best.2 {
-            // Of a smoother by least squares, S_ii is the variance of what it gives over that of what it takes.
-            best = (values, noise_std * libm::sqrt(own), error);
-        }
+    let count = read.len().max(1) as f64;
+    // Values, standard deviation of what is left of the noise, and (1); the narrowest first.
+    let mut tried = vec![(read.clone(), noise_std, variance)];
+    for (values, own) in HALF_WIDTHS_S.into_iter().filter_map(|half_s| parabolas(&read, half_s)) {
+        let left: f64 = read.iter().zip(&values).map(|((_, read), (_, value))| (read - value) * (read - value)).sum();
+        // Of a smoother by least squares, S_ii is the variance of what it gives over that of what it takes.
+        tried.push((values, noise_std * libm::sqrt(own), left / count - variance + 2.0 * variance * own));
     }
-    (Series::of(best.0), best.1)
+    let least = tried.iter().map(|one| one.2).fold(f64::INFINITY, f64::min);
+    let good = tried.into_iter().rev().find(|one| one.2 <= least + SLACK * variance);
+    good.map_or_else(|| (series.clone(), noise_std), |(values, std, _)| (Series::of(values), std))
 }
 
 /// Standard deviation of the samples' own noise.

@@ -80,6 +80,14 @@ pub enum Effect {
         /// Coefficient per rad/s.
         coefficient: f64,
     },
+    /// What turns the rotor faster turns the fuselage the other way: with c the rotor's inertia over the fuselage's about its
+    /// shaft, positive for a rotor that turns against a positive yaw (anticlockwise from above), the yawing moment N of all else
+    /// gives `dr/dt = (N + c dOmega/dt)/(1 + |c|)`: of the torque in the shaft the air holds all but I (dOmega/dt - sigma dr/dt),
+    /// sigma the sign of c.
+    RotorReaction {
+        /// c.
+        reaction: f64,
+    },
     /// A derivative that changes with the flight-path angle of the trim.
     FlightPath {
         /// Axis of the derivative.
@@ -252,10 +260,11 @@ kinds! {
     SensorPosition "sensor_position" Instrument ["sensor", "offset_m"];
     None "none" None [];
     Unknown "unknown" Unknown ["axis"];
+    RotorReaction "rotor_speed" Rotor ["axis", "reaction"];
 }
 
 impl EffectKind {
-    /// The kind of that name.
+    /// The kind of that name; of two that share it the first, the other is told by its keys.
     pub fn from_name(name: &str) -> Option<EffectKind> {
         EffectKind::ALL.iter().copied().find(|kind| kind.name() == name)
     }
@@ -275,6 +284,7 @@ impl Effect {
             | Effect::DeadZone { half_width: number, .. }
             | Effect::CrossFeed { gain: number, .. }
             | Effect::RotorSpeed { coefficient: number, .. }
+            | Effect::RotorReaction { reaction: number }
             | Effect::FlightPath { slope: number, .. }
             | Effect::Turbulence { sigma: number, .. }
             | Effect::SensorBias { value: number, .. }
@@ -315,7 +325,7 @@ pub fn cause(effect: &Effect) -> (EffectKind, [u8; 2], Option<Term>) {
         | Effect::SensorLag { channel, .. }
         | Effect::SensorDelay { channel, .. } => [channel.index() as u8, none],
         Effect::SensorPosition { sensor, .. } => [sensor as u8, none],
-        Effect::Turbulence { .. } | Effect::None => [none, none],
+        Effect::RotorReaction { .. } | Effect::Turbulence { .. } | Effect::None => [none, none],
     };
     (effect.kind(), key, None)
 }
@@ -327,10 +337,11 @@ mod tests {
     #[test]
     fn kinds_are_found_by_name_and_families_are_as_agreed() {
         for &kind in EffectKind::ALL {
-            assert_eq!(EffectKind::from_name(kind.name()), Some(kind));
+            let shares = kind == EffectKind::RotorReaction;
+            assert_eq!(EffectKind::from_name(kind.name()), Some(if shares { EffectKind::RotorSpeed } else { kind }));
             assert_eq!(kind.name().starts_with("sensor_"), kind.family() == Family::Instrument);
         }
-        assert_eq!(EffectKind::ALL.len(), 18);
+        assert_eq!(EffectKind::ALL.len(), 19);
         assert_eq!(EffectKind::FlightPath.family(), Family::Derivative);
         assert_eq!(EffectKind::from_name("sensor"), None);
     }

@@ -84,6 +84,9 @@ fn read_effect(table: &Table<'_>, naming: &Naming) -> Result<DeclaredEffect, Mis
         let names: Vec<&str> = EffectKind::ALL.iter().map(|kind| kind.name()).collect();
         return Err(kind_entry.choice("a kind of effect", &names));
     };
+    // Of rotor speed, its effect on an axis or the reaction to its change.
+    let reacts = kind == EffectKind::RotorSpeed && table.find("reaction").is_some();
+    let kind = if reacts { EffectKind::RotorReaction } else { kind };
     let allowed: Vec<&str> = ["kind", "std"].iter().chain(kind.keys()).copied().collect();
     table.allow_only(&allowed)?;
     let axis = || axis(&table.require("axis")?);
@@ -118,6 +121,12 @@ fn read_effect(table: &Table<'_>, naming: &Naming) -> Result<DeclaredEffect, Mis
             effect
         }
         EffectKind::RotorSpeed => Effect::RotorSpeed { axis: axis()?, coefficient: number("coefficient")? },
+        EffectKind::RotorReaction => {
+            if axis()? != Axis::N {
+                return Err(table.require("axis")?.misread("expected N, the axis that a rotor's shaft turns the fuselage about"));
+            }
+            Effect::RotorReaction { reaction: number("reaction")? }
+        }
         EffectKind::FlightPath => Effect::FlightPath {
             axis: axis()?,
             variable: variable(&table.require("variable")?, naming)?,
@@ -221,6 +230,7 @@ impl DeclaredEffect {
             Effect::DeadZone { control: c, half_width } => vec![control("control", c), ("half_width", Number(half_width))],
             Effect::CrossFeed { from, to, gain } => vec![control("from", from), control("to", to), ("gain", Number(gain))],
             Effect::RotorSpeed { axis: a, coefficient } => vec![axis(a), ("coefficient", Number(coefficient))],
+            Effect::RotorReaction { reaction } => vec![axis(Axis::N), ("reaction", Number(reaction))],
             Effect::FlightPath { axis: a, variable: v, slope } => vec![axis(a), variable(v), ("slope", Number(slope))],
             Effect::Turbulence { sigma, length } => vec![("sigma", Number(sigma)), ("length", Number(length))],
             Effect::SensorBias { channel: c, value } => vec![channel(c), ("value", Number(value))],
@@ -276,6 +286,7 @@ mod tests {
             { kind = "sensor_position", sensor = "vane", offset_m = [13.1, 0, 0] },
             { kind = "none" },
             { kind = "unknown", axis = "L" },
+            { kind = "rotor_speed", axis = "N", reaction = -0.2 },
         ]"#;
 
     #[test]

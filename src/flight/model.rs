@@ -86,6 +86,8 @@ pub struct LinearModel {
     pub terms: heapless::Vec<ModelTerm, MODEL_TERMS>,
     /// Derivatives with respect to rotor speed, by axis, per rad/s.
     pub rotor_speed: [f64; AXES],
+    /// c of [`crate::flight::effect::Effect::RotorReaction`]; everything that the model says of N is with its share in it.
+    pub reaction: f64,
 }
 
 /// The model already has [`MODEL_TERMS`] nonlinear terms.
@@ -103,6 +105,33 @@ impl LinearModel {
         let linear = self.derivatives.get(axis.index()).into_iter().flatten().chain(self.rotor_speed.get(axis.index()));
         let mut linear = linear.map(|derivative| libm::fabs(*derivative));
         linear.any(|size| size > 0.0) || self.terms.iter().any(|term| term.axis == axis)
+    }
+
+    /// What of a yawing moment turns the fuselage, the rest turns the rotor with it: 1/(1 + |c|).
+    pub fn share_of_yaw(&self) -> f64 {
+        1.0 / (1.0 + libm::fabs(self.reaction))
+    }
+
+    /// Multiplies everything that acts on N.
+    fn times_yaw(&mut self, factor: f64) {
+        let place = Axis::N.index();
+        let row = self.derivatives.get_mut(place).into_iter().flatten();
+        row.chain(self.rotor_speed.get_mut(place)).for_each(|derivative| *derivative *= factor);
+        let terms = self.terms.iter_mut().filter(|term| term.axis == Axis::N);
+        terms.for_each(|term| term.coefficient *= factor);
+    }
+
+    /// The model with what `change` does to it as if its rotor did not react, which then does by so much more.
+    ///
+    /// # Errors
+    /// Those of `change`.
+    pub fn reacting(&self, more: f64, change: impl FnOnce(&mut Self) -> Result<(), TooManyTerms>) -> Result<Self, TooManyTerms> {
+        let mut changed = self.clone();
+        changed.times_yaw(1.0 / self.share_of_yaw());
+        change(&mut changed)?;
+        changed.reaction += more;
+        changed.times_yaw(changed.share_of_yaw());
+        Ok(changed)
     }
 
     /// A derivative.

@@ -70,7 +70,7 @@ fn the_trim_stays_the_trim() {
 }
 
 /// One effect of each kind, in the order of [`EffectKind::ALL`], each large enough to be seen.
-pub(super) fn one_of_each() -> [Effect; 18] {
+pub(super) fn one_of_each() -> [Effect; 19] {
     let pedal = Control::Pedal;
     [
         Effect::Derivative { axis: Axis::N, variable: Variable::P, delta: -0.1 },
@@ -91,6 +91,7 @@ pub(super) fn one_of_each() -> [Effect; 18] {
         Effect::SensorPosition { sensor: PositionedSensor::Vane, offset_m: [5.0, 0.0, 0.0] },
         Effect::None,
         Effect::Unknown { axis: Axis::L },
+        Effect::RotorReaction { reaction: 0.2 },
     ]
 }
 
@@ -229,6 +230,11 @@ fn rotor_speed_and_gusts_enter_where_they_should() {
     let start = flown.truth.iter().find(|state| state.time_s > 4.4).unwrap();
     // The rotor is 0.1 rad/s fast after 0.4 s of its ramp; so soon nothing else acts on yaw.
     assert!((start.angular_acceleration[2] - 0.1 * (start.rotor_speed.unwrap() - 27.0)).abs() < 2e-3);
+    // As its ramp begins the rotor's acceleration of 0.25 rad/s^2 turns the fuselage: the share that the rotor leaves of it.
+    one.effects = vec![Effect::RotorReaction { reaction: -0.2 }];
+    let flown = one.fly().unwrap();
+    let yaw = |time_s: f64| flown.truth.iter().find(|state| state.time_s >= time_s).unwrap().angular_acceleration[2];
+    assert!((yaw(4.0) - yaw(3.9) + 0.2 / 1.2 * 0.25).abs() < 1e-9, "{} {}", yaw(3.9), yaw(4.0));
     let mut gusty = flight(&effects[1..]);
     let whole = gusty.fly().unwrap();
     gusty.max_step_s = Some(0.0025);

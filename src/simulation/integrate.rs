@@ -14,11 +14,11 @@ use super::level1::flapping::Flap;
 use super::level1::inflow::Guess;
 use super::level1::inner::{INNER, Inner};
 use super::level1::trim::Trimmed;
-use super::linear::{forces, state_matrix, trim_specific_force};
+use super::linear::{Turning, forces, state_matrix, trim_specific_force};
 use super::motion::{MOTION_STATES, Motion};
 use super::unmodelled::Unmodelled;
 use crate::flight::control::{CONTROLS, Control};
-use crate::flight::derivative::{AXES, VARIABLES, Variable};
+use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
 use crate::flight::model::LinearModel;
 use crate::num::eigen::eigenvalues_8;
 
@@ -36,6 +36,9 @@ pub const MAX_PITCH: f64 = 1.553_343;
 
 /// Magnitude of a velocity, rate or bank angle at which a flight ends: beyond any aircraft.
 pub const MAX_MAGNITUDE: f64 = 1e4;
+
+/// Place of the yawing moment.
+const YAW: usize = Axis::N.index();
 
 /// The true state at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -155,7 +158,7 @@ impl Drive<'_> {
         states.reserve(self.nodes_s.len() / 2 + 1);
         let (mut node, mut guess, mut places) = (0, Guess::NONE, [0; CONTROLS]);
         let mut slopes = [State::default(); 4];
-        while let (Some(&time_s), Some(moment)) = (self.nodes_s.get(node), self.moment(node, now, guess)) {
+        while let (Some(&time_s), Some(moment)) = (self.nodes_s.get(node), self.moment((node, node), now, guess)) {
             let motion = Motion::from_vector(now.motion);
             if !carries(&motion) {
                 return Some(time_s);
@@ -192,13 +195,13 @@ impl Drive<'_> {
     fn step(&self, node: usize, x: &mut State, k: &mut [State; 4], guess: &mut Guess) -> Option<()> {
         let h = self.nodes_s.get(node + 2)? - self.nodes_s.get(node)?;
         let mut there = *x;
-        let mut slope = |node: usize, h: f64, known: &State, found: &mut State| -> Option<()> {
+        let mut slope = |there_node: usize, h: f64, known: &State, found: &mut State| -> Option<()> {
             along(&mut there.motion, &x.motion, h, &known.motion);
             if self.inner() {
                 along(&mut there.inner, &x.inner, h, &known.inner);
             }
             there.memory = x.memory + h * known.memory;
-            let moment = self.moment(node, &there, *guess)?;
+            let moment = self.moment((there_node, node), &there, *guess)?;
             *guess = moment.guess;
             self.slope_into(found, &moment, &there.motion);
             Some(())
@@ -230,8 +233,17 @@ impl Drive<'_> {
         slope.memory = moment.memory_rate;
     }
 
-    /// Everything that holds at a node for this state; the inflows are looked for from `guess` on.
-    fn moment(&self, node: usize, state: &State, guess: Guess) -> Option<Moment> {
+    /// The rotor's acceleration over the step from a mesh point; over the last one before the end. Nothing where none matters.
+    fn rotor_rate(&self, from: usize) -> f64 {
+        let Some(history) = self.rotor_speed.filter(|_| self.model.reaction != 0.0) else { return 0.0 };
+        let step = |from: usize| Some((*self.nodes_s.get(from)?, *self.nodes_s.get(from + 2)?));
+        let last = || step(from.checked_sub(2)?);
+        step(from).or_else(last).map_or(0.0, |(t0, t1)| (history.at(t1) - history.at(t0)) / (t1 - t0))
+    }
+
+    /// Everything that holds at a node, within the step from a mesh point, for this state; the inflows are looked for from
+    /// `guess` on.
+    fn moment(&self, (node, from): (usize, usize), state: &State, guess: Guess) -> Option<Moment> {
         let [u, v, w, p, q, r, ..] = state.motion;
         let time_s = *self.nodes_s.get(node)?;
         let moved = *self.blade.get(node)?;
@@ -249,11 +261,15 @@ impl Drive<'_> {
         let mut blade = trim.controls;
         blade.iter_mut().zip(moved).for_each(|(position, deviation)| *position += deviation);
         let rotor_speed = self.rotor_speed.map(|history| history.at(time_s)).or(trim.rotor_speed);
-        let deviation = |speed: Option<f64>| speed.zip(trim.rotor_speed).map_or(0.0, |(speed, at_trim)| speed - at_trim);
+        let rate = self.rotor_rate(from);
+        let turning = |speed: Option<f64>| {
+            let deviation = speed.zip(trim.rotor_speed).map_or(0.0, |(speed, at_trim)| speed - at_trim);
+            Turning { deviation, rate }
+        };
         let Some(Nonlinear { trimmed, equations, effectiveness, added, .. }) = &self.level1 else {
             let mut deviations = deviations();
             controls_into(&mut deviations, moved);
-            let mut accelerations = forces(self.model, &deviations, deviation(rotor_speed));
+            let mut accelerations = forces(self.model, &deviations, turning(rotor_speed));
             let memory_rate = self.unmodelled(&mut accelerations, &deviations, state.memory);
             let inner_rates = Inner::default();
             return Some(Moment {
@@ -276,7 +292,7 @@ impl Drive<'_> {
         };
         let inner = Inner::from_vector(state.inner);
         let instant = trimmed.instant(equations, (&asked, &inner, guess), effectiveness, |blade, speed| {
-            added.then(|| self.additions(deviations(), blade, deviation(Some(speed))))
+            added.then(|| self.additions(deviations(), blade, turning(Some(speed))))
         });
         let torque = if trimmed.aircraft.options.governed {
             trimmed.aircraft.engine.delivered(inner.torque)
@@ -284,6 +300,7 @@ impl Drive<'_> {
             instant.response.torque
         };
         let mut accelerations = instant.response.accelerations;
+        accelerations[YAW] *= self.model.share_of_yaw();
         let mut memory_rate = 0.0;
         if self.unmodelled.is_some() {
             let mut deviations = deviations();
@@ -310,14 +327,15 @@ impl Drive<'_> {
         rate
     }
 
-    /// What the linear model's deviations add to a Level-1 aircraft.
-    fn additions(&self, mut deviations: [f64; VARIABLES], blade: [f64; CONTROLS], rotor_speed: f64) -> [f64; AXES] {
+    /// What the linear model's deviations add to a Level-1 aircraft, before its rotor reacts.
+    fn additions(&self, mut deviations: [f64; VARIABLES], blade: [f64; CONTROLS], rotor: Turning) -> [f64; AXES] {
         let trim = &self.model.trim;
         let mut moved = blade;
         moved.iter_mut().zip(trim.controls).for_each(|(position, at_trim)| *position -= at_trim);
         controls_into(&mut deviations, moved);
-        let mut added = forces(self.model, &deviations, rotor_speed);
+        let mut added = forces(self.model, &deviations, rotor);
         added.iter_mut().zip(trim_specific_force(trim)).for_each(|(force, at_trim)| *force -= at_trim);
+        added[YAW] /= self.model.share_of_yaw();
         added
     }
 }

@@ -28,29 +28,44 @@ pub const STATES: [&str; 8] = ["u", "w", "q", "theta", "v", "p", "phi", "r"];
 pub const INPUTS: [Control; CONTROLS] = [Control::Collective, Control::LonCyclic, Control::LatCyclic, Control::Pedal];
 
 /// The model with those effects in it that change its derivatives and terms: `derivative`, `nonlinear`,
-/// `control_effectiveness`, `rotor_speed`, `flight_path`, in the order given. The others do not belong to it.
+/// `control_effectiveness`, `rotor_speed`, `flight_path`, in the order given. The others do not belong to it. A rotor's reaction
+/// is in what the model then says of N.
 ///
 /// # Errors
 /// [`TooManyTerms`] where a nonlinear term finds no room.
 pub fn with_effects(model: &LinearModel, effects: &[Effect]) -> Result<LinearModel, TooManyTerms> {
-    let mut changed = model.clone();
-    for effect in effects {
-        match *effect {
-            Effect::Derivative { axis, variable, delta } => *changed.derivative_mut(axis, variable) += delta,
-            Effect::Nonlinear { axis, term, coefficient } => changed.add_term(axis, term, coefficient)?,
-            Effect::ControlEffectiveness { control, factor } => {
-                for axis in Axis::ALL {
-                    *changed.derivative_mut(axis, control.variable()) *= factor;
-                }
+    let reactions = effects.iter().filter_map(|effect| match *effect {
+        Effect::RotorReaction { reaction } => Some(reaction),
+        _ => None,
+    });
+    model.reacting(reactions.sum(), |changed| effects.iter().try_for_each(|effect| change(changed, effect)))
+}
+
+fn change(model: &mut LinearModel, effect: &Effect) -> Result<(), TooManyTerms> {
+    match *effect {
+        Effect::Derivative { axis, variable, delta } => *model.derivative_mut(axis, variable) += delta,
+        Effect::Nonlinear { axis, term, coefficient } => model.add_term(axis, term, coefficient)?,
+        Effect::ControlEffectiveness { control, factor } => {
+            for axis in Axis::ALL {
+                *model.derivative_mut(axis, control.variable()) *= factor;
             }
-            Effect::RotorSpeed { axis, coefficient } => changed.rotor_speed[axis.index()] += coefficient,
-            Effect::FlightPath { axis, variable, slope } => {
-                *changed.derivative_mut(axis, variable) += slope * model.trim.flight_path_angle();
-            }
-            _ => {}
         }
+        Effect::RotorSpeed { axis, coefficient } => model.rotor_speed[axis.index()] += coefficient,
+        Effect::FlightPath { axis, variable, slope } => {
+            *model.derivative_mut(axis, variable) += slope * model.trim.flight_path_angle();
+        }
+        _ => {}
     }
-    Ok(changed)
+    Ok(())
+}
+
+/// What the rotor does: its speed's deviation from trim, rad/s, and its rate of change, rad/s^2.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Turning {
+    /// Omega - Omega_0.
+    pub deviation: f64,
+    /// dOmega/dt.
+    pub rate: f64,
 }
 
 /// Specific force that holds the trim, equations (1) to (3) without deviations, m/s^2.
@@ -62,13 +77,14 @@ pub fn trim_specific_force(trim: &Trim) -> [f64; 3] {
 }
 
 /// Specific force (m/s^2) and angular acceleration (rad/s^2) by axis for these deviations from trim, equations (1) to (4).
-pub fn forces(model: &LinearModel, deviations: &[f64; VARIABLES], rotor_speed_deviation: f64) -> [f64; AXES] {
+pub fn forces(model: &LinearModel, deviations: &[f64; VARIABLES], rotor: Turning) -> [f64; AXES] {
     let [x, y, z] = trim_specific_force(&model.trim);
     let mut sums = [x, y, z, 0.0, 0.0, 0.0];
-    for ((sum, row), rotor) in sums.iter_mut().zip(&model.derivatives).zip(model.rotor_speed) {
+    for ((sum, row), by_rotor) in sums.iter_mut().zip(&model.derivatives).zip(model.rotor_speed) {
         *sum += row.iter().zip(deviations).map(|(derivative, deviation)| derivative * deviation).sum::<f64>();
-        *sum += rotor * rotor_speed_deviation;
+        *sum += by_rotor * rotor.deviation;
     }
+    sums[Axis::N.index()] += model.reaction * model.share_of_yaw() * rotor.rate;
     for term in &model.terms {
         sums[term.axis.index()] += term.coefficient * term.term.value(deviations);
     }
@@ -162,7 +178,10 @@ mod tests {
         deviations[Variable::V.index()] = -2.0;
         deviations[Variable::Q.index()] = 3.0;
         deviations[Variable::Pedal.index()] = 8.0;
-        assert_eq!(forces(&changed, &deviations, 0.5), [8.0, 0.0, -STANDARD_GRAVITY, 2.0, -3.0, -1.0 - 1.0]);
+        assert_eq!(
+            forces(&changed, &deviations, Turning { deviation: 0.5, rate: 9.0 }),
+            [8.0, 0.0, -STANDARD_GRAVITY, 2.0, -3.0, -1.0 - 1.0]
+        );
     }
 
     #[test]

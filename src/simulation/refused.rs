@@ -27,6 +27,9 @@ pub enum Refused {
     /// Rotor speed is given to a model whose engine makes it.
     #[error("the model's governor holds the rotor speed: it cannot be an input as well")]
     Governed,
+    /// The rotor's reaction is added to a model that has it.
+    #[error("the model's rotor reacts already, for its engine turns it: an effect of its reaction is for a rotor of given speed")]
+    Reacts,
     /// The model's modes cannot be computed.
     #[error("the model's modes cannot be computed from its derivatives")]
     NoModes,
@@ -80,11 +83,14 @@ impl Flight {
                 {
                     return Err(Refused::NoChannel(channel));
                 }
-                Effect::RotorSpeed { .. } if self.model.trim.rotor_speed.is_none() => return Err(Refused::NoRotorSpeed),
+                Effect::RotorSpeed { .. } | Effect::RotorReaction { .. } if self.model.trim.rotor_speed.is_none() => {
+                    return Err(Refused::NoRotorSpeed);
+                }
+                Effect::RotorReaction { .. } if self.is_governed() => return Err(Refused::Reacts),
                 _ => {}
             }
         }
-        if self.inputs.rotor_speed.is_some() && self.level1.as_ref().is_some_and(|trimmed| trimmed.aircraft.options.governed) {
+        if self.inputs.rotor_speed.is_some() && self.is_governed() {
             return Err(Refused::Governed);
         }
         let on_rotor_speed =
@@ -121,6 +127,10 @@ impl Flight {
             (Some(&first), _) => Err(Refused::Times(first)),
             _ => Err(Refused::Times(f64::NAN)),
         }
+    }
+
+    fn is_governed(&self) -> bool {
+        self.level1.as_ref().is_some_and(|trimmed| trimmed.aircraft.options.governed)
     }
 
     /// Whether the flight has this channel to measure.

@@ -129,7 +129,7 @@ impl Manoeuvres {
         History::through(points.collect()).unwrap()
     }
 
-    fn instruments(&self) -> Instruments {
+    pub(crate) fn instruments(&self) -> Instruments {
         let channels = INSTRUMENTS.map(|(channel, rate_hz, noise_std)| {
             let axis = [Channel::Ax, Channel::Ay, Channel::Az].iter().position(|&one| one == channel);
             Instrument {
@@ -186,19 +186,22 @@ pub(crate) fn flown(plan: &Plan, run: usize) -> Option<Flown> {
     (flown.diverged_at_s.is_none() && kept).then_some(flown)
 }
 
+/// What those instruments recorded.
+pub(crate) fn recorded(name: &str, inputs: &str, samples: Vec<Sample>) -> Recorded {
+    let text = format!(
+        "run = \"{name}\"\naircraft = \"Puma\"\nmanoeuvre = \"{inputs}\"\naccelerometer_position_m = {ACCELEROMETER_M:?}\n\
+         vane_position_m = {VANE_M:?}\nblades = {BLADES}\n"
+    );
+    Recorded { name: name.to_owned(), info: RunInfo::from_toml(&text).unwrap(), samples }
+}
+
 /// The plan's runs to look at and to judge by; `None` where one leaves its bounds.
 pub(crate) fn fly(plan: &Plan) -> Option<(Vec<Recorded>, Vec<Recorded>)> {
     let runs = plan.manoeuvres.runs.iter().enumerate();
     let mut fit = runs
         .map(|(run, manoeuvre)| {
             let samples = flown(plan, run)?.samples;
-            let text = format!(
-                "run = \"{}\"\naircraft = \"Puma\"\nmanoeuvre = \"{}\"\naccelerometer_position_m = {ACCELEROMETER_M:?}\n\
-             vane_position_m = {VANE_M:?}\nblades = {BLADES}\n",
-                manoeuvre.name,
-                manoeuvre.inputs.join(" "),
-            );
-            Some(Recorded { name: manoeuvre.name.clone(), info: RunInfo::from_toml(&text).unwrap(), samples })
+            Some(recorded(&manoeuvre.name, &manoeuvre.inputs.join(" "), samples))
         })
         .collect::<Option<Vec<_>>>()?;
     let holdout = fit.split_off(FIT);

@@ -16,7 +16,11 @@ use sideslip::simulation::flight_model::{Asked, FlightModel};
 use std::collections::BTreeMap;
 
 fn diagnosed(case: &Case) -> Diagnosis {
-    let model = FlightModel::parse(&case.model_text, &Asked::default()).unwrap();
+    diagnosed_with(&FlightModel::parse(&case.model_text, &Asked::default()).unwrap(), &case.fit, &case.holdout)
+}
+
+/// What the diagnosis says of a model by these runs.
+pub(crate) fn diagnosed_with(model: &FlightModel, fit: &[crate::case::Recorded], holdout: &[crate::case::Recorded]) -> Diagnosis {
     let recorded = |runs: &[crate::case::Recorded]| -> Vec<Recorded> {
         let one = |run: &crate::case::Recorded| Recorded {
             name: run.name.clone(),
@@ -25,7 +29,7 @@ fn diagnosed(case: &Case) -> Diagnosis {
         };
         runs.iter().map(one).collect()
     };
-    diagnose(&model, &recorded(&case.fit), &recorded(&case.holdout), &Settings::default()).unwrap()
+    diagnose(model, &recorded(fit), &recorded(holdout), &Settings::default()).unwrap()
 }
 
 /// What was said of a case, beside what was hidden.

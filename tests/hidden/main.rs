@@ -3,8 +3,9 @@
 //! `case` has the sealed case, `draw` what is hidden in it and how large, `outside` the causes that no effect describes,
 //! `flights` what is flown and through which instruments, `motion` how much that moves, `written` the case as files,
 //! `generator` the proof of the generator itself.
-//! `found` lets the diagnosis look, and scores it; `live` lets it look while the flight goes on. Nothing else here imports what
-//! looks for causes: the generator shares the vocabulary of models and effects only.
+//! `found` lets the diagnosis look, and scores it; `live` lets it look while the flight goes on; `options` hides what the Level-1
+//! simulation can leave out of itself. Nothing else here imports what looks for causes: the generator shares the vocabulary of
+//! models and effects only.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -25,5 +26,6 @@ mod found;
 mod generator;
 mod live;
 mod motion;
+mod options;
 mod outside;
 mod written;

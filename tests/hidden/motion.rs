@@ -5,7 +5,7 @@ use crate::flights::{RATE_HZ, flown};
 use sideslip::flight::control::{CONTROLS, Control};
 use sideslip::flight::derivative::{AXES, Axis, VARIABLES, Variable};
 use sideslip::flight::term::Term;
-use sideslip::simulation::linear::forces;
+use sideslip::simulation::linear::{Turning, forces};
 use sideslip::simulation::unmodelled::Unmodelled;
 
 /// Force that an accelerometer plainly shows beside vibration, rms, m/s^2.
@@ -44,9 +44,10 @@ impl Motion {
                 })
                 .collect();
             motion.rotor_speed.push(truth.iter().map(|state| state.rotor_speed.unwrap() - trim.rotor_speed.unwrap()).collect());
-            let at_rest = forces(model, &[0.0; VARIABLES], 0.0);
+            let at_rest = forces(model, &[0.0; VARIABLES], Turning::default());
             for axis in Axis::ALL {
-                let moved = rms(rows.iter().map(|row| forces(model, row, 0.0)[axis.index()] - at_rest[axis.index()]));
+                let moved =
+                    rms(rows.iter().map(|row| forces(model, row, Turning::default())[axis.index()] - at_rest[axis.index()]));
                 motion.axis_rms[axis.index()] = motion.axis_rms[axis.index()].max(moved);
             }
             for control in Control::ALL {

@@ -11,7 +11,7 @@ use sideslip::regression::record::{LATERAL, LateralDerivatives};
 use sideslip::simulation::fly::{Flight, uniform_times};
 use sideslip::simulation::history::History;
 use sideslip::simulation::input::InputSpec;
-use sideslip::simulation::linear::{INPUTS, forces, input_matrix, state_matrix, trim_specific_force};
+use sideslip::simulation::linear::{INPUTS, Turning, forces, input_matrix, state_matrix, trim_specific_force};
 use sideslip::simulation::motion::Motion;
 use sideslip::simulation::noise::NormalNoise;
 
@@ -66,7 +66,7 @@ fn rates(model: &LinearModel, x: [f64; 8], controls: [f64; 4]) -> [f64; 8] {
     for (input, value) in INPUTS.into_iter().zip(controls) {
         deviations[input.variable().index()] = value;
     }
-    let [x, y, z, l, m, n] = forces(model, &deviations, 0.0);
+    let [x, y, z, l, m, n] = forces(model, &deviations, Turning::default());
     let change = motion.rate_of_change([x, y, z], [l, m, n]).to_vector();
     PLACES.map(|place| change[place])
 }

@@ -142,6 +142,7 @@ impl FindingPayload {
                 Effect::CrossFeed { from: control()?, to: at(&Control::ALL, self.first, SCHEMA, "first")?, gain: number }
             }
             EffectKind::RotorSpeed => Effect::RotorSpeed { axis: axis()?, coefficient: number },
+            EffectKind::RotorReaction => Effect::RotorReaction { reaction: number },
             EffectKind::FlightPath => Effect::FlightPath { axis: axis()?, variable: variable()?, slope: number },
             EffectKind::Turbulence => Effect::Turbulence { sigma: number, length: second },
             EffectKind::SensorBias => Effect::SensorBias { channel: channel()?, value: number },
@@ -178,6 +179,7 @@ mod tests {
             Effect::DeadZone { control, half_width: 0.004 },
             Effect::CrossFeed { from: Control::Collective, to: Control::Pedal, gain: 0.3 },
             Effect::RotorSpeed { axis, coefficient: 0.01 },
+            Effect::RotorReaction { reaction: 0.2 },
             Effect::FlightPath { axis, variable, slope: 0.5 },
             Effect::Turbulence { sigma: 1.5, length: 200.0 },
             Effect::SensorBias { channel, value: 0.01 },

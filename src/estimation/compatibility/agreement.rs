@@ -71,10 +71,12 @@ fn of_angle(record: &Record, theta: &Theta, output: usize) -> Option<f64> {
     let mut compared = Consistency::NEW;
     let (mut smooth, mut slope) = (Vec::new(), Vec::new());
     // Of what else enters: no line over a gap is taken for a motion.
+    let longest = |series: &Series| series.interval_s().map_or(0.0, |interval_s| GAP_MIN_S.max(2.5 * interval_s));
+    let used = record.inputs.iter().chain(record.outputs.iter().take(5)).flatten();
+    let used: Vec<(&Series, f64)> = used.map(|series| (series, longest(series))).collect();
     let whole = |centre: f64| {
-        let used = record.inputs.iter().chain(record.outputs.iter().take(5)).flatten();
-        let longest = |series: &Series| series.interval_s().map_or(0.0, |interval_s| GAP_MIN_S.max(2.5 * interval_s));
-        used.into_iter().all(|series| series.longest_gap_s(centre - HALF_WIDTH_S, centre + HALF_WIDTH_S) <= longest(series))
+        let gap_s = |series: &Series| series.longest_gap_s(centre - HALF_WIDTH_S, centre + HALF_WIDTH_S);
+        used.iter().all(|&(series, longest_s)| gap_s(series) <= longest_s)
     };
     for centre in (0..record.mesh.nodes).map(|node| record.mesh.time_s(node)).filter(|&centre| whole(centre)) {
         let from = times.partition_point(|&t| t < centre - HALF_WIDTH_S).saturating_sub(1);

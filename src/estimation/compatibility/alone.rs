@@ -19,23 +19,8 @@ pub struct Alone {
 impl Alone {
     /// Fits one run; `None` where its motion cannot be followed.
     fn of(runs: &[Run], joint: &Point, number: usize) -> Option<Alone> {
-        let mut run = runs.get(number)?.clone();
-        run.active.retain(|&index| index < STANDING);
-        let mut point = Point::zero(std::slice::from_ref(&run));
-        (point.lag, point.sample_s) = (joint.lag, joint.sample_s);
-        let own = |index: usize| if index >= STANDING { BIAS + index - STANDING } else { index };
-        for (index, value) in joint.theta(number).values.into_iter().enumerate().take(PARAMETERS) {
-            point.values[place_of(0, own(index))] += value;
-        }
-        for &place in &joint.free {
-            let (parameter, whose) = parameter_at(place);
-            let here = place_of(0, own(parameter.index));
-            if whose.is_none_or(|whose| whose == number) && !point.free.contains(&here) {
-                point.free.push(here);
-            }
-        }
-        let runs = std::slice::from_ref(&run);
-        let (point, local) = minimise(runs, &point)?;
+        let (run, point) = apart(runs, joint, number)?;
+        let (point, local) = minimise(std::slice::from_ref(&run), &point)?;
         Some(Alone { run, point, local })
     }
 
@@ -54,4 +39,24 @@ impl Alone {
         let shown = if parameter.kind == Kind::Scale { 1.0 + value } else { value };
         self.run.active.contains(&parameter.index).then_some((shown, std))
     }
+}
+
+/// One run of several, and where the joint parameters put it by itself.
+pub(super) fn apart(runs: &[Run], joint: &Point, number: usize) -> Option<(Run, Point)> {
+    let mut run = runs.get(number)?.clone();
+    run.active.retain(|&index| index < STANDING);
+    let mut point = Point::zero(std::slice::from_ref(&run));
+    (point.lag, point.sample_s) = (joint.lag, joint.sample_s);
+    let own = |index: usize| if index >= STANDING { BIAS + index - STANDING } else { index };
+    for (index, value) in joint.theta(number).values.into_iter().enumerate().take(PARAMETERS) {
+        point.values[place_of(0, own(index))] += value;
+    }
+    for &place in &joint.free {
+        let (parameter, whose) = parameter_at(place);
+        let here = place_of(0, own(parameter.index));
+        if whose.is_none_or(|whose| whose == number) && !point.free.contains(&here) {
+            point.free.push(here);
+        }
+    }
+    Some((run, point))
 }

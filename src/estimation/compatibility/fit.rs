@@ -218,7 +218,7 @@ pub fn minimise_to(runs: &[Run], start: &Point, tolerance: f64) -> Option<(Point
     let mut point = start.clone();
     let mut local = linearise(runs, &point)?;
     for _ in 0..STEPS_MAX {
-        let step = times(&local.dispersion, &local.pull);
+        let step = local.step();
         let promised: f64 = step.iter().zip(&local.pull).map(|(a, b)| a * b).sum();
         if promised < tolerance {
             break;
@@ -273,10 +273,14 @@ pub struct LetGo {
 }
 
 impl Local {
+    /// The step to the minimum of the linearised (1), which falls there by its product with the pull.
+    pub fn step(&self) -> Vec<f64> {
+        times(&self.dispersion, &self.pull)
+    }
+
     /// The minimum of the linearised (1).
     pub fn minimum(&self, point: &Point) -> Vec<f64> {
-        let step = times(&self.dispersion, &self.pull);
-        point.values.iter().zip(step).map(|(value, step)| value + step).collect()
+        point.values.iter().zip(self.step()).map(|(value, step)| value + step).collect()
     }
 
     /// (2) of one parameter.

@@ -7,13 +7,17 @@
 //! for each of them has lent itself to that run's noise. Where (G_i - f_i)/sqrt(2 f_i) > ODD in any run, or two runs' own values
 //! of what they are said to share are apart, that run goes apart without which the others and it cost least, and the others are
 //! looked at anew, until none is left. Odd runs that are like each other become one group again.
+//! E_i takes a search of its own. Most runs are spared it: with everything let go that may be at fault, at no price, a run costs
+//! less than any search finds, and one linearisation about the joint minimum tells by how much,
+//!     G_i <= J_i - J_free + g^T C g                                                                  (2)
+//! (J_free its cost there under the priors of what is free, g and C its pull and dispersion).
 
-use super::alone::Alone;
+use super::alone::{Alone, apart};
 use super::filter::{Prepared, pass};
-use super::fit::{Run, SHARED, parameter_at};
+use super::fit::{Local, Point, Run, SHARED, linearise, parameter_at};
 use super::noise::{first_guess, improve, prior};
 use super::parameter::Kind;
-use super::select::{Found, price, select};
+use super::select::{Found, candidates, price, select};
 use super::side_by_side::side_by_side;
 
 /// Normalised (1): healthy runs have -2.5 to 0, one with r or beta 1.15 times the truth in a lateral manoeuvre 20.
@@ -48,7 +52,7 @@ struct ByItself {
 impl ByItself {
     fn of(run: &Run) -> Option<ByItself> {
         let found = select(vec![run.clone()])?;
-        Some(ByItself { cost: evidence_alone(&found), freedom: freedom(&found), found })
+        Some(ByItself { cost: evidence_alone(&found), freedom: freedom(&found.point, &found.local), found })
     }
 
     fn group(&self, run: usize, apart: bool) -> Group {
@@ -67,12 +71,17 @@ pub fn groups(runs: &[Run]) -> Vec<Group> {
         let found = select(vec![run.clone()]);
         return found.into_iter().map(|found| Group { members: vec![0], found, alone: Vec::new(), apart: false }).collect();
     }
+    let joint = |these: &[usize]| select(these.iter().filter_map(|&run| runs.get(run).cloned()).collect());
+    let all: Vec<usize> = (0..runs.len()).collect();
+    let of_all = (all.len() > 1).then(|| joint(&all)).flatten();
+    if let Some((found, alone)) = of_all.as_ref().and_then(|found| Some((found, plainly_agreeing(found)?))) {
+        return vec![Group { members: all, found: found.clone(), alone, apart: false }];
+    }
     let itself: Vec<Option<ByItself>> = side_by_side(runs, ByItself::of);
     let mut together: Vec<usize> = (0..runs.len()).filter(|&run| itself.get(run).is_some_and(Option::is_some)).collect();
     let by_itself = |run: usize, apart: bool| itself.get(run)?.as_ref().map(|one| one.group(run, apart));
-    let joint = |these: &[usize]| select(these.iter().filter_map(|&run| runs.get(run).cloned()).collect());
     let mut groups = Vec::new();
-    let mut rest = (together.len() > 1).then(|| joint(&together)).flatten();
+    let mut rest = if together == all { of_all } else { (together.len() > 1).then(|| joint(&together)).flatten() };
     let mut agreed = None;
     while together.len() > 1 {
         agreed = rest.as_ref().and_then(|joint| agreeing(joint, &together, &itself));
@@ -121,14 +130,44 @@ fn agreeing(joint: &Found, together: &[usize], itself: &[Option<ByItself>]) -> O
     let excess = side_by_side(&places, |&place| {
         let itself = itself.get(*together.get(place)?)?.as_ref()?;
         let shared = settled(joint, place)? + joint.point.own_prior_cost(place);
-        let free = itself.freedom.max(1.0);
-        Some((shared - itself.cost? - free) / libm::sqrt(2.0 * free))
+        Some((shared - itself.cost?, itself.freedom))
     });
-    if excess.into_iter().flatten().any(|excess| excess > ODD) {
+    if excess.into_iter().flatten().any(|excess| stands_out(excess) > ODD) {
         return None;
     }
     let alone = Alone::each(&joint.runs, &joint.point);
     (!disagree(joint, &alone)).then_some(alone)
+}
+
+/// By how much (1) is more than usual, of G and f.
+fn stands_out((excess, free): (f64, f64)) -> f64 {
+    let free = free.max(1.0);
+    (excess - free) / libm::sqrt(2.0 * free)
+}
+
+/// [`agreeing`] without any run fitted by itself, where (1) is small enough whatever that would find.
+fn plainly_agreeing(joint: &Found) -> Option<Vec<Option<Alone>>> {
+    let places: Vec<usize> = (0..joint.runs.len()).collect();
+    let excess = side_by_side(&places, |&place| excess_at_most(joint, place));
+    if !excess.into_iter().all(|excess| excess.is_some_and(|excess| stands_out(excess) <= ODD)) {
+        return None;
+    }
+    let alone = Alone::each(&joint.runs, &joint.point);
+    (!disagree(joint, &alone)).then_some(alone)
+}
+
+/// What G of (1) is at most, (2), and f.
+fn excess_at_most(joint: &Found, place: usize) -> Option<(f64, f64)> {
+    let (mut run, mut point) = apart(&joint.runs, &joint.point, place)?;
+    let guess = first_guess(&run.record);
+    run.noise = improve(&run.record, &point.theta(0), &run.noise, &guess, SWEEPS)?;
+    let run = std::slice::from_ref(&run);
+    let free = freedom(&point, &linearise(run, &point)?);
+    point.free = candidates(run, &point.clone()).into_iter().chain(point.free).collect();
+    let local = linearise(run, &point)?;
+    let step = local.step();
+    let falls: f64 = step.iter().zip(&local.pull).map(|(step, pull)| step * pull).sum();
+    Some((joint.point.own_prior_cost(place) - point.prior_cost() + falls, free))
 }
 
 /// Whether the runs' own values of a shared fault are too far apart.
@@ -169,10 +208,10 @@ fn settled(found: &Found, place: usize) -> Option<f64> {
 
 /// How many parameters that hold over all runs one run has determined by itself: what (1) is on average in healthy runs, for each
 /// has lent itself to that run's noise.
-fn freedom(alone: &Found) -> f64 {
+fn freedom(point: &Point, local: &Local) -> f64 {
     let determined = |place: usize| {
-        let (normal, _) = alone.point.priors(place)?;
-        (!alone.point.free.contains(&place)).then(|| 1.0 - alone.local.dispersion[(place, place)] / (normal * normal))
+        let (normal, _) = point.priors(place)?;
+        (!point.free.contains(&place)).then(|| 1.0 - local.dispersion[(place, place)] / (normal * normal))
     };
     (0..SHARED).filter_map(determined).map(|part| part.max(0.0)).sum()
 }

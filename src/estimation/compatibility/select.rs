@@ -149,7 +149,7 @@ fn is_timing(place: usize) -> bool {
 }
 
 /// What may be let go: everything but the flow and what no channel shows.
-fn candidates(runs: &[Run], point: &Point) -> Vec<usize> {
+pub fn candidates(runs: &[Run], point: &Point) -> Vec<usize> {
     let acts = |place: usize| {
         let (parameter, own) = parameter_at(place);
         let on = |run: &Run| run.active.contains(&parameter.index) && !(parameter.is_feigned_by_gusts() && is_gusty(run));

@@ -165,6 +165,16 @@ impl Level1 {
     }
 }
 
+impl Level1 {
+    /// c of [`crate::flight::effect::Effect::RotorReaction`] where rotor speed is a state: (2) of the shaft's torque by (4), the
+    /// shaft tilted as the hub's (4) has it.
+    pub fn reaction(&self) -> f64 {
+        let (Body { ixx, izz, ixz, .. }, (sin, cos)) = (self.body, libm::sincos(self.main_rotor.shaft_tilt));
+        let yaw = (ixx * cos - ixz * sin) / (ixx * izz - ixz * ixz);
+        if self.options.governed { self.main_rotor.direction * self.engine.inertia * yaw } else { 0.0 }
+    }
+}
+
 impl Equations<'_> {
     /// (1) to (3), with the torque that the engine delivers (4); the inflows are looked for from `guess` on.
     #[inline]

@@ -310,6 +310,27 @@ fn the_governor_brings_the_rotor_back_and_takes_no_orders() {
     assert!(held.fly().is_ok());
 }
 
+/// The speed that a governor made, given to a rotor that reacts: the same motion.
+#[test]
+fn a_rotor_of_given_speed_that_reacts_is_one_that_its_engine_turns() {
+    let governed = puma(&["rotor_speed=governed"]);
+    let truth = flight(&governed, "pedal:3211:0.012:0.7:1", 8.0).fly().unwrap();
+    let points = truth.truth.iter().map(|state| (state.time_s, state.rotor_speed.unwrap())).collect();
+    let mut given = flight(&puma(&[]), "pedal:3211:0.012:0.7:1", 8.0);
+    given.inputs.rotor_speed = Some(History::through(points).unwrap());
+    let worst = |effects: Vec<Effect>| {
+        let flown = Flight { effects, ..given.clone() }.fly().unwrap();
+        let off = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        off(&readings(&truth, Channel::R), &readings(&flown, Channel::R))
+    };
+    let (reacting, held) = (worst(vec![Effect::RotorReaction { reaction: governed.aircraft.reaction() }]), worst(Vec::new()));
+    assert!(reacting < 0.1 * held, "{reacting} of {held} rad/s");
+    given.effects = vec![Effect::RotorReaction { reaction: 0.1 }];
+    given.level1 = Some(Box::new(governed));
+    given.inputs.rotor_speed = None;
+    assert_eq!(given.fly(), Err(Refused::Reacts));
+}
+
 #[test]
 fn the_rotor_is_measured_where_there_is_one() {
     let trimmed = puma(&["rotor_speed=governed", "flapping=second_order"]);

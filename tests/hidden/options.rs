@@ -1,0 +1,107 @@
+//! What the Level-1 simulation can leave out of itself is hidden in the flight: rotor speed as a state, actuators, hub, flapping.
+//!
+//! The flight has an option switched on that the model has not. Two cases run always; every option, two seeds each, with
+//!     SIDESLIP_HIDDEN=1 cargo nextest run --release --test hidden --no-capture -E 'test(options)'
+
+use crate::case::Recorded;
+use crate::flights::{Manoeuvres, RATE_HZ, recorded};
+use crate::found::diagnosed_with;
+use sideslip::diagnosis::diagnose::Diagnosis;
+use sideslip::flight::channel::Channel;
+use sideslip::flight::control::Control;
+use sideslip::flight::effect::Effect;
+use sideslip::simulation::flight_model::{Asked, FlightModel};
+use sideslip::simulation::fly::{Flight, Inputs, uniform_times};
+use sideslip::simulation::input::InputSpec;
+use sideslip::simulation::instrument::Instruments;
+use sideslip::simulation::pilot::Pilot;
+
+const RUNS: [(&str, &[&str]); 6] = [
+    ("fit-1", &["pedal:3211:0.012:0.7"]),
+    ("fit-2", &["lat_cyclic:3211:0.009:0.5"]),
+    ("fit-3", &["pedal:doublet:-0.012:1.0"]),
+    ("fit-4", &["lon_cyclic:3211:0.015:0.7"]),
+    ("holdout-1", &["pedal:doublet:0.01:0.8"]),
+    ("holdout-2", &["lat_cyclic:doublet:-0.009:0.7", "lon_cyclic:doublet:-0.012:0.9:8"]),
+];
+/// Steady flight before the first input, s.
+const LEAD_S: f64 = 2.0;
+const LENGTH_S: f64 = 18.0;
+
+fn puma(options: &[&str]) -> FlightModel {
+    let set = options.iter().map(|option| (*option).to_owned()).collect();
+    FlightModel::puma(&Asked { set, ..Asked::default() }).unwrap()
+}
+
+/// Those of the other cases, but for a tachometer as good as the gyros: a governor lets the speed move by 0.006 rad/s rms.
+fn instruments(seed: u64) -> Instruments {
+    let mut instruments = Manoeuvres::draw(seed).instruments();
+    for instrument in instruments.channels.iter_mut().filter(|instrument| instrument.channel == Channel::RotorSpeed) {
+        (instrument.rate_hz, instrument.noise_std) = (Some(128.0), 0.01);
+    }
+    instruments
+}
+
+/// The runs of an aircraft with these options.
+fn flown(options: &[&str], seed: u64) -> (Vec<Recorded>, Vec<Recorded>) {
+    let truth = puma(options);
+    let times_s = uniform_times(0.0, LENGTH_S, RATE_HZ).unwrap();
+    let run = |(number, (name, inputs)): (usize, (&str, &[&str]))| {
+        let mut flight = Flight::of_level1((*truth.level1.clone().unwrap()).clone());
+        let mut driven = Inputs::at_trim(&flight.model);
+        for spec in inputs.iter().map(|input| InputSpec::parse(input).unwrap()) {
+            let control = Control::ALL.into_iter().find(|control| control.channel() == spec.channel).unwrap();
+            let history = &mut driven.controls[control.index()];
+            *history = history.plus(1.0, &spec.deviation(LEAD_S));
+        }
+        flight.inputs = driven.sampled(&times_s);
+        flight.pilot = Some(Pilot::ATTITUDE);
+        flight.instruments = instruments(seed);
+        flight.times_s.clone_from(&times_s);
+        flight.seed = 100 * seed + number as u64;
+        recorded(name, &inputs.join(" "), flight.fly().unwrap().samples)
+    };
+    let mut fit: Vec<Recorded> = RUNS.into_iter().enumerate().map(run).collect();
+    let holdout = fit.split_off(4);
+    (fit, holdout)
+}
+
+fn diagnosed(model: &[&str], truth: &[&str], seed: u64) -> Diagnosis {
+    let (fit, holdout) = flown(truth, seed);
+    diagnosed_with(&puma(model), &fit, &holdout)
+}
+
+const GOVERNED: &[&str] = &["rotor_speed=governed"];
+
+#[test]
+fn a_rotor_that_its_engine_turns_is_named_by_its_reaction() {
+    let truth = puma(GOVERNED).level1.unwrap().aircraft.reaction();
+    let found = diagnosed(&[], GOVERNED, 1);
+    let [one] = &found.findings[..] else { panic!("{:?}", found.findings) };
+    let Effect::RotorReaction { reaction } = one.cause.effect else { panic!("{:?}", one.cause) };
+    eprintln!("reaction {reaction:.4} +- {:.4}, true {truth:.4}", one.cause.std);
+    assert!((reaction - truth).abs() < 3.0 * one.cause.std && one.cause.std < 0.05 * truth.abs());
+    assert_eq!(found.unknown, None);
+    let (gain, _) = found.gain.unwrap();
+    assert!(gain.pooled.unwrap().ratio.interval[1] < 0.9);
+}
+
+#[test]
+fn a_model_whose_engine_turns_its_rotor_is_healthy_beside_such_an_aircraft() {
+    let found = diagnosed(GOVERNED, GOVERNED, 2);
+    assert!(found.findings.is_empty() && found.unknown.is_none(), "{:?} {:?}", found.findings, found.unknown);
+}
+
+#[test]
+fn all_options() {
+    if std::env::var("SIDESLIP_HIDDEN").is_err() {
+        return;
+    }
+    let options: [&[&str]; 5] =
+        [GOVERNED, &["actuators=first_order"], &["hub=exact"], &["flapping=first_order"], &["flapping=second_order"]];
+    for (option, seed) in options.into_iter().flat_map(|option| [(option, 1), (option, 2)]) {
+        let found = diagnosed(&[], option, seed);
+        let said = found.findings.iter().map(|one| format!("{:?} +- {:.2e}", one.cause.effect, one.cause.std));
+        eprintln!("{option:?} {seed}: unknown {:?}; {}", found.unknown, said.collect::<Vec<_>>().join("; "));
+    }
+}
