@@ -6,7 +6,7 @@
 use super::diagnose::Recorded;
 use crate::estimation::compatibility::correction::Correction;
 use crate::estimation::compatibility::verdict::{Candidate, Fitness, Verdict, check};
-use crate::flight::effect::Effect;
+use crate::flight::effect::same_cause;
 use crate::flight::effect_file::DeclaredEffect;
 
 /// What the kinematics alone say.
@@ -18,20 +18,33 @@ pub struct Kinematics {
     pub known: Vec<Vec<DeclaredEffect>>,
 }
 
+/// Standard errors of their difference by which numbers of one error are apart.
+const APART: f64 = 5.0;
+
+/// Whether two runs have the same instruments. What one bias is in each run is its own: an instrument starts anew with each.
+fn alike(one: &Verdict, other: &Verdict) -> bool {
+    let same = |a: &DeclaredEffect, b: &DeclaredEffect| {
+        let std = libm::hypot(a.std.unwrap_or(0.0), b.std.unwrap_or(0.0));
+        let near = |(a, b): (f64, f64)| libm::fabs(a - b) <= APART * std;
+        same_cause(&a.effect, &b.effect) && a.effect.main_number().zip(b.effect.main_number()).is_none_or(near)
+    };
+    one.corrections.len() == other.corrections.len()
+        && one.corrections.iter().all(|a| other.corrections.iter().any(|b| same(&a.effect, &b.effect)))
+}
+
 /// Checks the runs together.
 pub fn kinematics(runs: &[Recorded]) -> Kinematics {
     let candidate = |run: &Recorded| Candidate { name: run.name.clone(), samples: run.samples.clone(), geometry: run.geometry };
     let verdicts = check(&runs.iter().map(candidate).collect::<Vec<_>>());
-    let effects = |verdict: &Verdict| -> Vec<Effect> { verdict.corrections.iter().map(|one| one.effect.effect).collect() };
     let fit: Vec<(usize, &Verdict)> =
         verdicts.iter().enumerate().filter(|(_, verdict)| verdict.fitness != Fitness::NotFit).collect();
     // The instruments of most runs; of two alike the first.
-    let like = |one: &Verdict| fit.iter().filter(|(_, other)| effects(other) == effects(one)).count();
+    let like = |one: &Verdict| fit.iter().filter(|(_, other)| alike(other, one)).count();
     let usual = fit.iter().rev().max_by_key(|(_, verdict)| like(verdict)).map(|(_, verdict)| *verdict);
     let Some(usual) = usual else {
         return Kinematics { set_aside: verdicts.iter().map(|one| one.reason.clone()).enumerate().collect(), known: Vec::new() };
     };
-    let aside = verdicts.iter().enumerate().filter(|(_, one)| one.fitness == Fitness::NotFit || effects(one) != effects(usual));
+    let aside = verdicts.iter().enumerate().filter(|(_, one)| one.fitness == Fitness::NotFit || !alike(one, usual));
     let explanations = |correction: &Correction| -> Vec<DeclaredEffect> {
         core::iter::once(correction.effect).chain(correction.alternatives.iter().map(|one| one.effect)).collect()
     };

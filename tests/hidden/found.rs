@@ -7,7 +7,7 @@
 
 use crate::case::{Case, FAMILIES, Sort, case, drawn};
 use crate::manoeuvre::over_seeds;
-use sideslip::diagnosis::diagnose::{Diagnosis, Recorded, diagnose};
+use sideslip::diagnosis::diagnose::{Diagnosis, NoDiagnosis, Recorded, diagnose, held_out};
 use sideslip::diagnosis::explain::class;
 use sideslip::diagnosis::gain::Judged;
 use sideslip::diagnosis::search::Settings;
@@ -15,21 +15,33 @@ use sideslip::flight::effect::{Effect, Family, same_cause};
 use sideslip::simulation::flight_model::{Asked, FlightModel};
 use std::collections::BTreeMap;
 
-fn diagnosed(case: &Case) -> Diagnosis {
+fn diagnosed(case: &Case) -> Result<Diagnosis, NoDiagnosis> {
     diagnosed_with(&FlightModel::parse(&case.model_text, &Asked::default()).unwrap(), &case.fit, &case.holdout)
 }
 
 /// What the diagnosis says of a model by these runs.
-pub(crate) fn diagnosed_with(model: &FlightModel, fit: &[crate::case::Recorded], holdout: &[crate::case::Recorded]) -> Diagnosis {
-    let recorded = |runs: &[crate::case::Recorded]| -> Vec<Recorded> {
-        let one = |run: &crate::case::Recorded| Recorded {
-            name: run.name.clone(),
-            samples: run.samples.clone(),
-            geometry: *run.info.geometry(),
-        };
-        runs.iter().map(one).collect()
+pub(crate) fn diagnosed_with(
+    model: &FlightModel,
+    fit: &[crate::case::Recorded],
+    holdout: &[crate::case::Recorded],
+) -> Result<Diagnosis, NoDiagnosis> {
+    diagnose(model, &as_recorded(fit), &as_recorded(holdout), &Settings::default())
+}
+
+fn as_recorded(runs: &[crate::case::Recorded]) -> Vec<Recorded> {
+    let one = |run: &crate::case::Recorded| Recorded {
+        name: run.name.clone(),
+        samples: run.samples.clone(),
+        geometry: *run.info.geometry(),
     };
-    diagnose(model, &recorded(fit), &recorded(holdout), &Settings::default()).unwrap()
+    runs.iter().map(one).collect()
+}
+
+/// Error on the runs kept back with what was hidden over that without, pooled.
+fn ratio_at_best(case: &Case) -> Option<f64> {
+    let model = FlightModel::parse(&case.model_text, &Asked::default()).unwrap();
+    let (_, (gain, _)) = held_out(&model, &case.hidden, &as_recorded(&case.holdout)).ok()?;
+    Some(gain.pooled?.ratio.value)
 }
 
 /// What was said of a case, beside what was hidden.
@@ -51,6 +63,25 @@ struct Scored {
     gained: Option<bool>,
     /// Error on the runs kept back over that of the model, pooled.
     ratio: Option<f64>,
+    /// That of the hidden cause itself, where what was found does not make it lower.
+    at_best: Option<f64>,
+}
+
+impl Scored {
+    const NOTHING: Scored = Scored {
+        sort: Sort::Healthy,
+        hidden: Vec::new(),
+        said: "none",
+        named: false,
+        only: false,
+        in_class: false,
+        family: false,
+        size: None,
+        probability: 0.0,
+        gained: None,
+        ratio: None,
+        at_best: None,
+    };
 }
 
 fn score(sort: Sort, seed: u64) -> Scored {
@@ -58,7 +89,14 @@ fn score(sort: Sort, seed: u64) -> Scored {
 }
 
 fn score_of(sort: Sort, seed: u64, case: &Case) -> Scored {
-    let diagnosis = diagnosed(case);
+    let diagnosis = match diagnosed(case) {
+        Ok(diagnosis) => diagnosis,
+        Err(refused) => {
+            eprintln!("WRONG {sort:?} {seed}: {:?} -> refused: {refused}", case.hidden);
+            let hidden = case.hidden.clone();
+            return Scored { sort, hidden, said: "refused", ..Scored::NOTHING };
+        }
+    };
     let found = &diagnosis.findings;
     let named = case.hidden.iter().all(|hidden| found.iter().any(|one| same_cause(&one.cause.effect, hidden)));
     let first = found.first();
@@ -74,6 +112,7 @@ fn score_of(sort: Sort, seed: u64, case: &Case) -> Scored {
         let nothing = if matches!(hidden, Effect::SensorScale { .. } | Effect::ControlEffectiveness { .. }) { 1.0 } else { 0.0 };
         Some(((number - truth) / one.cause.std, one.cause.std / (truth - nothing).abs()))
     });
+    let ratio = diagnosis.gain.as_ref().and_then(|(gain, _)| Some(gain.pooled.as_ref()?.ratio.value));
     let scored = Scored {
         sort,
         said,
@@ -83,7 +122,8 @@ fn score_of(sort: Sort, seed: u64, case: &Case) -> Scored {
         family: alone.zip(first).is_some_and(|(hidden, first)| first.cause.effect.kind().family() == hidden.kind().family()),
         size,
         probability: first.map_or(diagnosis.none.0, |first| first.cause.probability),
-        ratio: diagnosis.gain.as_ref().and_then(|(gain, _)| Some(gain.pooled.as_ref()?.ratio.value)),
+        at_best: ratio.filter(|ratio| *ratio >= 1.0 && alone.is_some()).and_then(|_| ratio_at_best(case)),
+        ratio,
         gained: diagnosis.judged().map(|judged| judged == Judged::Gain),
         hidden: case.hidden.clone(),
     };
@@ -97,8 +137,11 @@ fn score_of(sort: Sort, seed: u64, case: &Case) -> Scored {
     let mark = if right { "right" } else { "WRONG" };
     eprintln!(
         "{mark} {sort:?} {seed}: {:?}{words} -> {said} {causes:?}, size {:?}, kept back {:?}",
-        case.hidden, scored.size, scored.ratio
+        case.hidden, scored.size, scored.ratio,
     );
+    if let Some(ratio) = scored.at_best {
+        eprintln!("  kept back with what is hidden: {ratio}");
+    }
     scored
 }
 
@@ -127,6 +170,16 @@ fn a_cause_outside_of_the_library_is_unknown() {
     for one in over_seeds(2, |seed| score(Sort::Outside, 300 + seed)) {
         assert_eq!(one.said, "unknown");
     }
+}
+
+/// An instrument starts anew with each run, so that its bias is a little different in each.
+#[test]
+fn a_bias_that_every_run_has_sets_none_aside() {
+    let case = case(Sort::Double, 9026);
+    let found = diagnosed(&case).unwrap();
+    assert!(found.set_aside.is_empty() && found.unknown.is_none(), "{:?}", found.set_aside);
+    let there = |hidden: &Effect| found.findings.iter().any(|one| same_cause(&one.cause.effect, hidden));
+    assert!(found.findings.len() == 2 && case.hidden.iter().all(there), "{:?}", found.findings);
 }
 
 /// Generator and diagnosis know nothing of each other: they share the vocabulary of models and effects.
@@ -201,6 +254,12 @@ fn study_of_many_cases() {
         lower(&|_| true),
         lower(&|hidden| !instrument(hidden)),
         lower(&instrument)
+    );
+    eprintln!(
+        "of those not lower, lower with what is hidden: {:?}",
+        share(&|one| shown(one) && one.ratio.is_some_and(|ratio| ratio >= 1.0), &|one| one
+            .at_best
+            .is_some_and(|best| best < 1.0))
     );
     eprintln!("healthy, none said: {:?}", share(&|one| one.sort == Sort::Healthy, &|one| one.said == "none"));
     eprintln!(

@@ -68,7 +68,7 @@ fn flown(options: &[&str], seed: u64) -> (Vec<Recorded>, Vec<Recorded>) {
 
 fn diagnosed(model: &[&str], truth: &[&str], seed: u64) -> Diagnosis {
     let (fit, holdout) = flown(truth, seed);
-    diagnosed_with(&puma(model), &fit, &holdout)
+    diagnosed_with(&puma(model), &fit, &holdout).unwrap()
 }
 
 const GOVERNED: &[&str] = &["rotor_speed=governed"];

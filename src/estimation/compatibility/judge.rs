@@ -56,7 +56,7 @@ pub(super) fn judged(name: &str, found: &Found, number: usize, names: &[String],
         }
         // Before the air is blamed: what a wiring error leaves looks like it.
         if let (Kind::Bias, Some(channel)) = (parameter.kind, parameter.channel())
-            && let Some(words) = miswired(run, channel, fault.value, fault.std)
+            && let Some(words) = miswired(found, number, own.is_some(), channel, (fault.value, fault.std))
         {
             unfit = Some(words);
         }

@@ -5,7 +5,7 @@
 //! evidence (E of `select`, (2)) as what was found in the run as recorded, within [`RIVAL`], the run is not fit; where it does
 //! better by [`FAR`], no error of an instrument is told. Wiring and an error of an instrument at once are not tried: of a channel
 //! that hardly moves its sign would then be told by what the noise has of colour. Only where a bias is what wiring would make of
-//! the channel's mean is that told beside other errors.
+//! the channel's mean is that told beside other errors, unless a run in which the channel does move contradicts it by [`FAR`].
 
 use super::fit::Run;
 use super::odd::evidence_alone;
@@ -92,9 +92,23 @@ pub(super) fn wiring(found: &Found, number: usize) -> Option<Miswired> {
     }
 }
 
-/// What wiring would make so large a bias: a channel with its sign turned has twice its mean, ax and ay exchanged the difference
-/// of theirs. Of channels that hardly move besides, which no increments show.
-pub(super) fn miswired(run: &Run, channel: Channel, bias: f64, std: f64) -> Option<String> {
+/// What wiring would make so large a bias in a run, of all runs or its own, where none of those that have it speaks against that.
+pub(super) fn miswired(found: &Found, number: usize, own: bool, channel: Channel, (bias, std): (f64, f64)) -> Option<String> {
+    let (wiring, words) = made_by_wiring(found.runs.get(number)?, channel, bias, std)?;
+    let those: Vec<&Run> = if own { found.runs.iter().skip(number).take(1).collect() } else { found.runs.iter().collect() };
+    let contradicted = those.into_iter().any(|run| contradicts(run, wiring).unwrap_or(false));
+    (!contradicted).then_some(words)
+}
+
+/// Whether a run is explained far better by errors of instruments than by that wiring, whatever errors are told besides.
+fn contradicts(run: &Run, wiring: Wiring) -> Option<bool> {
+    let evidence = |run: Run| evidence_alone(&select(vec![run])?);
+    Some(evidence(run_of(wiring.put_right(&run.record)))? > evidence(run.clone())? + FAR)
+}
+
+/// A channel with its sign turned has twice its mean, ax and ay exchanged the difference of theirs: of channels that hardly move
+/// besides, which no increments show.
+fn made_by_wiring(run: &Run, channel: Channel, bias: f64, std: f64) -> Option<(Wiring, String)> {
     let mean = |channel: Channel| run.record.series(channel).map(Series::average);
     let made = |would: f64| (bias - would).abs() < 3.0 * std && bias.abs() > 5.0 * std;
     let own = mean(channel)?;
@@ -106,15 +120,14 @@ pub(super) fn miswired(run: &Run, channel: Channel, bias: f64, std: f64) -> Opti
         _ => return None,
     };
     if own.abs() > least && made(2.0 * own) {
-        return Some(format!(
-            "{name} reads like one with its sign turned: its bias would be twice its mean, which is not told apart"
-        ));
+        let words =
+            format!("{name} reads like one with its sign turned: its bias would be twice its mean, which is not told apart");
+        return Some((Wiring::Turned(channel), words));
     }
     let apart = own - mean(other?)?;
-    (apart.abs() > least && made(apart)).then(|| {
-        "ax and ay read like each other, exchanged: the bias would be the difference of their means, which is not told apart"
-            .to_owned()
-    })
+    let words =
+        "ax and ay read like each other, exchanged: the bias would be the difference of their means, which is not told apart";
+    (apart.abs() > least && made(apart)).then(|| (Wiring::Exchanged, words.to_owned()))
 }
 
 #[cfg(test)]
@@ -157,14 +170,30 @@ mod tests {
             })
             .collect();
         let run = run_of(Record::of(&samples, &RunGeometry::DEFAULT));
-        let words = |channel, bias| miswired(&run, channel, bias, 0.02);
+        let words = |channel, bias| Some(made_by_wiring(&run, channel, bias, 0.02)?.1);
         assert!(words(Channel::Ax, 1.0).unwrap().contains("sign turned"));
         assert!(
             words(Channel::Ay, -0.4).unwrap().contains("exchanged") && words(Channel::Ax, 0.4).unwrap().contains("exchanged")
         );
-        assert!(miswired(&run, Channel::Phi, 0.06, 0.003).unwrap().contains("phi reads like one"));
+        assert!(made_by_wiring(&run, Channel::Phi, 0.06, 0.003).unwrap().1.contains("phi reads like one"));
         // A bias of another size is one, and so is what is no more than noise.
         assert_eq!((words(Channel::Ax, 0.7), words(Channel::Ay, 0.3), words(Channel::Theta, 0.2)), (None, None, None));
-        assert_eq!(miswired(&run, Channel::Ay, 0.2, 0.05), None);
+        assert_eq!(made_by_wiring(&run, Channel::Ay, 0.2, 0.05), None);
+    }
+
+    /// Whatever the bias is: ay moves as it should, so that it is neither turned nor ax.
+    #[test]
+    fn where_a_channel_moves_its_wiring_is_known_beside_a_bias() {
+        let mut biased = flown();
+        let ay = biased.inputs[1].take().unwrap();
+        biased.inputs[1] = Some(Series::of(ay.samples().map(|(time_s, value)| (time_s, value + 0.6))));
+        for (record, wiring, wrong) in [
+            (biased.clone(), Wiring::Turned(Channel::Ay), true),
+            (biased.clone(), Wiring::Exchanged, true),
+            (biased.turned(Channel::Ay), Wiring::Turned(Channel::Ay), false),
+            (biased.exchanged(), Wiring::Exchanged, false),
+        ] {
+            assert_eq!(contradicts(&run_of(record), wiring), Some(wrong), "{wiring:?}");
+        }
     }
 }
