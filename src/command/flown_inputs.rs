@@ -59,7 +59,7 @@ pub(super) fn inputs_of_specs(specs: &[InputSpec], lead_s: f64, hand_rate: f64, 
 /// Says so where the rotor speed matters and nothing moves it.
 pub(super) fn warn_of_still_rotor(effects: &[Effect], model: &LinearModel, inputs: &Inputs) {
     let matters = model.rotor_speed.iter().any(|&derivative| derivative != 0.0)
-        || effects.iter().any(|effect| matches!(effect, Effect::RotorSpeed { .. } | Effect::RotorReaction { .. }));
+        || effects.iter().any(|effect| matches!(effect, Effect::RotorSpeed { .. }));
     if matters && inputs.rotor_speed.is_none() {
         message(format_args!(
             "note: the rotor speed stays at trim, so its effect does nothing (fly --input rotor_speed:... or a run that has it)"

@@ -26,24 +26,27 @@ fn newest(rivals: &[Vec<Rival>]) -> usize {
     usize::from(place_of_gusts(rivals).is_none_or(|gusts| gusts + 1 < rivals.len()))
 }
 
-/// Takes back causes that a later one has made needless: without them the evidence is hardly worse.
+/// Takes back causes that a later one has made needless: without them the evidence is hardly worse, or, of what was known
+/// beforehand, no worse. The first `stand` are left alone; how many of those that are `known` are left is counted.
 pub(super) fn without_needless(
     problem: &Problem,
     (mut point, mut local): (Point, Local),
     rivals: &mut Vec<Vec<Rival>>,
-    known: usize,
+    (stand, known): (usize, &mut usize),
     settings: &Settings,
 ) -> (Point, Local) {
-    let gusts = place_of_gusts(rivals);
     let newest = newest(rivals);
-    let mut number = known;
+    let mut number = stand;
     while number + newest < point.hypotheses.len() {
+        let gusts = place_of_gusts(rivals);
+        let worse = if number < *known { 0.0 } else { settings.against };
         let mut fewer = point.clone();
         fewer.hypotheses.remove(number);
         let fewer = problem.settle(fewer, Rounds::some(settings.rounds));
-        match fewer.filter(|(_, there)| there.evidence() - local.evidence() < settings.against) {
+        match fewer.filter(|(_, there)| there.evidence() - local.evidence() < worse) {
             Some(without) => {
                 (point, local) = without;
+                *known -= usize::from(number < *known);
                 let place = number + usize::from(gusts.is_some_and(|gusts| gusts <= number));
                 if place < rivals.len() {
                     rivals.remove(place);
@@ -92,6 +95,8 @@ pub(super) fn weighed_again(
         if !changed {
             break;
         }
+        // What stood beside a cause that has given way may have been what that one left.
+        (point, local) = without_needless(problem, (point, local), rivals, (stand, &mut known), settings);
     }
     (point, local)
 }

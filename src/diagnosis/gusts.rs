@@ -15,7 +15,7 @@ const NOISY: f64 = 3.0;
 
 /// Whether there is more noise of forces than the controls' own makes.
 pub(super) fn noisy(problem: &Problem, point: &Point) -> bool {
-    point.force.iter().zip(problem.least).any(|(force, least)| *force > NOISY * least)
+    point.force.iter().zip(problem.least_at(point)).any(|(force, least)| *force > NOISY * least)
 }
 
 /// Gusts as they are tried first: standard deviations, m/s, and scale lengths, m.

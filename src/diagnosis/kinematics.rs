@@ -4,8 +4,10 @@
 //! those of the others, and the instruments' errors that all others share, each with what else it may be.
 
 use super::diagnose::Recorded;
+use super::explain::value;
 use crate::estimation::compatibility::correction::Correction;
 use crate::estimation::compatibility::verdict::{Candidate, Fitness, Verdict, check};
+use crate::flight::channel::ControlNames;
 use crate::flight::effect::same_cause;
 use crate::flight::effect_file::DeclaredEffect;
 
@@ -32,6 +34,25 @@ fn alike(one: &Verdict, other: &Verdict) -> bool {
         && one.corrections.iter().all(|a| other.corrections.iter().any(|b| same(&a.effect, &b.effect)))
 }
 
+/// Why a run is set aside: it is not fit, or its instruments are not those of the usual one.
+fn why(one: &Verdict, usual: &Verdict) -> String {
+    if one.fitness == Fitness::NotFit {
+        return one.reason.clone();
+    }
+    let errors = |verdict: &Verdict| match verdict.corrections.as_slice() {
+        [] => "none".to_owned(),
+        all => all.iter().map(error).collect::<Vec<_>>().join(", "),
+    };
+    format!("errors found in it: {}; in the other runs: {}", errors(one), errors(usual))
+}
+
+fn error(correction: &Correction) -> String {
+    let DeclaredEffect { effect, std } = correction.effect;
+    let of = effect.sensor_channel().map_or("", |channel| channel.name(ControlNames::Rotorcraft));
+    let number = effect.main_number().map_or(String::new(), |number| value(number, std.unwrap_or(0.0)));
+    format!("{} {of} {number}", effect.kind().name()).replace("  ", " ")
+}
+
 /// Checks the runs together.
 pub fn kinematics(runs: &[Recorded]) -> Kinematics {
     let candidate = |run: &Recorded| Candidate { name: run.name.clone(), samples: run.samples.clone(), geometry: run.geometry };
@@ -49,7 +70,7 @@ pub fn kinematics(runs: &[Recorded]) -> Kinematics {
         core::iter::once(correction.effect).chain(correction.alternatives.iter().map(|one| one.effect)).collect()
     };
     Kinematics {
-        set_aside: aside.map(|(place, one)| (place, one.reason.clone())).collect(),
+        set_aside: aside.map(|(place, one)| (place, why(one, usual))).collect(),
         known: usual.corrections.iter().map(explanations).collect(),
     }
 }

@@ -5,6 +5,7 @@
 //! times, once for each of a few sizes; its column is then what that size changes, and the number it is weighed by a share.
 
 use super::column::Column;
+use super::driven::Driven;
 use super::linearise::Candidate;
 use super::point::{moves_blades, output_of};
 use super::problem::Problem;
@@ -42,6 +43,9 @@ const DELAYS_S: [f64; 2] = [0.06, 0.2];
 /// Rates as parts of the control's range a second, and half widths as parts of the range.
 const RATES: [f64; 5] = [0.3, 0.7, 1.5, 3.0, 6.0];
 const WIDTHS: [f64; 4] = [0.08, 0.2, 0.4, 0.7];
+/// Power of what a lag takes from a control, of its noise's, below which it may be that noise: a mean over a step has two thirds
+/// of it or less.
+const TAKEN: f64 = 3.0;
 /// Standard deviation of a share.
 const SHARE_STD: f64 = 1.0;
 
@@ -67,15 +71,24 @@ pub fn prior_std(effect: &Effect) -> Option<f64> {
     })
 }
 
-/// Whether a dead zone is so narrow that it takes away the recorded control's noise, and nothing else; or a rate limit so low
-/// that it is not told from a control that is cut off.
+/// Whether what an effect takes from a control on its way to the blade is so little that it is the recorded control's noise and
+/// nothing else, or a dead zone as narrow as that; or a rate limit so low that it is not told from a control that is cut off.
 pub(super) fn drowned(problem: &Problem, effect: &Effect, std: f64) -> bool {
+    let is_noise = |control: Control| {
+        let (place, trim) = (control.index(), problem.aircraft.trim());
+        !problem.runs.iter().any(|run| {
+            let taken = Driven::of(run, trim, &[*effect]).less(&Driven::of(run, trim, &[]), 1.0);
+            let power: f64 = taken.nodes.iter().map(|moved| moved[place] * moved[place]).sum();
+            power > TAKEN * run.input_noise[place] * run.input_noise[place] * taken.nodes.len() as f64
+        })
+    };
     match *effect {
         Effect::DeadZone { control, half_width } => {
             let noise = problem.runs.iter().filter_map(|run| run.input_noise.get(control.index())).copied().fold(0.0, f64::max);
-            half_width < DROWNED * noise
+            half_width < DROWNED * noise || is_noise(control)
         }
-        Effect::RateLimit { rate, .. } => rate < SURE * std,
+        Effect::RateLimit { control, rate } => rate < SURE * std || is_noise(control),
+        Effect::ActuatorLag { control, .. } | Effect::TransportDelay { control, .. } => is_noise(control),
         _ => false,
     }
 }
@@ -212,9 +225,9 @@ fn shared(problem: &Problem, present: &[Effect], effect: Effect, entries: &mut V
     let mut with = present.to_vec();
     with.push(effect);
     let trim = problem.aircraft.trim();
-    let difference = |run| super::driven::Driven::of(run, trim, &with).less(&super::driven::Driven::of(run, trim, present), 1.0);
+    let difference = |run| Driven::of(run, trim, &with).less(&Driven::of(run, trim, present), 1.0);
     let moved: Vec<_> = problem.runs.iter().map(difference).collect();
-    if moved.iter().any(super::driven::Driven::moves) {
+    if moved.iter().any(Driven::moves) {
         let candidate = Candidate { column: Column::Moved(0), moved };
         entries.push(Entry { effect, candidate, component: 0, shared: true, prior_std: Some(SHARE_STD) });
     }
@@ -226,7 +239,7 @@ fn slope(problem: &Problem, present: &[Effect], effect: Effect, entries: &mut Ve
     let mut with = present.to_vec();
     with.push(effect);
     let moved = problem.slope_of(&with, present.len());
-    if moved.iter().any(super::driven::Driven::moves) {
+    if moved.iter().any(Driven::moves) {
         let candidate = Candidate { column: Column::Moved(0), moved };
         entries.push(Entry { effect, candidate, component: 0, shared: false, prior_std: prior_std(&effect) });
     }

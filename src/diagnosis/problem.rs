@@ -197,13 +197,24 @@ impl Problem {
         self.runs.iter().map(|run| self.driven(run, &above).less(&self.driven(run, &below), step - down)).collect()
     }
 
+    /// The least noise of forces at a point: where the rotor reacts, what the noise of its acceleration makes is in it.
+    pub fn least_at(&self, point: &Point) -> [f64; AXES] {
+        let changed = self.aircraft.changed(&self.effects(point), &point.small);
+        let by = changed.reaction() * changed.share_of_yaw();
+        let density = self.runs.iter().map(|run| run.rotor_rate_density).fold(0.0, f64::max);
+        let mut least = self.least;
+        least[Axis::N.index()] += by * by * density;
+        least
+    }
+
     /// What each axis's noise beyond the least is worth: how much the cost rises without it.
     pub fn unexplained(&self, point: &Point) -> Option<[f64; AXES]> {
+        let least = self.least_at(point);
         let here = self.linearise(point, &[], With::Cost)?.cost;
         let mut rises = [0.0; AXES];
         for (axis, rise) in rises.iter_mut().enumerate().filter(|(axis, _)| !self.silent[*axis]) {
             let mut without = point.clone();
-            without.force[axis] = self.least[axis];
+            without.force[axis] = least[axis];
             *rise = self.linearise(&without, &[], With::Cost).map_or(f64::INFINITY, |there| there.cost - here);
         }
         Some(rises)

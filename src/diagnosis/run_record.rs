@@ -82,6 +82,8 @@ pub struct Record {
     pub output_noise: [f64; OUTPUTS],
     /// Standard deviation of one sample of each input.
     pub input_noise: [f64; INPUTS],
+    /// Density of the noise of the rotor's acceleration, rad^2/s^3.
+    pub rotor_rate_density: f64,
     /// The mesh.
     pub mesh: Mesh,
     begin_s: f64,
@@ -147,8 +149,10 @@ impl Record {
         let mut inputs = core::array::from_fn(|input| if input < FELT { line(input_channel(input)) } else { None });
         let noise = |series: &Option<Series>| series.as_ref().map_or(0.0, Series::noise_std);
         let mut input_noise = core::array::from_fn(|i| noise(&inputs[i]));
+        let mut rotor_rate_density = 0.0;
         if let Some(rotor) = &mut inputs[ROTOR] {
-            (*rotor, input_noise[ROTOR]) = smoothed(rotor);
+            let smoothed = smoothed(rotor);
+            (*rotor, input_noise[ROTOR], rotor_rate_density) = (smoothed.series, smoothed.noise_std, smoothed.slope_density);
         }
         if let Some(rotor) = &inputs[ROTOR] {
             let shown = || outputs[..3].iter().rev().flatten().find_map(|series| blade_passing::blades_of(series, rotor));
@@ -166,6 +170,7 @@ impl Record {
             inputs,
             output_noise,
             input_noise,
+            rotor_rate_density,
             mesh: Mesh::default(),
             begin_s: 0.0,
             end_s: 0.0,

@@ -145,7 +145,9 @@ pub(super) fn go_on(
     settings: &Settings,
 ) -> Option<Searched> {
     let mut refused = Vec::new();
-    let known = rivals.len();
+    let mut known = rivals.len();
+    // What is known stands where motion is taken as it was measured: a model that is silent there has nothing to say against it.
+    let stand = if problem.says_all() { stand } else { known };
     while rivals.len() < known + settings.causes {
         let (taken, ranked) = one_more(problem, &point, &local, settings)?;
         let Some(next) = taken else {
@@ -154,7 +156,7 @@ pub(super) fn go_on(
         };
         (point, local) = next;
         rivals.push(ranked);
-        (point, local) = without_needless(problem, (point, local), &mut rivals, known, settings);
+        (point, local) = without_needless(problem, (point, local), &mut rivals, (stand, &mut known), settings);
     }
     // Where motion is taken as it was measured, what one cause leaves is hardly another's.
     if problem.says_all() {

@@ -21,22 +21,33 @@ const SLACK: f64 = 0.1;
 /// Fewer samples leave a parabola no more than it takes.
 const SAMPLES_MIN: usize = 5;
 
-/// The channel with hardly more than the least expected error (1), and the standard deviation of the noise that is left.
-pub(super) fn smoothed(series: &Series) -> (Series, f64) {
+/// A channel with hardly more than the least expected error (1).
+pub(super) struct Smoothed {
+    pub(super) series: Series,
+    /// Standard deviation of the noise that is left.
+    pub(super) noise_std: f64,
+    /// Density of the noise of its slope over short steps: what a window takes in and leaves out at its ends, 3/(2n) of a sample
+    /// of n each, makes that of the value over T.
+    pub(super) slope_density: f64,
+}
+
+/// The channel with hardly more than the least expected error (1).
+pub(super) fn smoothed(series: &Series) -> Smoothed {
     let read: Vec<(f64, f64)> = series.samples().collect();
     let noise_std = noise_of(&read);
     let variance = noise_std * noise_std;
     let count = read.len().max(1) as f64;
-    // Values, standard deviation of what is left of the noise, and (1); the narrowest first.
-    let mut tried = vec![(read.clone(), noise_std, variance)];
-    for (values, own) in HALF_WIDTHS_S.into_iter().filter_map(|half_s| parabolas(&read, half_s)) {
+    // Values, standard deviation of what is left of the noise, (1) and T; the narrowest first.
+    let mut tried = vec![(read.clone(), noise_std, variance, series.interval_s().unwrap_or(f64::INFINITY))];
+    for (half_s, (values, own)) in HALF_WIDTHS_S.into_iter().filter_map(|half_s| Some((half_s, parabolas(&read, half_s)?))) {
         let left: f64 = read.iter().zip(&values).map(|((_, read), (_, value))| (read - value) * (read - value)).sum();
         // Of a smoother by least squares, S_ii is the variance of what it gives over that of what it takes.
-        tried.push((values, noise_std * libm::sqrt(own), left / count - variance + 2.0 * variance * own));
+        tried.push((values, noise_std * libm::sqrt(own), left / count - variance + 2.0 * variance * own, half_s));
     }
     let least = tried.iter().map(|one| one.2).fold(f64::INFINITY, f64::min);
     let good = tried.into_iter().rev().find(|one| one.2 <= least + SLACK * variance);
-    good.map_or_else(|| (series.clone(), noise_std), |(values, std, _)| (Series::of(values), std))
+    let (values, noise_std, _, half_s) = good.unwrap_or((read, noise_std, variance, f64::INFINITY));
+    Smoothed { series: Series::of(values), noise_std, slope_density: noise_std * noise_std / half_s }
 }
 
 /// Standard deviation of the samples' own noise.
@@ -94,10 +105,18 @@ mod tests {
     #[test]
     fn what_wanders_slowly_loses_most_of_its_noise_and_says_how_much() {
         let (truth, series) = read(|t| 27.0 + 0.1 * (t / 0.8).sin() + 0.1 * (t / 1.7).cos());
-        let (found, std) = smoothed(&series);
+        let Smoothed { series: found, noise_std: std, slope_density } = smoothed(&series);
         let error = rms_error(&truth, &found);
         assert!(error < 0.4 * NOISE && std < 0.4 * NOISE, "{error} {std}");
         assert!((error / std - 1.0).abs() < 0.3, "{error} {std}");
+        // Of the slope over two samples, in a band that no motion is in.
+        let step_s = 2.0 / 32.0;
+        let rate = |series: &Series, t: f64| (series.at(t + step_s) - series.at(t)) / step_s;
+        let clean = Series::of(series.samples().zip(&truth).map(|((t, _), truth)| (t, *truth)));
+        let off: Vec<f64> =
+            (16..300).map(|k| rate(&found, step_s * f64::from(k)) - rate(&clean, step_s * f64::from(k))).collect();
+        let density = off.iter().map(|x| x * x).sum::<f64>() / off.len() as f64 * step_s;
+        assert!((density / slope_density - 1.0).abs() < 0.4, "{density} {slope_density}");
     }
 
     /// What moves within the windows, and a step every few seconds.
@@ -106,8 +125,7 @@ mod tests {
         let shaken = |t: f64| 27.0 + 0.3 * (25.0 * t).sin();
         let stepped = |t: f64| 27.0 + if (t / 3.0) as i32 % 2 == 0 { 0.2 } else { -0.2 };
         for (truth, series) in [read(shaken), read(stepped)] {
-            let (found, _) = smoothed(&series);
-            let (there, here) = (rms_error(&truth, &found), rms_error(&truth, &series));
+            let (there, here) = (rms_error(&truth, &smoothed(&series).series), rms_error(&truth, &series));
             assert!(there <= here, "{there} {here}");
         }
     }
@@ -115,6 +133,6 @@ mod tests {
     #[test]
     fn a_few_samples_are_left_as_they_were_read() {
         let few = Series::of((0..4).map(|k| (f64::from(k), 1.0)));
-        assert!(smoothed(&few) == (few, 0.0));
+        assert!(smoothed(&few).series == few);
     }
 }

@@ -85,7 +85,11 @@ fn read_effect(table: &Table<'_>, naming: &Naming) -> Result<DeclaredEffect, Mis
         return Err(kind_entry.choice("a kind of effect", &names));
     };
     // Of rotor speed, its effect on an axis or the reaction to its change.
-    let reacts = kind == EffectKind::RotorSpeed && table.find("reaction").is_some();
+    let reaction = table.find("reaction").filter(|_| kind == EffectKind::RotorSpeed);
+    if let Some(reaction) = reaction.as_ref().filter(|_| table.find("coefficient").is_some()) {
+        return Err(reaction.misread("expected `coefficient` (of its speed) or `reaction` (to its acceleration), found both"));
+    }
+    let reacts = reaction.is_some();
     let kind = if reacts { EffectKind::RotorReaction } else { kind };
     let allowed: Vec<&str> = ["kind", "std"].iter().chain(kind.keys()).copied().collect();
     table.allow_only(&allowed)?;
@@ -125,7 +129,11 @@ fn read_effect(table: &Table<'_>, naming: &Naming) -> Result<DeclaredEffect, Mis
             if axis()? != Axis::N {
                 return Err(table.require("axis")?.misread("expected N, the axis that a rotor's shaft turns the fuselage about"));
             }
-            Effect::RotorReaction { reaction: number("reaction")? }
+            let reaction = number("reaction")?;
+            if !(libm::fabs(reaction) <= 1.0) {
+                return Err(table.require("reaction")?.misread("expected a part of the fuselage's inertia, from -1 to 1"));
+            }
+            Effect::RotorReaction { reaction }
         }
         EffectKind::FlightPath => Effect::FlightPath {
             axis: axis()?,

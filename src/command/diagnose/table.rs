@@ -117,7 +117,11 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
             Some((root.get("real")?.as_f64()?, root.get("imag")?.as_f64()?))
         };
         if let (Some((a, b)), Some((c, d))) = (root(&[]), root(&answer.extension)) {
-            let _ = writeln!(text, "Dutch roll: {a:+.4} +- {b:.4}i 1/s in the model, {c:+.4} +- {d:.4}i with the extension");
+            let _ = write!(text, "Dutch roll: {a:+.4} +- {b:.4}i 1/s in the model");
+            let _ = match answer.extension.as_slice() {
+                [] => writeln!(text),
+                _ => writeln!(text, ", {c:+.4} +- {d:.4}i with the extension"),
+            };
         }
     }
     if let Some(path) = &answer.extended {
