@@ -212,7 +212,7 @@ mod tests {
         let payload = FindingPayload::from(&record);
         for wrong in [
             FindingPayload { standing: 4, ..payload },
-            FindingPayload { kind: 18, ..payload },
+            FindingPayload { kind: place(EffectKind::ALL.len()), ..payload },
             FindingPayload { which: 6, ..payload },
             FindingPayload { first: ABSENT, ..payload },
             FindingPayload { second: ABSENT, ..payload },
