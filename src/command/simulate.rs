@@ -153,7 +153,6 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let keys_of_run = format!("; or a key of the run ({})", RunInfo::known_keys());
     let read = args.condition.fly(of_model, &keys_of_run)?;
     let in_trim = read.flight();
-    let governed = in_trim.level1.as_ref().is_some_and(|trimmed| trimmed.aircraft.options.governed);
     let (file, model) = (&read.file, &in_trim.model);
     let mut effects = file.own_effects();
     if let Some(sigma) = args.turbulence {
@@ -179,7 +178,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             for (key, then, now) in run.differing(&read.flown()) {
                 message(format_args!("note: {} was flown with {key} {then}; now it is {now}", path.display()));
             }
-            if governed && run.rotor_speed.take().is_some() {
+            if in_trim.is_governed() && run.rotor_speed.take().is_some() {
                 message(format_args!("note: the rotor speed of {} is left to the model's governor", path.display()));
             }
             (inputs_of_run(path, run, model), times_s, format!("controls of {}", path.display()))

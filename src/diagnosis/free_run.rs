@@ -143,7 +143,7 @@ pub fn predict(model: &FlightModel, effects: &[Effect], run: &Run<'_>) -> Result
     let range_s = range(run)?;
     let in_trim = model.flight();
     let effects: Vec<Effect> = effects.iter().copied().filter(can_be_flown).collect();
-    let inputs = inputs(&in_trim, &effects, model, run, range_s[0])?;
+    let inputs = inputs(&in_trim, &effects, run, range_s[0])?;
     let may_be = Channel::ALL.into_iter().filter(|&channel| predictable(channel, &in_trim));
     let (channels, without): (Vec<Channel>, Vec<Channel>) =
         may_be.partition(|&channel| axis_of(channel).is_none_or(|axis| has_axis(axis, &in_trim, &effects)));
@@ -185,13 +185,7 @@ fn range(run: &Run<'_>) -> Result<[f64; 2], NoPrediction> {
 }
 
 /// Equation (1).
-fn inputs(
-    in_trim: &Flight,
-    effects: &[Effect],
-    model: &FlightModel,
-    run: &Run<'_>,
-    start_s: f64,
-) -> Result<Inputs, NoPrediction> {
+fn inputs(in_trim: &Flight, effects: &[Effect], run: &Run<'_>, start_s: f64) -> Result<Inputs, NoPrediction> {
     let trim = &in_trim.model.trim;
     let mut inputs = Inputs::at_trim(&in_trim.model);
     let about = |channel: Channel, at_trim: f64| -> Result<Option<History>, NoPrediction> {
@@ -211,8 +205,7 @@ fn inputs(
             None => return Err(NoPrediction::NoControl(control.name(run.geometry.controls))),
         }
     }
-    let governed = model.level1.as_ref().is_some_and(|trimmed| trimmed.aircraft.options.governed);
-    if let Some(at_trim) = trim.rotor_speed.filter(|_| !governed) {
+    if let Some(at_trim) = trim.rotor_speed.filter(|_| !in_trim.is_governed()) {
         inputs.rotor_speed = about(Channel::RotorSpeed, at_trim)?;
     }
     Ok(inputs)

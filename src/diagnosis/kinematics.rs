@@ -46,11 +46,13 @@ fn why(one: &Verdict, usual: &Verdict) -> String {
     format!("errors found in it: {}; in the other runs: {}", errors(one), errors(usual))
 }
 
+/// An instrument's error: its kind, the channel where it is on one, the number.
 fn error(correction: &Correction) -> String {
     let DeclaredEffect { effect, std } = correction.effect;
-    let of = effect.sensor_channel().map_or("", |channel| channel.name(ControlNames::Rotorcraft));
-    let number = effect.main_number().map_or(String::new(), |number| value(number, std.unwrap_or(0.0)));
-    format!("{} {of} {number}", effect.kind().name()).replace("  ", " ")
+    let channel = effect.sensor_channel().map(|channel| channel.name(ControlNames::Rotorcraft).to_owned());
+    let number = effect.main_number().map(|number| value(number, std.unwrap_or(0.0)));
+    let parts = [Some(effect.kind().name().to_owned()), channel, number];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(" ")
 }
 
 /// Checks the runs together.

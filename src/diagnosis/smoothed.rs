@@ -31,32 +31,36 @@ pub(super) struct Smoothed {
     pub(super) slope_density: f64,
 }
 
-/// The channel with hardly more than the least expected error (1).
+impl Smoothed {
+    /// Values whose windows reach T to either side, with what is left of the noise.
+    fn of(series: Series, noise_std: f64, half_s: f64) -> Self {
+        Smoothed { series, noise_std, slope_density: noise_std * noise_std / half_s }
+    }
+}
+
+/// Smooths a channel.
 pub(super) fn smoothed(series: &Series) -> Smoothed {
     let read: Vec<(f64, f64)> = series.samples().collect();
-    let noise_std = noise_of(&read);
+    let noise_std = noise_of(series);
     let variance = noise_std * noise_std;
-    let count = read.len().max(1) as f64;
-    // Values, standard deviation of what is left of the noise, (1) and T; the narrowest first.
-    let mut tried = vec![(read.clone(), noise_std, variance, series.interval_s().unwrap_or(f64::INFINITY))];
-    for (half_s, (values, own)) in HALF_WIDTHS_S.into_iter().filter_map(|half_s| Some((half_s, parabolas(&read, half_s)?))) {
+    let as_read = || Smoothed::of(series.clone(), noise_std, series.interval_s().unwrap_or(f64::INFINITY));
+    // With (1) of each, the narrowest first.
+    let mut tried = vec![(variance, as_read())];
+    for half_s in HALF_WIDTHS_S {
+        let Some((values, own)) = parabolas(&read, half_s) else { continue };
         let left: f64 = read.iter().zip(&values).map(|((_, read), (_, value))| (read - value) * (read - value)).sum();
+        let error = left / read.len().max(1) as f64 - variance + 2.0 * variance * own;
         // Of a smoother by least squares, S_ii is the variance of what it gives over that of what it takes.
-        tried.push((values, noise_std * libm::sqrt(own), left / count - variance + 2.0 * variance * own, half_s));
+        tried.push((error, Smoothed::of(Series::of(values), noise_std * libm::sqrt(own), half_s)));
     }
-    let least = tried.iter().map(|one| one.2).fold(f64::INFINITY, f64::min);
-    let good = tried.into_iter().rev().find(|one| one.2 <= least + SLACK * variance);
-    let (values, noise_std, _, half_s) = good.unwrap_or((read, noise_std, variance, f64::INFINITY));
-    Smoothed { series: Series::of(values), noise_std, slope_density: noise_std * noise_std / half_s }
+    let least = tried.iter().map(|(error, _)| *error).fold(f64::INFINITY, f64::min);
+    let widest = tried.into_iter().rev().find(|(error, _)| *error <= least + SLACK * variance);
+    widest.map_or_else(as_read, |(_, smoothed)| smoothed)
 }
 
 /// Standard deviation of the samples' own noise.
-fn noise_of(samples: &[(f64, f64)]) -> f64 {
-    let third = |x: &[(f64, f64)]| match x {
-        [(_, a), (_, b), (_, c), (_, d)] => Some(libm::fabs(a - 3.0 * b + 3.0 * c - d)),
-        _ => None,
-    };
-    let mut differences: Vec<f64> = samples.windows(4).filter_map(third).collect();
+fn noise_of(series: &Series) -> f64 {
+    let mut differences: Vec<f64> = series.third_differences().map(libm::fabs).collect();
     differences.sort_by(f64::total_cmp);
     OF_MEDIAN * differences.get(differences.len() / 2).copied().unwrap_or(0.0) / libm::sqrt(20.0)
 }

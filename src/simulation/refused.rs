@@ -129,7 +129,8 @@ impl Flight {
         }
     }
 
-    fn is_governed(&self) -> bool {
+    /// Whether an engine turns the rotor, whose speed is then no input.
+    pub fn is_governed(&self) -> bool {
         self.level1.as_ref().is_some_and(|trimmed| trimmed.aircraft.options.governed)
     }
 

@@ -18,7 +18,7 @@ use sideslip::telemetry::record::Sample;
 pub(crate) const RATE_HZ: f64 = 64.0;
 /// Steady flight before the first input, s.
 const LEAD_S: f64 = 2.0;
-const FIT: usize = 4;
+pub(crate) const FIT: usize = 4;
 /// Where the instruments stand, as the runs say, m.
 const ACCELEROMETER_M: [f64; 3] = [0.3, 0.0, 0.2];
 const VANE_M: [f64; 3] = [6.5, 0.0, 0.8];
@@ -149,20 +149,24 @@ impl Manoeuvres {
     }
 }
 
+/// A pilot's inputs, at the rate of the record, so that straight lines between its samples are what was flown.
+pub(crate) fn hands(model: &LinearModel, specs: &[impl AsRef<str>], times_s: &[f64]) -> Inputs {
+    let mut inputs = Inputs::at_trim(model);
+    for spec in specs {
+        let spec = InputSpec::parse(spec.as_ref()).unwrap();
+        let control = Control::ALL.into_iter().find(|control| control.channel() == spec.channel).unwrap();
+        let history = &mut inputs.controls[control.index()];
+        *history = history.plus(1.0, &spec.deviation(LEAD_S));
+    }
+    inputs.sampled(times_s)
+}
+
 /// One run of the plan as it was flown; `None` where the aircraft leaves its bounds.
 pub(crate) fn flown(plan: &Plan, run: usize) -> Option<Flown> {
     let manoeuvre = &plan.manoeuvres.runs[run];
     let model = &plan.truth.model;
     let times_s = uniform_times(0.0, manoeuvre.duration_s, RATE_HZ).unwrap();
-    let mut inputs = Inputs::at_trim(model);
-    for input in &manoeuvre.inputs {
-        let spec = InputSpec::parse(input).unwrap();
-        let control = Control::ALL.into_iter().find(|control| control.channel() == spec.channel).unwrap();
-        let history = &mut inputs.controls[control.index()];
-        *history = history.plus(1.0, &spec.deviation(LEAD_S));
-    }
-    // The hands' way at the rate of the record, so that straight lines between its samples are what was flown.
-    let mut inputs = inputs.sampled(&times_s);
+    let mut inputs = hands(model, &manoeuvre.inputs, &times_s);
     inputs.rotor_speed = Some(plan.manoeuvres.rotor_speed(run, model.trim.rotor_speed.unwrap()));
     let flight = Flight {
         effects: plan.hidden.effects.clone(),

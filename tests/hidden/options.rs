@@ -4,15 +4,13 @@
 //!     SIDESLIP_HIDDEN=1 cargo nextest run --release --test hidden --no-capture -E 'test(options)'
 
 use crate::case::Recorded;
-use crate::flights::{Manoeuvres, RATE_HZ, recorded};
+use crate::flights::{FIT, Manoeuvres, RATE_HZ, hands, recorded};
 use crate::found::diagnosed_with;
 use sideslip::diagnosis::diagnose::Diagnosis;
 use sideslip::flight::channel::Channel;
-use sideslip::flight::control::Control;
 use sideslip::flight::effect::Effect;
 use sideslip::simulation::flight_model::{Asked, FlightModel};
-use sideslip::simulation::fly::{Flight, Inputs, uniform_times};
-use sideslip::simulation::input::InputSpec;
+use sideslip::simulation::fly::{Flight, uniform_times};
 use sideslip::simulation::instrument::Instruments;
 use sideslip::simulation::pilot::Pilot;
 
@@ -24,8 +22,6 @@ const RUNS: [(&str, &[&str]); 6] = [
     ("holdout-1", &["pedal:doublet:0.01:0.8"]),
     ("holdout-2", &["lat_cyclic:doublet:-0.009:0.7", "lon_cyclic:doublet:-0.012:0.9:8"]),
 ];
-/// Steady flight before the first input, s.
-const LEAD_S: f64 = 2.0;
 const LENGTH_S: f64 = 18.0;
 
 fn puma(options: &[&str]) -> FlightModel {
@@ -48,13 +44,7 @@ fn flown(options: &[&str], seed: u64) -> (Vec<Recorded>, Vec<Recorded>) {
     let times_s = uniform_times(0.0, LENGTH_S, RATE_HZ).unwrap();
     let run = |(number, (name, inputs)): (usize, (&str, &[&str]))| {
         let mut flight = Flight::of_level1((*truth.level1.clone().unwrap()).clone());
-        let mut driven = Inputs::at_trim(&flight.model);
-        for spec in inputs.iter().map(|input| InputSpec::parse(input).unwrap()) {
-            let control = Control::ALL.into_iter().find(|control| control.channel() == spec.channel).unwrap();
-            let history = &mut driven.controls[control.index()];
-            *history = history.plus(1.0, &spec.deviation(LEAD_S));
-        }
-        flight.inputs = driven.sampled(&times_s);
+        flight.inputs = hands(&flight.model, inputs, &times_s);
         flight.pilot = Some(Pilot::ATTITUDE);
         flight.instruments = instruments(seed);
         flight.times_s.clone_from(&times_s);
@@ -62,7 +52,7 @@ fn flown(options: &[&str], seed: u64) -> (Vec<Recorded>, Vec<Recorded>) {
         recorded(name, &inputs.join(" "), flight.fly().unwrap().samples)
     };
     let mut fit: Vec<Recorded> = RUNS.into_iter().enumerate().map(run).collect();
-    let holdout = fit.split_off(4);
+    let holdout = fit.split_off(FIT);
     (fit, holdout)
 }
 

@@ -74,9 +74,11 @@ pub fn groups(runs: &[Run]) -> Vec<Group> {
     let joint = |these: &[usize]| select(these.iter().filter_map(|&run| runs.get(run).cloned()).collect());
     let all: Vec<usize> = (0..runs.len()).collect();
     let of_all = (all.len() > 1).then(|| joint(&all)).flatten();
-    if let Some((found, alone)) = of_all.as_ref().and_then(|found| Some((found, plainly_agreeing(found)?))) {
-        return vec![Group { members: all, found: found.clone(), alone, apart: false }];
-    }
+    let agreed = of_all.as_ref().and_then(plainly_agreeing);
+    let of_all = match (of_all, agreed) {
+        (Some(found), Some(alone)) => return vec![Group { members: all, found, alone, apart: false }],
+        (of_all, _) => of_all,
+    };
     let itself: Vec<Option<ByItself>> = side_by_side(runs, ByItself::of);
     let mut together: Vec<usize> = (0..runs.len()).filter(|&run| itself.get(run).is_some_and(Option::is_some)).collect();
     let by_itself = |run: usize, apart: bool| itself.get(run)?.as_ref().map(|one| one.group(run, apart));

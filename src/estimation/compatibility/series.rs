@@ -131,16 +131,17 @@ impl Series {
         }
     }
 
+    /// x_i - 3 x_(i+1) + 3 x_(i+2) - x_(i+3), of which (1) is made.
+    pub fn third_differences(&self) -> impl Iterator<Item = f64> + '_ {
+        self.values.windows(4).filter_map(|x| match x {
+            [a, b, c, d] => Some(a - 3.0 * b + 3.0 * c - d),
+            _ => None,
+        })
+    }
+
     /// Standard deviation of the channel's white noise, (1).
     pub fn noise_std(&self) -> f64 {
-        let squares: Vec<f64> = self
-            .values
-            .windows(4)
-            .filter_map(|x| match x {
-                [a, b, c, d] => Some((a - 3.0 * b + 3.0 * c - d) * (a - 3.0 * b + 3.0 * c - d)),
-                _ => None,
-            })
-            .collect();
+        let squares: Vec<f64> = self.third_differences().map(|x| x * x).collect();
         if squares.is_empty() {
             return 0.0;
         }

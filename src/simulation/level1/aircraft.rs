@@ -163,9 +163,7 @@ impl Level1 {
             inverse: [body.ixx / d, body.ixz / d, body.izz / d],
         }
     }
-}
 
-impl Level1 {
     /// c of [`crate::flight::effect::Effect::RotorReaction`] where rotor speed is a state: (2) of the shaft's torque by (4), the
     /// shaft tilted as the hub's (4) has it.
     pub fn reaction(&self) -> f64 {
