@@ -60,9 +60,9 @@ impl Outcome {
     }
 }
 
-impl From<crate::telemetry::recording::RecordingError> for Failure {
-    fn from(error: crate::telemetry::recording::RecordingError) -> Self {
-        use crate::telemetry::recording::RecordingError;
+impl From<super::io::telemetry::record::RecordingError> for Failure {
+    fn from(error: super::io::telemetry::record::RecordingError) -> Self {
+        use super::io::telemetry::record::RecordingError;
         match error {
             RecordingError::Io { path, source } => Failure::io(&path, &source),
             wrong @ (RecordingError::Place { .. } | RecordingError::Whole { .. }) => Failure::Input(wrong.to_string()),
@@ -70,9 +70,9 @@ impl From<crate::telemetry::recording::RecordingError> for Failure {
     }
 }
 
-impl From<crate::bus::error::BusError> for Failure {
-    fn from(error: crate::bus::error::BusError) -> Self {
-        use crate::bus::error::BusError;
+impl From<super::io::bus::error::BusError> for Failure {
+    fn from(error: super::io::bus::error::BusError) -> Self {
+        use super::io::bus::error::BusError;
         match error {
             BusError::Root { .. } | BusError::RoleTaken { .. } | BusError::Schema { .. } => Failure::Input(error.to_string()),
             BusError::Busy { .. } | BusError::Middleware { .. } | BusError::Payload { .. } => Failure::Running(error.to_string()),

@@ -1,10 +1,10 @@
 //! The budget: how many bytes each part may take; numbers from `budget.toml`, asserted as the crate compiles.
 
-use sideslip::estimation::ekf::Ekf;
-use sideslip::estimation::estimator::Estimator;
-use sideslip::pipeline::{Pipeline, Tick};
-use sideslip::regression::recursive::Recursive;
-use sideslip::telemetry::record::Sample;
+use sideslip::flight::sample::Sample;
+use sideslip::realtime::estimation::ekf::Ekf;
+use sideslip::realtime::estimation::estimator::Estimator;
+use sideslip::realtime::pipeline::{Pipeline, Tick};
+use sideslip::realtime::regression::recursive::Recursive;
 
 include!(concat!(env!("OUT_DIR"), "/budget.rs"));
 

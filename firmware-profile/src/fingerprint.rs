@@ -4,7 +4,7 @@
 //! field can be forgotten and a NaN has no payload.
 
 use core::fmt::Write;
-use sideslip::pipeline::Tick;
+use sideslip::realtime::pipeline::Tick;
 
 /// The number so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

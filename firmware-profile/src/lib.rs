@@ -9,8 +9,8 @@ pub mod fingerprint;
 pub mod manoeuvre;
 
 use sideslip::flight::run::RunGeometry;
-use sideslip::pipeline::{Checked, Config, Pipeline, Tick};
-use sideslip::telemetry::record::Sample;
+use sideslip::flight::sample::Sample;
+use sideslip::realtime::pipeline::{Checked, Config, Pipeline, Tick};
 
 /// The settings that the profile flies with. One out of its range does not compile.
 pub const SETTINGS: Checked = match Config::DEFAULT.check() {

@@ -8,7 +8,7 @@ use firmware_profile::fingerprint::Fingerprint;
 use firmware_profile::manoeuvre::Manoeuvre;
 use firmware_profile::{Profile, SETTINGS};
 use sideslip::flight::run::RunGeometry;
-use sideslip::modes::record::ModesRecord;
+use sideslip::realtime::modes::record::ModesRecord;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write;
 use std::process::ExitCode;

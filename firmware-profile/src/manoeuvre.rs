@@ -5,7 +5,7 @@
 //! No table, no heap, and the same bits on every target: products, sums, and sines of `libm`.
 
 use sideslip::flight::channel::Channel;
-use sideslip::telemetry::record::Sample;
+use sideslip::flight::sample::Sample;
 
 /// Interval of the samples, s.
 pub const INTERVAL_S: f64 = 0.02;

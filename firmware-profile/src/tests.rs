@@ -4,8 +4,8 @@ use crate::manoeuvre::{LATERAL, Manoeuvre, TRIM};
 use crate::{Profile, SETTINGS};
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::run::RunGeometry;
-use sideslip::modes::lateral;
-use sideslip::regression::record::{LATERAL as ENTRIES, LateralDerivatives, Status};
+use sideslip::realtime::modes::lateral;
+use sideslip::realtime::regression::record::{LATERAL as ENTRIES, LateralDerivatives, Status};
 
 extern crate std;
 

@@ -6,28 +6,16 @@ pub(crate) mod demo;
 pub(crate) mod design;
 pub(crate) mod diagnose;
 pub(crate) mod estimate;
-mod estimation_options;
-mod flight_condition;
-mod flown_inputs;
-mod free_run_curves;
 pub(crate) mod identify;
 pub(crate) mod ingest;
 pub(crate) mod inspect;
-mod instrument_input;
 pub(crate) mod linearise;
 pub(crate) mod live;
-mod mapping_input;
-mod model_beside;
-mod output_file;
-mod progress;
-mod recording_losses;
+mod options;
+mod recordings;
 pub(crate) mod replay;
-mod run_condition;
-mod run_controls;
-mod run_input;
 pub(crate) mod simulate;
-mod simulated_run;
-mod stop;
+mod terminal;
 pub(crate) mod watch;
 
 use std::fmt::Arguments;
@@ -41,7 +29,7 @@ pub(crate) fn message(line: Arguments<'_>) {
 
 /// Where the processes meet: as named, or the user's own place.
 pub(crate) fn root_path(named: Option<&PathBuf>) -> PathBuf {
-    named.cloned().unwrap_or_else(sideslip::bus::root::Root::default_path)
+    named.cloned().unwrap_or_else(sideslip::io::bus::root::BusRoot::default_path)
 }
 
 /// How long a process that was started again waits for its role: its predecessor may be ending. A person is told at once.

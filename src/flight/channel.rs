@@ -4,7 +4,7 @@
 
 use super::unit::Quantity;
 
-/// A measured channel. The discriminant is its place in a [`Sample`](crate::telemetry::record::Sample).
+/// A measured channel. The discriminant is its place in a [`Sample`](super::sample::Sample).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
 pub enum Channel {

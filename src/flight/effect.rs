@@ -1,11 +1,13 @@
 //! Effects: a flaw put into data, a hypothesis about a model, or an extension of one; the same words for all three.
 //!
 //! An effect changes a model (`model`), the path from the pilot's control to the blade, the air, or an instrument.
-//! Every number is finite, SI and radians. `effect_file` reads and writes them as tables.
+//! Every number is finite, SI and radians. A kind is one variant of [`Effect`] and one line of the table at `kinds!`: names,
+//! keys, types and main number follow from it, and so do `effect_file`, JSON, the bus and [`same_cause`].
 
 use super::channel::Channel;
 use super::control::Control;
 use super::derivative::{Axis, Variable};
+use super::effect_field::{EffectField, EffectReader, NumberRange, field, neutral, read_field};
 use super::term::Term;
 
 /// One effect with its numbers.
@@ -192,7 +194,10 @@ pub enum Family {
 }
 
 macro_rules! kinds {
-    ($($variant:ident $name:literal $family:ident [$($key:literal),*];)*) => {
+    ($(
+        $variant:ident $name:literal $family:ident $([$fixed:ident = $axis:ident])?
+        { $($field:ident: $of:ident),* } $(main $main:ident)?;
+    )*) => {
         /// The kind of an effect, without its numbers.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum EffectKind {
@@ -208,14 +213,32 @@ macro_rules! kinds {
                 match self { $(EffectKind::$variant => $name,)* }
             }
 
-            /// The keys that a table of this kind must have beside `kind`, its main number's last.
+            /// The keys that a table of this kind must have beside `kind`.
             pub const fn keys(self) -> &'static [&'static str] {
-                match self { $(EffectKind::$variant => &[$($key),*],)* }
+                match self { $(EffectKind::$variant => &[$(stringify!($fixed),)? $(stringify!($field)),*],)* }
             }
 
             /// What sort of cause it is.
             pub const fn family(self) -> Family {
                 match self { $(EffectKind::$variant => Family::$family,)* }
+            }
+
+            /// Its main number where nothing is wrong: one of a factor, else zero.
+            pub const fn neutral(self) -> f64 {
+                match self { $(EffectKind::$variant => neutral!($($of)*),)* }
+            }
+
+            /// The effect of this kind with the fields that are read, in the order of the table.
+            ///
+            /// # Errors
+            /// Those of the reader.
+            pub fn read<R: EffectReader>(self, from: &mut R) -> Result<Effect, R::Error> {
+                Ok(match self {
+                    $(EffectKind::$variant => {
+                        $(from.fixed_axis(stringify!($fixed), Axis::$axis)?;)?
+                        Effect::$variant { $($field: read_field!(from $field $of)),* }
+                    })*
+                })
             }
         }
 
@@ -224,43 +247,97 @@ macro_rules! kinds {
             pub const fn kind(&self) -> EffectKind {
                 match self { $(Effect::$variant { .. } => EffectKind::$variant,)* }
             }
+
+            /// Every field with its key, in the order of the table.
+            pub fn for_each_field(&self, mut of: impl FnMut(&'static str, EffectField)) {
+                match *self {
+                    $(Effect::$variant { $($field),* } => {
+                        $(of(stringify!($fixed), EffectField::FixedAxis(Axis::$axis));)?
+                        $(of(stringify!($field), field!($of $field));)*
+                    })*
+                }
+            }
+
+            /// The number that a standard error is about: `sigma` for turbulence, the offset component largest in magnitude
+            /// for a position; none for `none` and `unknown`.
+            pub fn main_number(&self) -> Option<f64> {
+                match *self {
+                    $($(Effect::$variant { $main: number, .. } => Some(number),)?)*
+                    Effect::SensorPosition { offset_m: [x, y, z], .. } => {
+                        let larger = |largest: f64, c: f64| if libm::fabs(c) > libm::fabs(largest) { c } else { largest };
+                        Some([y, z].into_iter().fold(x, larger))
+                    }
+                    _ => None,
+                }
+            }
+
+            /// The main number, to be changed; none where the effect has none or a vector.
+            pub fn main_number_mut(&mut self) -> Option<&mut f64> {
+                match self {
+                    $($(Effect::$variant { $main: number, .. } => Some(number),)?)*
+                    _ => None,
+                }
+            }
         }
     };
 }
 
-impl Effect {
-    /// The channel whose instrument it is on, where it is on one.
-    pub const fn sensor_channel(&self) -> Option<Channel> {
-        match *self {
-            Effect::SensorBias { channel, .. }
-            | Effect::SensorScale { channel, .. }
-            | Effect::SensorLag { channel, .. }
-            | Effect::SensorDelay { channel, .. } => Some(channel),
-            _ => None,
-        }
-    }
+// A kind in a line: name in files, family, what every table of it has, fields by key with their types, main number.
+kinds! {
+    Derivative "derivative" Derivative { axis: axis, variable: variable, delta: number } main delta;
+    Nonlinear "nonlinear" Nonlinear { axis: axis, term: term, coefficient: number } main coefficient;
+    ControlEffectiveness "control_effectiveness" Control { control: control, factor: factor } main factor;
+    ActuatorLag "actuator_lag" Control { control: control, tau: not_negative } main tau;
+    TransportDelay "transport_delay" Control { control: control, delay: not_negative } main delay;
+    RateLimit "rate_limit" Control { control: control, rate: positive } main rate;
+    DeadZone "dead_zone" Control { control: control, half_width: not_negative } main half_width;
+    CrossFeed "cross_feed" Control { from: control, to: control, gain: number } main gain;
+    RotorSpeed "rotor_speed" Rotor { axis: axis, coefficient: number } main coefficient;
+    FlightPath "flight_path" Derivative { axis: axis, variable: variable, slope: number } main slope;
+    Turbulence "turbulence" Disturbance { sigma: not_negative, length: positive } main sigma;
+    SensorBias "sensor_bias" Instrument { channel: channel, value: number } main value;
+    SensorScale "sensor_scale" Instrument { channel: channel, factor: factor } main factor;
+    SensorLag "sensor_lag" Instrument { channel: channel, tau: not_negative } main tau;
+    SensorDelay "sensor_delay" Instrument { channel: channel, delay: number } main delay;
+    SensorPosition "sensor_position" Instrument { sensor: sensor, offset_m: vector };
+    None "none" None {};
+    Unknown "unknown" Unknown { axis: axis };
+    RotorReaction "rotor_speed" Rotor [axis = N] { reaction: inertia_ratio } main reaction;
 }
 
-kinds! {
-    Derivative "derivative" Derivative ["axis", "variable", "delta"];
-    Nonlinear "nonlinear" Nonlinear ["axis", "term", "coefficient"];
-    ControlEffectiveness "control_effectiveness" Control ["control", "factor"];
-    ActuatorLag "actuator_lag" Control ["control", "tau"];
-    TransportDelay "transport_delay" Control ["control", "delay"];
-    RateLimit "rate_limit" Control ["control", "rate"];
-    DeadZone "dead_zone" Control ["control", "half_width"];
-    CrossFeed "cross_feed" Control ["from", "to", "gain"];
-    RotorSpeed "rotor_speed" Rotor ["axis", "coefficient"];
-    FlightPath "flight_path" Derivative ["axis", "variable", "slope"];
-    Turbulence "turbulence" Disturbance ["length", "sigma"];
-    SensorBias "sensor_bias" Instrument ["channel", "value"];
-    SensorScale "sensor_scale" Instrument ["channel", "factor"];
-    SensorLag "sensor_lag" Instrument ["channel", "tau"];
-    SensorDelay "sensor_delay" Instrument ["channel", "delay"];
-    SensorPosition "sensor_position" Instrument ["sensor", "offset_m"];
-    None "none" None [];
-    Unknown "unknown" Unknown ["axis"];
-    RotorReaction "rotor_speed" Rotor ["axis", "reaction"];
+impl Effect {
+    /// The first field that this picks.
+    fn first<T>(&self, pick: impl Fn(EffectField) -> Option<T>) -> Option<T> {
+        let mut found = None;
+        self.for_each_field(|_, field| {
+            if found.is_none() {
+                found = pick(field);
+            }
+        });
+        found
+    }
+
+    /// The channel whose instrument it is on, where it is on one.
+    pub fn sensor_channel(&self) -> Option<Channel> {
+        self.first(|field| if let EffectField::Channel(channel) = field { Some(channel) } else { None })
+    }
+
+    /// The axis whose force or moment it changes, where that is one.
+    pub fn axis(&self) -> Option<Axis> {
+        self.first(|field| match field {
+            EffectField::Axis(axis) | EffectField::FixedAxis(axis) => Some(axis),
+            _ => None,
+        })
+    }
+
+    /// The control without whose motion it does nothing.
+    pub fn acting_control(&self) -> Option<Control> {
+        self.first(|field| match field {
+            EffectField::Control(control) => Some(control),
+            EffectField::Variable(variable) => Control::ALL.into_iter().find(|control| control.variable() == variable),
+            _ => None,
+        })
+    }
 }
 
 impl EffectKind {
@@ -270,65 +347,57 @@ impl EffectKind {
     }
 }
 
-impl Effect {
-    /// The number that a standard error is about: `sigma` for turbulence, the offset component largest in magnitude
-    /// for a position; none for `none` and `unknown`.
-    pub fn main_number(&self) -> Option<f64> {
-        match *self {
-            Effect::Derivative { delta: number, .. }
-            | Effect::Nonlinear { coefficient: number, .. }
-            | Effect::ControlEffectiveness { factor: number, .. }
-            | Effect::ActuatorLag { tau: number, .. }
-            | Effect::TransportDelay { delay: number, .. }
-            | Effect::RateLimit { rate: number, .. }
-            | Effect::DeadZone { half_width: number, .. }
-            | Effect::CrossFeed { gain: number, .. }
-            | Effect::RotorSpeed { coefficient: number, .. }
-            | Effect::RotorReaction { reaction: number }
-            | Effect::FlightPath { slope: number, .. }
-            | Effect::Turbulence { sigma: number, .. }
-            | Effect::SensorBias { value: number, .. }
-            | Effect::SensorScale { factor: number, .. }
-            | Effect::SensorLag { tau: number, .. }
-            | Effect::SensorDelay { delay: number, .. } => Some(number),
-            Effect::SensorPosition { offset_m: [x, y, z], .. } => {
-                Some([y, z].into_iter().fold(x, |largest, c| if libm::fabs(c) > libm::fabs(largest) { c } else { largest }))
-            }
-            Effect::None | Effect::Unknown { .. } => None,
-        }
-    }
-}
-
 /// The same cause, whatever its number.
 pub fn same_cause(a: &Effect, b: &Effect) -> bool {
     cause(a) == cause(b)
 }
 
-/// What a cause is called, without its number.
+/// What a cause is called, without its number: its kind, the places of its axis, controls, channel or sensor, and its term or
+/// variable.
 pub fn cause(effect: &Effect) -> (EffectKind, [u8; 2], Option<Term>) {
-    let none = u8::MAX;
-    let control = |c: Control| c.index() as u8;
-    let key = match *effect {
-        Effect::Derivative { axis, variable, .. } | Effect::FlightPath { axis, variable, .. } => {
-            return (effect.kind(), [axis.index() as u8, none], Some(Term::Linear(variable)));
+    let (mut places, mut count, mut of) = ([u8::MAX; 2], 0, None);
+    effect.for_each_field(|_, field| {
+        let place = match field {
+            EffectField::Axis(axis) => axis.index(),
+            EffectField::Control(control) => control.index(),
+            EffectField::Channel(channel) => channel.index(),
+            EffectField::Sensor(sensor) => sensor as usize,
+            EffectField::Variable(variable) => return of = Some(Term::Linear(variable)),
+            EffectField::Term(term) => return of = Some(term),
+            EffectField::FixedAxis(_) | EffectField::Number(_) | EffectField::Vector(_) => return,
+        };
+        if let Some(entry) = places.get_mut(count) {
+            *entry = place as u8;
         }
-        Effect::Nonlinear { axis, term, .. } => return (effect.kind(), [axis.index() as u8, none], Some(term)),
-        Effect::ControlEffectiveness { control: c, .. }
-        | Effect::ActuatorLag { control: c, .. }
-        | Effect::TransportDelay { control: c, .. }
-        | Effect::RateLimit { control: c, .. }
-        | Effect::DeadZone { control: c, .. } => [control(c), none],
-        Effect::CrossFeed { from, to, .. } => [control(from), control(to)],
-        Effect::RotorSpeed { axis, .. } | Effect::Unknown { axis } => [axis.index() as u8, none],
-        Effect::SensorBias { channel, .. }
-        | Effect::SensorScale { channel, .. }
-        | Effect::SensorLag { channel, .. }
-        | Effect::SensorDelay { channel, .. } => [channel.index() as u8, none],
-        Effect::SensorPosition { sensor, .. } => [sensor as u8, none],
-        Effect::RotorReaction { .. } | Effect::Turbulence { .. } | Effect::None => [none, none],
-    };
-    (effect.kind(), key, None)
+        count += 1;
+    });
+    (effect.kind(), places, of)
 }
+
+/// One table of each kind, as a person would write it: every kind is read, written and sent in the tests of files and of the bus.
+#[cfg(all(test, feature = "std"))]
+pub(crate) const EVERY_KIND: &str = r#"
+    effect = [
+        { kind = "derivative", axis = "N", variable = "p", delta = -0.17, std = 0.01 },
+        { kind = "nonlinear", axis = "N", term = "v*|v|", coefficient = 1e-3 },
+        { kind = "control_effectiveness", control = "rudder", factor = 0.8 },
+        { kind = "actuator_lag", control = "rudder", tau = 0.15 },
+        { kind = "transport_delay", control = "aileron", delay = 0.1 },
+        { kind = "rate_limit", control = "elevator", rate = 1 },
+        { kind = "dead_zone", control = "throttle", half_width = 0.002 },
+        { kind = "cross_feed", from = "throttle", to = "rudder", gain = 0.3 },
+        { kind = "rotor_speed", axis = "N", coefficient = 0.02 },
+        { kind = "flight_path", axis = "N", variable = "p", slope = 0.4 },
+        { kind = "turbulence", sigma = 1.0, length = 200 },
+        { kind = "sensor_bias", channel = "beta", value = -0.01 },
+        { kind = "sensor_scale", channel = "rudder", factor = 1.1 },
+        { kind = "sensor_lag", channel = "p", tau = 0.05 },
+        { kind = "sensor_delay", channel = "r", delay = -0.02 },
+        { kind = "sensor_position", sensor = "vane", offset_m = [13.1, 0, 0] },
+        { kind = "none" },
+        { kind = "unknown", axis = "L" },
+        { kind = "rotor_speed", axis = "N", reaction = -0.2 },
+    ]"#;
 
 #[cfg(test)]
 mod tests {

@@ -8,19 +8,14 @@ pub mod channel;
 pub mod control;
 pub mod derivative;
 pub mod effect;
+pub mod effect_field;
 #[cfg(feature = "std")]
-pub mod log_head;
+pub mod file;
 pub mod model;
 pub mod run;
-#[cfg(feature = "std")]
-pub mod run_file;
+pub mod sample;
 pub mod setting;
+#[cfg(feature = "std")]
+pub mod signal;
 pub mod term;
 pub mod unit;
-
-#[cfg(feature = "std")]
-pub mod document;
-#[cfg(feature = "std")]
-pub mod effect_file;
-#[cfg(feature = "std")]
-pub mod model_file;

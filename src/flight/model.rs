@@ -86,7 +86,7 @@ pub struct LinearModel {
     pub terms: heapless::Vec<ModelTerm, MODEL_TERMS>,
     /// Derivatives with respect to rotor speed, by axis, per rad/s.
     pub rotor_speed: [f64; AXES],
-    /// c of [`crate::flight::effect::Effect::RotorReaction`]; everything that the model says of N is with its share in it.
+    /// c of [`super::effect::Effect::RotorReaction`]; everything that the model says of N is with its share in it.
     pub reaction: f64,
 }
 

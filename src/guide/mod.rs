@@ -1,7 +1,8 @@
 //! The guide: pages for people who read or change this code. There is nothing to call here.
 //!
 //! [`notation`] lists every symbol once, [`decisions`] says what was decided and why, [`imports`] which module may import
-//! which (a test reads that page), and [`contributing`] where to look and what to run.
+//! which (a test reads that page), [`contributing`] where things are
+//! and what to run, and [`usage`] what the commands can do.
 
 #[doc = include_str!("notation.md")]
 pub mod notation {}
@@ -14,3 +15,6 @@ pub mod imports {}
 
 #[doc = include_str!("contributing.md")]
 pub mod contributing {}
+
+#[doc = include_str!("use.md")]
+pub mod usage {}

@@ -4,8 +4,15 @@
 //! Assumed: finite input. Refused: a variance that is not positive, a pivot that has vanished; nothing is repaired.
 
 pub mod eigen;
+#[cfg(feature = "std")]
+pub mod fft;
 pub mod kernel;
+#[cfg(feature = "std")]
+pub mod random;
+pub(crate) mod real;
 pub(crate) mod rows;
 pub mod sweep;
 pub mod symmetric;
 pub mod ud;
+#[cfg(feature = "std")]
+pub mod welch;

@@ -4,7 +4,7 @@
 //!     s_i <- s_i + sum_k w_k r_ki          r_ki <- r_ki - w_k s_i                                    (1)
 //! Numerics: each entry is summed in the order of k, so blocks change no bit. A weight of nothing is left out.
 
-use super::ud::Real;
+use super::real::Real;
 
 /// Entries that are worked on together.
 pub(crate) const BLOCK: usize = 8;

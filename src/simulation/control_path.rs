@@ -11,9 +11,9 @@
 //! The controls come in piece after piece, so that a pilot who answers what the aircraft does takes the same path.
 //! The control effectiveness is not here: it changes derivatives (`linear`).
 
-use super::history::{History, RateLimiter};
 use crate::flight::control::{CONTROLS, Control};
 use crate::flight::effect::Effect;
+use crate::flight::signal::piecewise_linear::{History, RateLimiter};
 
 /// The way of each control, with what is under way in it.
 #[derive(Clone, Debug)]

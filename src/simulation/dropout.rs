@@ -6,7 +6,7 @@
 //!     share of time lost = r m / (1 + r m)                                               (1)
 //! It starts in reception. What is lost is missing: nothing is repeated in its place.
 
-use super::noise::NormalNoise;
+use crate::num::random::NormalNoise;
 
 /// First stream of noise that dropouts take, above those of channels, gusts and vibration.
 const FIRST_STREAM: u64 = 3000;
@@ -22,17 +22,18 @@ pub struct Dropouts {
 
 /// One link as time goes on.
 #[derive(Clone, Debug)]
-pub(crate) struct Link {
+pub(crate) struct DropoutLink {
     dropouts: Dropouts,
     draws: NormalNoise,
     lost: bool,
     until_s: f64,
 }
 
-impl Link {
+impl DropoutLink {
     /// In reception at that time; links are told apart by their number.
     pub(crate) fn new(dropouts: Dropouts, number: u64, start_s: f64, seed: u64) -> Self {
-        let mut link = Link { dropouts, draws: NormalNoise::new(seed, FIRST_STREAM + number), lost: false, until_s: start_s };
+        let mut link =
+            DropoutLink { dropouts, draws: NormalNoise::new(seed, FIRST_STREAM + number), lost: false, until_s: start_s };
         link.until_s += link.stretch_s();
         link
     }
@@ -60,7 +61,7 @@ mod tests {
     #[test]
     fn the_share_and_the_number_of_losses_are_those_of_the_law() {
         let dropouts = Dropouts { rate: 0.2, mean_length_s: 0.5 };
-        let (mut link, duration_s, step_s) = (Link::new(dropouts, 3, 0.0, 5), 100_000.0, 0.01);
+        let (mut link, duration_s, step_s) = (DropoutLink::new(dropouts, 3, 0.0, 5), 100_000.0, 0.01);
         let (mut lost, mut begun, mut before) = (0.0, 0.0, false);
         for step in 0..(duration_s / step_s) as u64 {
             let now = link.loses(step as f64 * step_s);

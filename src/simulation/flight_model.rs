@@ -9,12 +9,12 @@
 //! `engine.torque_limit`, which a model may do without. What is flown can be told to a run: see [`FlightModel::flown`].
 
 use super::fly::Flight;
-use super::level1::file::{Declared, OPTIONS, TORQUE_LIMIT, read};
-use super::level1::trim::{Condition, NoTrim, Trimmed};
-use crate::flight::document::Misread;
-use crate::flight::effect_file::DeclaredEffect;
+use super::level1::file::{DeclaredAircraft, OPTIONS, TORQUE_LIMIT, read};
+use super::level1::trim::{TrimCondition, TrimError, Trimmed};
+use crate::flight::file::effect_file::DeclaredEffect;
+use crate::flight::file::model_file::ModelFile;
+use crate::flight::file::toml_reader::TomlError;
 use crate::flight::model::LinearModel;
-use crate::flight::model_file::ModelFile;
 use std::fmt::Write;
 
 /// The text of the built-in model `puma`.
@@ -24,13 +24,13 @@ pub const PUMA: &str = include_str!("../../replay/models/puma.toml");
 pub const CONDITION: [(&str, &str); 4] = [("speed", "m/s"), ("climb", "m/s"), ("sideslip", "rad"), ("density", "kg/m^3")];
 
 /// Their values in that order.
-pub fn condition_values(condition: &Condition) -> [f64; 4] {
+pub fn condition_values(condition: &TrimCondition) -> [f64; 4] {
     [condition.speed, condition.climb, condition.sideslip, condition.density]
 }
 
 /// A trim other than the file's own, and options; `None` and nothing leave the file's.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Asked {
+pub struct FlightRequest {
     /// True airspeed, m/s.
     pub speed: Option<f64>,
     /// Climb rate, m/s.
@@ -61,7 +61,7 @@ pub struct FlightModel {
 pub enum ModelError {
     /// A wrong place in the text.
     #[error("{0}")]
-    Misread(#[from] Misread),
+    Misread(#[from] TomlError),
     /// A wrong assignment.
     #[error("--set: {0}")]
     Set(String),
@@ -81,7 +81,7 @@ pub enum ModelError {
     Linear(&'static str),
     /// No such trim.
     #[error("{0}")]
-    NoTrim(#[from] NoTrim),
+    NoTrim(#[from] TrimError),
 }
 
 impl FlightModel {
@@ -89,7 +89,7 @@ impl FlightModel {
     ///
     /// # Errors
     /// [`ModelError`] with the first wrong place, or why there is no such trim.
-    pub fn parse(text: &str, asked: &Asked) -> Result<Self, ModelError> {
+    pub fn parse(text: &str, asked: &FlightRequest) -> Result<Self, ModelError> {
         let (file, mut declared) = ModelFile::parse_either(text, read)?;
         let mut text = text.to_owned();
         let mut assigned = Vec::new();
@@ -112,7 +112,7 @@ impl FlightModel {
                 None => Ok(FlightModel { file, level1: None, text, assigned }),
             };
         };
-        let Declared { aircraft, mut condition } = declared;
+        let DeclaredAircraft { aircraft, mut condition } = declared;
         for (place, asked) in [
             (&mut condition.speed, asked.speed),
             (&mut condition.climb, asked.climb),
@@ -130,7 +130,7 @@ impl FlightModel {
     ///
     /// # Errors
     /// As for [`FlightModel::parse`].
-    pub fn puma(asked: &Asked) -> Result<Self, ModelError> {
+    pub fn puma(asked: &FlightRequest) -> Result<Self, ModelError> {
         FlightModel::parse(PUMA, asked)
     }
 
@@ -177,7 +177,7 @@ impl FlightModel {
                 put(&mut flown, path, value.clone());
             }
         }
-        let condition = Condition { speed: trimmed.condition.airspeed(), ..trimmed.condition };
+        let condition = TrimCondition { speed: trimmed.condition.airspeed(), ..trimmed.condition };
         for ((key, _), value) in CONDITION.into_iter().zip(condition_values(&condition)) {
             put(&mut flown, &["flight".to_owned(), key.to_owned()], value.into());
         }
@@ -196,7 +196,7 @@ impl FlightModel {
 }
 
 /// Refuses a number of the flight condition that both its own option and an assignment give.
-fn refuse_twice(asked: &Asked, assigned: &[Vec<String>]) -> Result<(), ModelError> {
+fn refuse_twice(asked: &FlightRequest, assigned: &[Vec<String>]) -> Result<(), ModelError> {
     let given = [asked.speed, asked.climb, asked.sideslip, asked.density];
     for ((key, _), given) in CONDITION.into_iter().zip(given) {
         if given.is_some() && assigned.iter().any(|path| *path == ["flight", key]) {
@@ -273,13 +273,13 @@ fn written(value: &str) -> toml::Value {
 
 #[cfg(test)]
 mod tests {
+    use super::super::level1::hub::Hub;
     use super::*;
     use crate::flight::derivative::{Axis, Variable};
     use crate::flight::effect::Effect;
-    use crate::simulation::level1::hub::Hub;
 
     fn with(set: &[&str]) -> Result<FlightModel, ModelError> {
-        FlightModel::puma(&Asked { set: set.iter().map(|&text| text.to_owned()).collect(), ..Asked::default() })
+        FlightModel::puma(&FlightRequest { set: set.iter().map(|&text| text.to_owned()).collect(), ..FlightRequest::default() })
     }
 
     #[test]
@@ -294,10 +294,10 @@ mod tests {
     fn written_with_effects_and_read_again_it_flies_the_same() {
         let effect = Effect::Derivative { axis: Axis::N, variable: Variable::P, delta: -0.17 };
         let effects = [DeclaredEffect { effect, std: Some(0.01) }];
-        let asked = Asked { climb: Some(5.0), set: vec!["hub=exact".to_owned()], ..Asked::default() };
+        let asked = FlightRequest { climb: Some(5.0), set: vec!["hub=exact".to_owned()], ..FlightRequest::default() };
         let model = FlightModel::puma(&asked).unwrap();
         let text = model.with_effects(&effects).unwrap();
-        let again = FlightModel::parse(&text, &Asked::default()).unwrap();
+        let again = FlightModel::parse(&text, &FlightRequest::default()).unwrap();
         assert_eq!((again.level1, again.file.linear), (model.level1, model.file.linear), "{text}");
         assert_eq!(again.file.effects, effects);
     }
@@ -322,22 +322,24 @@ mod tests {
     #[test]
     fn a_linear_model_has_one_trim_and_no_options() {
         let text = "kind = 'linear'\n[trim]\nu = 50.0\ntheta = 0.0\n";
-        assert!(FlightModel::parse(text, &Asked::default()).unwrap().level1.is_none());
-        let error = FlightModel::parse(text, &Asked { climb: Some(1.0), ..Asked::default() }).unwrap_err();
+        assert!(FlightModel::parse(text, &FlightRequest::default()).unwrap().level1.is_none());
+        let error = FlightModel::parse(text, &FlightRequest { climb: Some(1.0), ..FlightRequest::default() }).unwrap_err();
         assert!(error.to_string().starts_with("--climb"), "{error}");
-        assert!(FlightModel::parse(text, &Asked::default()).unwrap().flown().is_empty());
+        assert!(FlightModel::parse(text, &FlightRequest::default()).unwrap().flown().is_empty());
     }
 
     #[test]
     fn what_is_flown_is_told_as_a_model_file_has_it() {
         let set = ["hub=exact", "main_rotor.shaft_tilt=0.05", "flight.sideslip=0.02"].map(str::to_owned).to_vec();
-        let flown = FlightModel::puma(&Asked { climb: Some(5.0), set: set.clone(), ..Asked::default() }).unwrap().flown();
+        let flown =
+            FlightModel::puma(&FlightRequest { climb: Some(5.0), set: set.clone(), ..FlightRequest::default() }).unwrap().flown();
         let at = |table: &str, key: &str| flown[table][key].clone();
         assert_eq!((at("flight", "climb"), at("flight", "sideslip")), (5.0.into(), 0.02.into()));
         assert_eq!((at("options", "hub"), at("options", "inflow")), ("exact".into(), "quasi_steady".into()));
         assert_eq!(at("main_rotor", "shaft_tilt"), 0.05.into());
         assert_eq!((flown.len(), flown["options"].as_table().unwrap().len()), (3, OPTIONS.len()));
-        let twice = FlightModel::puma(&Asked { sideslip: Some(0.0), set, ..Asked::default() }).unwrap_err().to_string();
+        let twice =
+            FlightModel::puma(&FlightRequest { sideslip: Some(0.0), set, ..FlightRequest::default() }).unwrap_err().to_string();
         assert!(twice.contains("flight.sideslip once") && twice.contains("--sideslip"), "{twice}");
     }
 }

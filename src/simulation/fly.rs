@@ -5,24 +5,24 @@
 //! [`START_ALTITUDE_M`], a Level-1 aircraft where the standard atmosphere has the density of its trim (which stays as it is
 //! whatever the altitude does).
 
-use super::atmosphere::altitude_of;
-use super::history::History;
-use super::instrument::{Instruments, Reading, Seen, Stands, gather, read, sent};
-use super::integrate::{Nonlinear, TrueState, longest_level1_step, longest_step};
-use super::leg::Course;
+use super::instrument::{InstrumentErrors, InstrumentSet, MeasuredFlight, SensorPositions, gather, read, sent};
+use super::integrate::{Level1Motion, TrueState, longest_level1_step, longest_step};
 use super::level1::trim::Trimmed;
-use super::linear::with_effects;
 use super::motion::Motion;
-use super::pilot::{Holding, Pilot};
-pub use super::refused::Refused;
+use super::pilot::{Pilot, PilotAtWork};
+use super::segment::FlightSegments;
+pub use super::simulation_error::SimulationError;
 use super::turbulence::gusts;
 use super::unmodelled::Unmodelled;
 use super::vibration::Azimuth;
+use crate::dynamics::atmosphere::altitude_of;
+use crate::dynamics::linear::with_effects;
 use crate::flight::channel::Channel;
 use crate::flight::control::{CONTROLS, Control};
 use crate::flight::effect::Effect;
 use crate::flight::model::LinearModel;
-use crate::telemetry::record::Sample;
+use crate::flight::sample::Sample;
+use crate::flight::signal::piecewise_linear::History;
 use std::borrow::Cow;
 
 /// Altitude at which a linear model's flight starts unless told otherwise, m.
@@ -56,8 +56,8 @@ impl Inputs {
     /// As [`Inputs::sampled`], each channel at its instrument's own rate where that has one.
     ///
     /// # Errors
-    /// [`Refused`] where such a rate makes no times.
-    pub fn sampled_by(&self, instruments: &Instruments, times_s: &[f64]) -> Result<Self, Refused> {
+    /// [`SimulationError`] where such a rate makes no times.
+    pub fn sampled_by(&self, instruments: &InstrumentSet, times_s: &[f64]) -> Result<Self, SimulationError> {
         let mut sampled = self.sampled(times_s);
         let (Some(&first_s), Some(&last_s)) = (times_s.first(), times_s.last()) else { return Ok(sampled) };
         for instrument in &instruments.channels {
@@ -91,7 +91,7 @@ pub struct Flight {
     /// The pilot who holds the attitude besides, if any.
     pub pilot: Option<Pilot>,
     /// What measures it.
-    pub instruments: Instruments,
+    pub instruments: InstrumentSet,
     /// Times of samples and true states, s, increasing; instruments with a rate of their own sample at theirs.
     pub times_s: Vec<f64>,
     /// Seed of noise, biases and gusts.
@@ -104,7 +104,7 @@ pub struct Flight {
 
 /// A flight that was flown.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Flown {
+pub struct FlightResult {
     /// What the instruments recorded.
     pub samples: Vec<Sample>,
     /// The true state at each of the flight's times.
@@ -123,7 +123,7 @@ impl Flight {
             effects: Vec::new(),
             unmodelled: None,
             pilot: None,
-            instruments: Instruments::perfect(),
+            instruments: InstrumentSet::perfect(),
             times_s: Vec::new(),
             seed: 0,
             start: None,
@@ -157,15 +157,16 @@ impl Flight {
     /// Flies it.
     ///
     /// # Errors
-    /// [`Refused`] where an effect, instrument or time makes no flight. Divergence is no error: see [`Flown`].
-    pub fn fly(&self) -> Result<Flown, Refused> {
+    /// [`SimulationError`] where an effect, instrument or time makes no flight. Divergence is no error: see [`FlightResult`].
+    pub fn fly(&self) -> Result<FlightResult, SimulationError> {
         let (start_s, end_s) = self.check()?;
-        let model = with_effects(&self.model, &self.effects).map_err(|_| Refused::TooManyTerms)?;
+        let model = with_effects(&self.model, &self.effects).map_err(|_| SimulationError::TooManyTerms)?;
         // Beside a Level-1 aircraft the linear model holds what the effects add; either may be the faster.
         let added = longest_step(&model);
         let longest = self.level1.as_ref().map_or(added, |trimmed| Some(longest_level1_step(trimmed)?.min(added?)));
-        let step_s = longest.ok_or(Refused::NoModes)?.min(self.max_step_s.unwrap_or(f64::INFINITY));
-        let readings: Vec<Reading> = self.instruments.channels.iter().map(|i| Reading::of(i, &self.effects)).collect();
+        let step_s = longest.ok_or(SimulationError::NoModes)?.min(self.max_step_s.unwrap_or(f64::INFINITY));
+        let readings: Vec<InstrumentErrors> =
+            self.instruments.channels.iter().map(|i| InstrumentErrors::of(i, &self.effects)).collect();
         let early_s = readings.iter().map(|reading| -reading.delay_s).fold(0.0, f64::max);
         let last_s = end_s + early_s;
         refuse_long((last_s - start_s) / step_s)?;
@@ -190,10 +191,10 @@ impl Flight {
         wanted.sort_by(f64::total_cmp);
 
         let start = self.start.unwrap_or_else(|| self.start_in_trim());
-        let course = Course {
+        let course = FlightSegments {
             flight: self,
             model: &model,
-            level1: self.level1.as_ref().map(|trimmed| Nonlinear {
+            level1: self.level1.as_ref().map(|trimmed| Level1Motion {
                 trimmed,
                 equations: trimmed.aircraft.equations(),
                 inner: trimmed.aircraft.options.active().contains(&true),
@@ -212,8 +213,8 @@ impl Flight {
         let vibrates = self.instruments.channels.iter().any(|instrument| instrument.vibration.is_some());
         let azimuth = if vibrates { Azimuth::of(&states) } else { None };
         let mesh_s: Vec<f64> = states.iter().map(|state| state.time_s).collect();
-        let seen = Seen {
-            stands: Stands::of(&self.instruments, &self.effects),
+        let seen = MeasuredFlight {
+            stands: SensorPositions::of(&self.instruments, &self.effects),
             states: &states,
             mesh_s: &mesh_s,
             rotor: azimuth.as_ref().zip(self.blades()),
@@ -229,19 +230,20 @@ impl Flight {
         let mut truth = states;
         truth.retain(|state| wanted.next_if(|time_s| state.time_s.total_cmp(time_s).is_eq()).is_some());
         let samples = sent(gather(&recorded), self.instruments.dropouts, start_s, self.seed);
-        Ok(Flown { samples, truth, diverged_at_s })
+        Ok(FlightResult { samples, truth, diverged_at_s })
     }
 
     /// The pilot with his hands on the controls, where there is one.
-    fn holding(&self, start: &Motion, start_s: f64) -> Result<Option<(Pilot, Holding)>, Refused> {
+    fn holding(&self, start: &Motion, start_s: f64) -> Result<Option<(Pilot, PilotAtWork)>, SimulationError> {
         let Some(pilot) = self.pilot else { return Ok(None) };
         let [_, _, heading] = start.attitude;
         let linear = self.level1.as_ref().map(|trimmed| trimmed.linear());
-        let holding = Holding::of(pilot, linear.as_ref().unwrap_or(&self.model), heading, start_s).map_err(Refused::NoPower)?;
+        let holding =
+            PilotAtWork::of(pilot, linear.as_ref().unwrap_or(&self.model), heading, start_s).map_err(SimulationError::NoPower)?;
         Ok(Some((pilot, holding)))
     }
 
-    fn times_of(&self, rate_hz: Option<f64>, start_s: f64, end_s: f64) -> Result<Cow<'_, [f64]>, Refused> {
+    fn times_of(&self, rate_hz: Option<f64>, start_s: f64, end_s: f64) -> Result<Cow<'_, [f64]>, SimulationError> {
         match rate_hz {
             None => Ok(Cow::Borrowed(&self.times_s)),
             Some(rate_hz) => uniform_times(start_s, end_s - start_s, rate_hz).map(Cow::Owned),
@@ -275,21 +277,21 @@ fn effectiveness(effects: &[Effect]) -> [f64; CONTROLS] {
     shares
 }
 
-fn refuse_long(steps: f64) -> Result<(), Refused> {
-    if steps <= MAX_MESH_POINTS as f64 { Ok(()) } else { Err(Refused::TooLong { needed: steps as u64 }) }
+fn refuse_long(steps: f64) -> Result<(), SimulationError> {
+    if steps <= MAX_MESH_POINTS as f64 { Ok(()) } else { Err(SimulationError::TooLong { needed: steps as u64 }) }
 }
 
 /// Times `start, start + 1/rate, ...` up to `start + duration`, s.
 ///
 /// # Errors
-/// [`Refused`] where rate or duration make no times, or more than a flight may have.
-pub fn uniform_times(start_s: f64, duration_s: f64, rate_hz: f64) -> Result<Vec<f64>, Refused> {
+/// [`SimulationError`] where rate or duration make no times, or more than a flight may have.
+pub fn uniform_times(start_s: f64, duration_s: f64, rate_hz: f64) -> Result<Vec<f64>, SimulationError> {
     if !(rate_hz.is_finite() && rate_hz > 0.0) {
-        return Err(Refused::Rate(rate_hz));
+        return Err(SimulationError::Rate(rate_hz));
     }
     let steps = libm::floor(duration_s * rate_hz + 1e-9);
     if !(start_s.is_finite() && steps >= 0.0) {
-        return Err(Refused::Times(start_s + duration_s));
+        return Err(SimulationError::Times(start_s + duration_s));
     }
     refuse_long(steps)?;
     Ok((0..=steps as usize).map(|step| start_s + step as f64 / rate_hz).collect())
@@ -298,15 +300,15 @@ pub fn uniform_times(start_s: f64, duration_s: f64, rate_hz: f64) -> Result<Vec<
 /// A model without effects flown from its trim at time zero, the inputs as a recording at that rate would show them.
 ///
 /// # Errors
-/// [`Refused`] as for [`Flight::fly`].
+/// [`SimulationError`] as for [`Flight::fly`].
 pub fn simulate(
     model: &LinearModel,
     inputs: &Inputs,
-    instruments: &Instruments,
+    instruments: &InstrumentSet,
     duration_s: f64,
     rate_hz: f64,
     seed: u64,
-) -> Result<Flown, Refused> {
+) -> Result<FlightResult, SimulationError> {
     let times_s = uniform_times(0.0, duration_s, rate_hz)?;
     let flight =
         Flight { inputs: inputs.sampled(&times_s), instruments: instruments.clone(), times_s, seed, ..Flight::of(model.clone()) };

@@ -8,9 +8,9 @@
 //! After the last pulse the control is back at trim. The hand moves at no more than its rate, [`HAND_RATE`] unless told
 //! otherwise, starting at each switching time, so a pulse shorter than that takes does not reach its amplitude.
 
-use super::history::History;
-use super::prbs;
 use crate::flight::channel::Channel;
+use crate::flight::signal::piecewise_linear::History;
+use crate::simulation::prbs;
 use std::fmt;
 
 /// How fast the hand moves a control, rad of blade pitch a second.

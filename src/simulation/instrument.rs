@@ -14,14 +14,14 @@
 //! Refused: a channel that the simulation has nothing to say about (density; torque and flapping of a linear model).
 
 use super::control_path::Lag;
-use super::dropout::{Dropouts, Link};
+use super::dropout::{DropoutLink, Dropouts};
 use super::integrate::TrueState;
-use super::noise::NormalNoise;
 use super::vibration::{Azimuth, Vibration};
 use crate::flight::channel::{CHANNELS, Channel};
 use crate::flight::control::Control;
 use crate::flight::effect::{Effect, PositionedSensor};
-use crate::telemetry::record::Sample;
+use crate::flight::sample::Sample;
+use crate::num::random::NormalNoise;
 
 /// One instrument.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,7 +86,7 @@ impl Instrument {
 
 /// The instruments of an aircraft, and where those stand whose position matters.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Instruments {
+pub struct InstrumentSet {
     /// The instruments, in the order of a file's columns.
     pub channels: Vec<Instrument>,
     /// Position of the accelerometers from the centre of mass, body axes, m.
@@ -133,7 +133,7 @@ pub const ROTOR_QUALITY: [Instrument; 4] = [
     instrument(Channel::Flap1s, 0.000_5, 0.0),
 ];
 
-impl Instruments {
+impl InstrumentSet {
     /// With the instruments of [`ROTOR_QUALITY`], their noise times `factor`.
     #[must_use]
     pub fn with_rotor(mut self, factor: f64) -> Self {
@@ -144,7 +144,7 @@ impl Instruments {
     /// The channels of [`FLIGHT_QUALITY`], at the centre of mass, with its noise and biases times `factor`.
     pub fn flight_quality(factor: f64) -> Self {
         let scaled = |i: Instrument| Instrument { noise_std: factor * i.noise_std, bias_std: factor * i.bias_std, ..i };
-        Instruments {
+        InstrumentSet {
             channels: FLIGHT_QUALITY.map(scaled).to_vec(),
             accelerometer_position_m: [0.0; 3],
             vane_position_m: [0.0; 3],
@@ -155,13 +155,13 @@ impl Instruments {
 
     /// The same channels without noise and bias.
     pub fn perfect() -> Self {
-        Instruments::flight_quality(0.0)
+        InstrumentSet::flight_quality(0.0)
     }
 }
 
 /// What an instrument and the effects on its channel make of its reading.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Reading {
+pub(crate) struct InstrumentErrors {
     lags_s: Vec<f64>,
     /// Sum of the channel's delays, s; negative reads early.
     pub(crate) delay_s: f64,
@@ -169,10 +169,10 @@ pub(crate) struct Reading {
     bias: f64,
 }
 
-impl Reading {
+impl InstrumentErrors {
     pub(crate) fn of(instrument: &Instrument, effects: &[Effect]) -> Self {
         let channel = instrument.channel;
-        let mut reading = Reading {
+        let mut reading = InstrumentErrors {
             lags_s: if instrument.lag_s > 0.0 { vec![instrument.lag_s] } else { Vec::new() },
             delay_s: instrument.delay_s,
             factor: instrument.factor,
@@ -193,14 +193,15 @@ impl Reading {
 
 /// Where the instruments truly stand: the run's positions with the effects' offsets.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Stands {
+pub(crate) struct SensorPositions {
     accelerometer_m: [f64; 3],
     vane_m: [f64; 3],
 }
 
-impl Stands {
-    pub(crate) fn of(instruments: &Instruments, effects: &[Effect]) -> Self {
-        let mut stands = Stands { accelerometer_m: instruments.accelerometer_position_m, vane_m: instruments.vane_position_m };
+impl SensorPositions {
+    pub(crate) fn of(instruments: &InstrumentSet, effects: &[Effect]) -> Self {
+        let mut stands =
+            SensorPositions { accelerometer_m: instruments.accelerometer_position_m, vane_m: instruments.vane_position_m };
         for effect in effects {
             if let Effect::SensorPosition { sensor, offset_m } = effect {
                 let position = match sensor {
@@ -266,8 +267,8 @@ impl Stands {
 
 /// What readings are taken of.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Seen<'s> {
-    pub(crate) stands: Stands,
+pub(crate) struct MeasuredFlight<'s> {
+    pub(crate) stands: SensorPositions,
     pub(crate) states: &'s [TrueState],
     /// Their times, s.
     pub(crate) mesh_s: &'s [f64],
@@ -278,7 +279,12 @@ pub(crate) struct Seen<'s> {
 }
 
 /// One instrument's reading at each of its times, s.
-pub(crate) fn read(instrument: &Instrument, reading: &Reading, seen: &Seen<'_>, times_s: &[f64]) -> Vec<(f64, f64)> {
+pub(crate) fn read(
+    instrument: &Instrument,
+    reading: &InstrumentErrors,
+    seen: &MeasuredFlight<'_>,
+    times_s: &[f64],
+) -> Vec<(f64, f64)> {
     let channel = instrument.channel;
     let mesh_s = seen.mesh_s;
     let truth: Option<Vec<f64>> = seen.states.iter().map(|state| seen.stands.true_value(channel, state)).collect();
@@ -292,7 +298,8 @@ pub(crate) fn read(instrument: &Instrument, reading: &Reading, seen: &Seen<'_>, 
     let bias = reading.bias + if noisy || instrument.bias_std != 0.0 { instrument.bias_std * noise.draw() } else { 0.0 };
     let shaken = instrument.vibration.zip(seen.rotor);
     let shaken = shaken.map(|(lines, (azimuth, blades))| (Vibration::new(channel, lines, blades, seen.seed), azimuth));
-    let mut link = instrument.dropouts.map(|dropouts| Link::new(dropouts, channel.index() as u64, seen.start_s, seen.seed));
+    let mut link =
+        instrument.dropouts.map(|dropouts| DropoutLink::new(dropouts, channel.index() as u64, seen.start_s, seen.seed));
     let until_s = mesh_s.last().copied().unwrap_or(f64::NEG_INFINITY);
     let mut values = Vec::with_capacity(times_s.len());
     let mut after = 0;
@@ -314,7 +321,7 @@ pub(crate) fn read(instrument: &Instrument, reading: &Reading, seen: &Seen<'_>, 
 /// The samples that a link with dropouts lets through.
 pub(crate) fn sent(samples: Vec<Sample>, dropouts: Option<Dropouts>, start_s: f64, seed: u64) -> Vec<Sample> {
     let Some(dropouts) = dropouts else { return samples };
-    let mut link = Link::new(dropouts, CHANNELS as u64, start_s, seed);
+    let mut link = DropoutLink::new(dropouts, CHANNELS as u64, start_s, seed);
     samples.into_iter().filter(|sample| !link.loses(sample.time_s)).collect()
 }
 

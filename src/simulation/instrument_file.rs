@@ -30,10 +30,10 @@
 //! Refused, with line and column: a key, channel or number that is none, a channel that the flight does not give.
 
 use super::dropout::Dropouts;
-use super::instrument::{Instrument, Instruments};
-use super::refused::MOST_DROPOUTS;
+use super::instrument::{Instrument, InstrumentSet};
+use super::simulation_error::MOST_DROPOUTS;
 use crate::flight::channel::{CHANNELS, Channel, ControlNames};
-use crate::flight::document::{Entry, Misread, Table, Text};
+use crate::flight::file::toml_reader::{TomlEntry, TomlError, TomlTable, TomlText};
 
 /// What a file says of the instruments.
 #[derive(Clone, Debug, PartialEq, Default)]
@@ -84,10 +84,10 @@ impl InstrumentFile {
     /// Reads the text; `gives` says which channels the flight has.
     ///
     /// # Errors
-    /// [`Misread`] with the first wrong place.
-    pub fn parse(text: &str, gives: impl Fn(Channel) -> bool) -> Result<Self, Misread> {
-        let document = Text(text).parse()?;
-        let root = Table::root(Text(text), &document);
+    /// [`TomlError`] with the first wrong place.
+    pub fn parse(text: &str, gives: impl Fn(Channel) -> bool) -> Result<Self, TomlError> {
+        let document = TomlText(text).parse()?;
+        let root = TomlTable::root(TomlText(text), &document);
         root.allow_only(&ROOT)?;
         let position = |key: &str| root.find(key).map(|entry| entry.vector()).transpose();
         let mut file = InstrumentFile {
@@ -125,7 +125,7 @@ impl InstrumentFile {
 
     /// The instruments that it describes, the rest as they are; random errors times `factor`.
     #[must_use]
-    pub fn applied_to(&self, mut instruments: Instruments, factor: f64) -> Instruments {
+    pub fn applied_to(&self, mut instruments: InstrumentSet, factor: f64) -> InstrumentSet {
         for said in &self.channels {
             let instrument = place_of(&mut instruments, said.channel);
             instrument.rate_hz = said.rate_hz.or(instrument.rate_hz);
@@ -150,7 +150,7 @@ impl InstrumentFile {
 }
 
 /// The instrument of that channel; one is added where there is none.
-fn place_of(instruments: &mut Instruments, channel: Channel) -> &mut Instrument {
+fn place_of(instruments: &mut InstrumentSet, channel: Channel) -> &mut Instrument {
     let channels = &mut instruments.channels;
     let place = channels.iter().position(|instrument| instrument.channel == channel).unwrap_or_else(|| {
         channels.push(Instrument::perfect(channel));
@@ -159,7 +159,7 @@ fn place_of(instruments: &mut Instruments, channel: Channel) -> &mut Instrument 
     &mut channels[place]
 }
 
-fn named(entry: &Entry<'_>, gives: &impl Fn(Channel) -> bool, offered: &[Channel]) -> Result<Channel, Misread> {
+fn named(entry: &TomlEntry<'_>, gives: &impl Fn(Channel) -> bool, offered: &[Channel]) -> Result<Channel, TomlError> {
     match Channel::from_name(entry.key) {
         Some((channel, _)) if offered.contains(&channel) && gives(channel) => Ok(channel),
         _ => {
@@ -170,7 +170,7 @@ fn named(entry: &Entry<'_>, gives: &impl Fn(Channel) -> bool, offered: &[Channel
     }
 }
 
-fn described(channel: Channel, table: &Table<'_>) -> Result<Described, Misread> {
+fn described(channel: Channel, table: &TomlTable<'_>) -> Result<Described, TomlError> {
     table.allow_only(&OF_CHANNEL)?;
     let number = |key: &str| table.find(key).map(|entry| entry.number()).transpose();
     let not_negative = |key: &str| table.find(key).map(|entry| entry.not_negative()).transpose();
@@ -211,7 +211,7 @@ fn described(channel: Channel, table: &Table<'_>) -> Result<Described, Misread> 
     })
 }
 
-fn rate(table: &Table<'_>) -> Result<Option<f64>, Misread> {
+fn rate(table: &TomlTable<'_>) -> Result<Option<f64>, TomlError> {
     let Some(entry) = table.find("rate_hz") else { return Ok(None) };
     let [least, most] = RATES_HZ;
     match entry.number()? {
@@ -220,7 +220,7 @@ fn rate(table: &Table<'_>) -> Result<Option<f64>, Misread> {
     }
 }
 
-fn dropouts(table: &Table<'_>) -> Result<Option<Dropouts>, Misread> {
+fn dropouts(table: &TomlTable<'_>) -> Result<Option<Dropouts>, TomlError> {
     let Some(entry) = table.find("dropouts") else { return Ok(None) };
     let table = entry.table("dropouts")?;
     table.allow_only(&["rate", "mean_length"])?;
@@ -238,11 +238,11 @@ const _: () = assert!(CHANNELS < 100, "streams of noise are told apart by channe
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> Result<InstrumentFile, Misread> {
+    fn read(text: &str) -> Result<InstrumentFile, TomlError> {
         InstrumentFile::parse(text, |channel| !matches!(channel, Channel::Rho | Channel::Torque))
     }
 
-    fn of(instruments: &Instruments, channel: Channel) -> Instrument {
+    fn of(instruments: &InstrumentSet, channel: Channel) -> Instrument {
         *instruments.channels.iter().find(|instrument| instrument.channel == channel).unwrap()
     }
 
@@ -250,15 +250,15 @@ mod tests {
     fn what_is_said_is_taken_and_the_rest_is_flight_quality() {
         let text = "[channel.r]\nrate_hz = 256\nbias = 0.25\nbits = 2\nrange = [-1.5, 1.5]\n[channel.beta]\nbias_std = 0.01\n\
                     [channel.tail_pitch]\nlag = 0.1\n[vibration]\nblades = 4\np = [0.1, 0]\n";
-        let applied = read(text).unwrap().applied_to(Instruments::flight_quality(2.0), 2.0);
+        let applied = read(text).unwrap().applied_to(InstrumentSet::flight_quality(2.0), 2.0);
         let yaw = of(&applied, Channel::R);
         assert_eq!((yaw.rate_hz, yaw.noise_std, yaw.bias_std, yaw.bias), (Some(256.0), 0.002, 0.0, 0.25));
         assert_eq!([-9.0, -0.6, -0.4, 0.9, 9.0].map(|value| yaw.word(value)), [-1.5, -0.5, -0.5, 0.5, 1.5]);
         let vane = of(&applied, Channel::Beta);
         assert_eq!((vane.noise_std, vane.bias_std, vane.bias), (0.004, 0.02, 0.0));
         assert_eq!((of(&applied, Channel::TailPitch).lag_s, of(&applied, Channel::P).vibration), (0.1, Some([0.1, 0.0])));
-        let nothing = read("").unwrap().applied_to(Instruments::flight_quality(1.0), 1.0);
-        assert_eq!(nothing, Instruments::flight_quality(1.0));
+        let nothing = read("").unwrap().applied_to(InstrumentSet::flight_quality(1.0), 1.0);
+        assert_eq!(nothing, InstrumentSet::flight_quality(1.0));
     }
 
     #[test]

@@ -8,18 +8,18 @@
 //! `tests/jacobians` compares half the step and the matrix exponential.
 //! Where the motion leaves what the kinematics can carry ([`MAX_PITCH`], [`MAX_MAGNITUDE`]) it ends, and it is said when.
 
-use super::history::History;
 use super::level1::aircraft::{Equations, Situation};
 use super::level1::flapping::Flap;
-use super::level1::inflow::Guess;
-use super::level1::inner::{INNER, Inner};
+use super::level1::inflow::InflowGuess;
+use super::level1::internal_states::{INNER, InternalStates};
 use super::level1::trim::Trimmed;
-use super::linear::{Turning, forces, state_matrix, trim_specific_force};
 use super::motion::{MOTION_STATES, Motion};
 use super::unmodelled::Unmodelled;
+use crate::dynamics::linear::{Turning, forces, state_matrix, trim_specific_force};
 use crate::flight::control::{CONTROLS, Control};
 use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
 use crate::flight::model::LinearModel;
+use crate::flight::signal::piecewise_linear::History;
 use crate::num::eigen::eigenvalues_8;
 
 /// Longest step, s.
@@ -74,7 +74,7 @@ pub struct TrueRotor {
 
 /// A Level-1 aircraft, and what effects make of it.
 #[derive(Clone, Copy)]
-pub(crate) struct Nonlinear<'d> {
+pub(crate) struct Level1Motion<'d> {
     pub(crate) trimmed: &'d Trimmed,
     pub(crate) equations: Equations<'d>,
     /// Share of each control's deviation that acts.
@@ -87,7 +87,7 @@ pub(crate) struct Nonlinear<'d> {
 
 /// The motion and the states beside it, or their rates.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct State {
+pub(crate) struct IntegrationState {
     pub(crate) motion: [f64; MOTION_STATES],
     pub(crate) inner: [f64; INNER],
     /// Of what no effect describes.
@@ -101,16 +101,16 @@ struct Moment {
     blade: [f64; CONTROLS],
     rotor_speed: Option<f64>,
     rotor: Option<TrueRotor>,
-    inner_rates: Inner,
+    inner_rates: InternalStates,
     memory_rate: f64,
     /// Where the next instant's inflows are looked for.
-    guess: Guess,
+    guess: InflowGuess,
 }
 
 /// What drives the motion.
-pub(crate) struct Drive<'d> {
+pub(crate) struct MotionDrive<'d> {
     pub(crate) model: &'d LinearModel,
-    pub(crate) level1: Option<Nonlinear<'d>>,
+    pub(crate) level1: Option<Level1Motion<'d>>,
     /// Mesh points and the points half way between, in turn: t0, half, t1, half, t2.
     pub(crate) nodes_s: &'d [f64],
     /// Blade deviations at every node.
@@ -150,14 +150,14 @@ pub(crate) fn longest_level1_step(trimmed: &Trimmed) -> Option<f64> {
     if fastest.is_finite() { Some(MAX_LEVEL1_STEP_S.min(STEP_ANGLE / fastest.max(f64::MIN_POSITIVE))) } else { None }
 }
 
-impl Drive<'_> {
+impl MotionDrive<'_> {
     /// Flies on from the state at the first mesh point, which becomes that at the last; adds the true states at the mesh
     /// points after those that are there. The time at which the motion diverged, where it did.
-    pub(crate) fn fly(&self, now: &mut State, states: &mut Vec<TrueState>) -> Option<f64> {
+    pub(crate) fn fly(&self, now: &mut IntegrationState, states: &mut Vec<TrueState>) -> Option<f64> {
         let known_s = states.last().map_or(f64::NEG_INFINITY, |state| state.time_s);
         states.reserve(self.nodes_s.len() / 2 + 1);
-        let (mut node, mut guess, mut places) = (0, Guess::NONE, [0; CONTROLS]);
-        let mut slopes = [State::default(); 4];
+        let (mut node, mut guess, mut places) = (0, InflowGuess::NONE, [0; CONTROLS]);
+        let mut slopes = [IntegrationState::default(); 4];
         while let (Some(&time_s), Some(moment)) = (self.nodes_s.get(node), self.moment((node, node), now, guess)) {
             let motion = Motion::from_vector(now.motion);
             if !carries(&motion) {
@@ -192,10 +192,10 @@ impl Drive<'_> {
     }
 
     /// One Runge-Kutta step from a mesh point, where the first slope is known, to the next; `None` past the last.
-    fn step(&self, node: usize, x: &mut State, k: &mut [State; 4], guess: &mut Guess) -> Option<()> {
+    fn step(&self, node: usize, x: &mut IntegrationState, k: &mut [IntegrationState; 4], guess: &mut InflowGuess) -> Option<()> {
         let h = self.nodes_s.get(node + 2)? - self.nodes_s.get(node)?;
         let mut there = *x;
-        let mut slope = |there_node: usize, h: f64, known: &State, found: &mut State| -> Option<()> {
+        let mut slope = |there_node: usize, h: f64, known: &IntegrationState, found: &mut IntegrationState| -> Option<()> {
             along(&mut there.motion, &x.motion, h, &known.motion);
             if self.inner() {
                 along(&mut there.inner, &x.inner, h, &known.inner);
@@ -224,7 +224,7 @@ impl Drive<'_> {
     }
 
     /// Rates of the state that holds at that moment.
-    fn slope_into(&self, slope: &mut State, moment: &Moment, motion: &[f64; MOTION_STATES]) {
+    fn slope_into(&self, slope: &mut IntegrationState, moment: &Moment, motion: &[f64; MOTION_STATES]) {
         let [ax, ay, az, dp, dq, dr] = moment.accelerations;
         slope.motion = Motion::from_vector(*motion).rate_of_change([ax, ay, az], [dp, dq, dr]).to_vector();
         if self.inner() {
@@ -243,7 +243,7 @@ impl Drive<'_> {
 
     /// Everything that holds at a node, within the step from a mesh point, for this state; the inflows are looked for from
     /// `guess` on.
-    fn moment(&self, (node, from): (usize, usize), state: &State, guess: Guess) -> Option<Moment> {
+    fn moment(&self, (node, from): (usize, usize), state: &IntegrationState, guess: InflowGuess) -> Option<Moment> {
         let [u, v, w, p, q, r, ..] = state.motion;
         let time_s = *self.nodes_s.get(node)?;
         let moved = *self.blade.get(node)?;
@@ -266,12 +266,12 @@ impl Drive<'_> {
             let deviation = speed.zip(trim.rotor_speed).map_or(0.0, |(speed, at_trim)| speed - at_trim);
             Turning { deviation, rate }
         };
-        let Some(Nonlinear { trimmed, equations, effectiveness, added, .. }) = &self.level1 else {
+        let Some(Level1Motion { trimmed, equations, effectiveness, added, .. }) = &self.level1 else {
             let mut deviations = deviations();
             controls_into(&mut deviations, moved);
             let mut accelerations = forces(self.model, &deviations, turning(rotor_speed));
             let memory_rate = self.unmodelled(&mut accelerations, &deviations, state.memory);
-            let inner_rates = Inner::default();
+            let inner_rates = InternalStates::default();
             return Some(Moment {
                 accelerations,
                 air_velocity,
@@ -290,7 +290,7 @@ impl Drive<'_> {
             rotor_speed: rotor_speed.unwrap_or(trimmed.aircraft.main_rotor.speed),
             density: trimmed.condition.density,
         };
-        let inner = Inner::from_vector(state.inner);
+        let inner = InternalStates::from_vector(state.inner);
         let instant = trimmed.instant(equations, (&asked, &inner, guess), effectiveness, |blade, speed| {
             added.then(|| self.additions(deviations(), blade, turning(Some(speed))))
         });

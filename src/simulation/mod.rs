@@ -9,32 +9,26 @@
 //! that diverges is a result, cut where it leaves the kinematics.
 //!
 //! The way of a control: `input` (hand) and `pilot` -> `control_path` (dead zone, mixing, delay, rate limit, lag) -> `linear` or
-//! [`level1`] (forces) -> `integrate` (`motion`), one `leg` after the other -> `instrument` (position, `vibration`, lag, delay,
-//! scale, bias, noise, word, `dropout`).
+//! [`level1`] (forces) -> `integrate` (`motion`), one `segment` after the other -> `instrument` (position, `vibration`, lag,
+//! delay, scale, bias, noise, word, `dropout`).
 
-pub mod atmosphere;
 pub(crate) mod control_path;
-pub mod design;
 pub mod dropout;
-pub mod eigenmodes;
 pub mod flight_model;
+#[cfg(test)]
+mod flown_model_tests;
 pub mod fly;
-pub mod history;
 pub mod input;
+pub mod input_design;
 pub mod instrument;
 pub mod instrument_file;
 pub mod integrate;
-mod leg;
 pub mod level1;
-pub mod linear;
 pub mod motion;
-pub mod noise;
 pub mod pilot;
 mod prbs;
-pub mod refused;
+mod segment;
+pub mod simulation_error;
 pub mod turbulence;
 pub mod unmodelled;
 mod vibration;
-
-#[cfg(test)]
-mod flights;

@@ -69,13 +69,13 @@ struct Loop {
 
 /// A pilot at work.
 #[derive(Clone, Debug)]
-pub(crate) struct Holding {
+pub(crate) struct PilotAtWork {
     pilot: Pilot,
     start_s: f64,
     loops: Vec<Loop>,
 }
 
-impl Holding {
+impl PilotAtWork {
     /// Takes hold of an aircraft with this linear model, in its trim at that heading; the control without power otherwise.
     pub(crate) fn of(pilot: Pilot, model: &LinearModel, heading: f64, start_s: f64) -> Result<Self, Control> {
         let ways = [
@@ -93,7 +93,7 @@ impl Holding {
             lag.step(start_s, 0.0);
             loops.push(Loop { control, axis, power, at_trim, lag });
         }
-        Ok(Holding { pilot, start_s, loops })
+        Ok(PilotAtWork { pilot, start_s, loops })
     }
 
     /// Deviations of the controls at his next act, no later than a dead time after the last of the states.
@@ -143,6 +143,6 @@ mod tests {
     #[test]
     fn a_control_without_power_is_refused() {
         let model = LinearModel::default();
-        assert_eq!(Holding::of(Pilot::ATTITUDE, &model, 0.0, 0.0).unwrap_err(), Control::LatCyclic);
+        assert_eq!(PilotAtWork::of(Pilot::ATTITUDE, &model, 0.0, 0.0).unwrap_err(), Control::LatCyclic);
     }
 }

@@ -12,8 +12,8 @@
 //! gyroscopic part, and no model here tells the air's share of it.
 //! Source: MIL-F-8785C, section 3.7.1.2, Dryden form; MIL-HDBK-1797, appendix A, has the same with Lu = 2 Lv = 2 Lw = L.
 
-use super::history::History;
-use super::noise::NormalNoise;
+use crate::flight::signal::piecewise_linear::History;
+use crate::num::random::NormalNoise;
 
 /// Scale length at medium height, m: 1750 ft, MIL-F-8785C section 3.7.2.
 pub const MEDIUM_HEIGHT_LENGTH_M: f64 = 533.4;

@@ -42,10 +42,10 @@ impl fmt::Debug for Unmodelled {
 
 #[cfg(test)]
 mod tests {
+    use super::super::fly::{Flight, uniform_times};
     use super::*;
     use crate::flight::derivative::{Axis, Variable};
     use crate::flight::model::{LinearModel, Trim};
-    use crate::simulation::fly::{Flight, uniform_times};
 
     /// No derivative but L_p = -1; the law adds 0.2 - z with dz/dt = p: p'' + p' + p = 0, p'(0) = 0.2.
     #[test]

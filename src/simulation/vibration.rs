@@ -9,8 +9,8 @@
 //! for it. Sampled at less than twice its frequency it folds, as it does in an aircraft.
 
 use super::integrate::TrueState;
-use super::noise::NormalNoise;
 use crate::flight::channel::Channel;
+use crate::num::random::NormalNoise;
 use core::f64::consts::TAU;
 
 /// First stream of noise that phases are drawn from, above those of channels and gusts.

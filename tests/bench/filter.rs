@@ -8,13 +8,14 @@ use crate::peer::Peer;
 use crate::textbook::{M, N, Readings, Square, Textbook};
 use criterion::Criterion;
 use nalgebra::{SMatrix, SVector};
-use sideslip::estimation::aid::{self, inertial};
-use sideslip::estimation::config::{Config, Noise};
-use sideslip::estimation::ekf::{Ekf, Follow, ProcessNoise};
-use sideslip::estimation::process::{STATES, State};
-use sideslip::estimation::record::Aid;
 use sideslip::flight::run::RunGeometry;
 use sideslip::num::ud::UdFactor;
+use sideslip::realtime::estimation::aid;
+use sideslip::realtime::estimation::aid::inertial;
+use sideslip::realtime::estimation::config::{Config, Noise};
+use sideslip::realtime::estimation::ekf::{Ekf, FilterObserver, ProcessNoise};
+use sideslip::realtime::estimation::process::{STATES, State};
+use sideslip::realtime::estimation::record::Aid;
 use std::hint::black_box;
 
 /// Interval of the samples, s.
@@ -35,14 +36,14 @@ pub(crate) struct Ours {
 
 impl Ours {
     /// Over one interval to a sample.
-    pub(crate) fn step(&mut self, z: &Readings, follower: &mut impl Follow) -> usize {
+    pub(crate) fn step(&mut self, z: &Readings, observer: &mut impl FilterObserver) -> usize {
         self.ekf.propagate(DT, &self.noise).unwrap();
-        follower.propagate(self.ekf.transition());
-        self.measure(z, follower)
+        observer.propagate(self.ekf.transition());
+        self.measure(z, observer)
     }
 
     /// The measurements of a sample; how many were fused.
-    pub(crate) fn measure(&mut self, z: &Readings, follower: &mut impl Follow) -> usize {
+    pub(crate) fn measure(&mut self, z: &Readings, observer: &mut impl FilterObserver) -> usize {
         let mut fused = 0;
         for place in 0..M {
             let (prediction, gate) = match place.checked_sub(inertial::INERTIAL.len()) {
@@ -53,7 +54,7 @@ impl Ours {
                 }
             };
             let fusion = self.ekf.fuse(z[place], &prediction, gate).unwrap();
-            follower.fuse(&prediction.row, &fusion);
+            observer.fuse(&prediction.row, &fusion);
             fused += usize::from(fusion.gain.is_some());
         }
         fused

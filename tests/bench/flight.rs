@@ -4,7 +4,7 @@
 //! integrated by the midpoint rule in four steps a sample. Nothing here comes from the library but channel names.
 
 use sideslip::flight::channel::Channel;
-use sideslip::telemetry::record::Sample;
+use sideslip::flight::sample::Sample;
 
 const G0: f64 = 9.80665;
 const U0: f64 = 51.3;

@@ -2,7 +2,7 @@
 
 use crate::ledger::{Ledger, group};
 use criterion::Criterion;
-use sideslip::simulation::flight_model::{Asked, FlightModel, PUMA};
+use sideslip::simulation::flight_model::{FlightModel, FlightRequest, PUMA};
 use sideslip::simulation::fly::{Flight, uniform_times};
 use std::hint::black_box;
 
@@ -11,7 +11,7 @@ const SECONDS: f64 = 20.0;
 
 pub(crate) fn run(criterion: &mut Criterion, ledger: &Ledger) {
     let mut group = group(criterion, "level1");
-    let model = FlightModel::parse(PUMA, &Asked::default()).unwrap();
+    let model = FlightModel::parse(PUMA, &FlightRequest::default()).unwrap();
     let trimmed = model.level1.clone().unwrap();
     let (aircraft, mut met) = (trimmed.aircraft.clone(), trimmed.situation());
     ledger.bench(&mut group, "level1: forces and moments", || {

@@ -4,12 +4,13 @@ use crate::ledger::{Ledger, group};
 use criterion::Criterion;
 use sideslip::flight::control::Control;
 use sideslip::flight::run::RunGeometry;
-use sideslip::identification::live::{Config as LiveConfig, Live, Seen};
-use sideslip::pipeline::{Config, Pipeline};
-use sideslip::simulation::flight_model::{Asked, FlightModel, PUMA};
+use sideslip::live::output_error::{LiveOutputError, RegressionReport};
+use sideslip::live::output_error_config::LiveOutputErrorConfig as LiveConfig;
+use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::simulation::flight_model::{FlightModel, FlightRequest, PUMA};
 use sideslip::simulation::fly::{Flight, uniform_times};
 use sideslip::simulation::input::InputSpec;
-use sideslip::simulation::instrument::Instruments;
+use sideslip::simulation::instrument::InstrumentSet;
 use std::hint::black_box;
 
 const RATE_HZ: f64 = 100.0;
@@ -17,10 +18,10 @@ const RATE_HZ: f64 = 100.0;
 const LEAD_S: f64 = 2.0;
 
 /// Output error just before a fit, after so many seconds of a pedal 3211 and a lateral cyclic one.
-fn after(seconds: f64, streaming: bool) -> Live {
-    let model = FlightModel::parse(PUMA, &Asked::default()).unwrap();
+fn after(seconds: f64, streaming: bool) -> LiveOutputError {
+    let model = FlightModel::parse(PUMA, &FlightRequest::default()).unwrap();
     let times_s = uniform_times(0.0, LEAD_S + seconds, RATE_HZ).unwrap();
-    let mut flight = Flight { times_s, instruments: Instruments::flight_quality(1.0), seed: 1, ..model.flight() };
+    let mut flight = Flight { times_s, instruments: InstrumentSet::flight_quality(1.0), seed: 1, ..model.flight() };
     for input in ["pedal:3211:0.018:0.7", "lat_cyclic:3211:0.008:0.5:5"] {
         let spec = InputSpec::parse(input).unwrap();
         for control in Control::ALL.into_iter().filter(|control| control.channel() == spec.channel) {
@@ -29,12 +30,12 @@ fn after(seconds: f64, streaming: bool) -> Live {
         }
     }
     let mut pipeline = Box::new(Pipeline::new(&Config::default(), RunGeometry::default()).unwrap());
-    let mut live = Live::new(LiveConfig { streaming, ..LiveConfig::default() }, RunGeometry::default());
+    let mut live = LiveOutputError::new(LiveConfig { streaming, ..LiveConfig::default() }, RunGeometry::default());
     for sample in &flight.fly().unwrap().samples {
         let tick = pipeline.step(sample);
         live.sample(sample);
         if let Some(derivatives) = &tick.derivatives {
-            let _ = live.seen(&Seen::from(derivatives));
+            let _ = live.seen(&RegressionReport::from(derivatives));
         }
         if streaming && live.is_due() {
             live.refit();
@@ -46,7 +47,7 @@ fn after(seconds: f64, streaming: bool) -> Live {
 pub(crate) fn run(criterion: &mut Criterion, ledger: &Ledger) {
     let mut group = group(criterion, "live");
     let (warm, cold) = (after(10.0, true), after(10.0, false));
-    let mut say = |name: &'static str, live: &Live| {
+    let mut say = |name: &'static str, live: &LiveOutputError| {
         let mut tried = live.clone();
         let record = tried.refit();
         let (progress, parameters, samples) = (record.progress.name(), record.parameters.len(), record.samples);

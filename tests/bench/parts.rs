@@ -4,17 +4,17 @@ use crate::filter::{DT, start, ticks};
 use crate::flight::Flight;
 use crate::ledger::{Ledger, group};
 use criterion::Criterion;
-use sideslip::estimation::config::Config as EstimationConfig;
-use sideslip::estimation::ekf::{Follow, Fusion, Transition};
-use sideslip::estimation::estimator::Estimator;
-use sideslip::estimation::fixed_lag::FixedLag;
-use sideslip::estimation::noise::NoiseStatistics;
-use sideslip::estimation::process::State;
-use sideslip::estimation::vibration::LineNotch;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::run::RunGeometry;
-use sideslip::pipeline::{Config, Pipeline};
-use sideslip::telemetry::record::Sample;
+use sideslip::flight::sample::Sample;
+use sideslip::realtime::estimation::config::Config as EstimationConfig;
+use sideslip::realtime::estimation::ekf::{FilterObserver, Fusion, Transition};
+use sideslip::realtime::estimation::estimator::Estimator;
+use sideslip::realtime::estimation::fixed_lag::FixedLag;
+use sideslip::realtime::estimation::noise::NoiseStatistics;
+use sideslip::realtime::estimation::process::State;
+use sideslip::realtime::estimation::vibration::LineNotch;
+use sideslip::realtime::pipeline::{Config, Pipeline};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -30,7 +30,7 @@ struct Kept {
     fusions: Vec<(State, Fusion)>,
 }
 
-impl Follow for Kept {
+impl FilterObserver for Kept {
     fn propagate(&mut self, transition: &Transition) {
         self.transition = *transition;
         self.fusions.clear();

@@ -4,7 +4,7 @@ use crate::flight::Flight;
 use crate::ledger::{Ledger, group};
 use criterion::Criterion;
 use sideslip::flight::run::RunGeometry;
-use sideslip::pipeline::{Config, Pipeline};
+use sideslip::realtime::pipeline::{Config, Pipeline};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 

@@ -5,14 +5,14 @@ use crate::ledger::{Ledger, group};
 use crate::textbook_regression::{LeastSquares, N, Sums};
 use criterion::Criterion;
 use nalgebra::SVector;
-use sideslip::estimation::config::Config;
-use sideslip::estimation::estimator::Estimator;
-use sideslip::estimation::record::Instrumentation;
 use sideslip::flight::run::RunGeometry;
-use sideslip::regression::candidate::{SIGNALS, signals};
-use sideslip::regression::config::Config as RegressionConfig;
-use sideslip::regression::information::Information;
-use sideslip::regression::recursive::Recursive;
+use sideslip::realtime::estimation::config::Config;
+use sideslip::realtime::estimation::estimator::Estimator;
+use sideslip::realtime::estimation::record::Instrumentation;
+use sideslip::realtime::regression::candidate::{SIGNALS, signals};
+use sideslip::realtime::regression::config::Config as RegressionConfig;
+use sideslip::realtime::regression::information::Information;
+use sideslip::realtime::regression::recursive::Recursive;
 use std::hint::black_box;
 
 /// Ticks that are taken: 80 s, 900 instants of the grid.

@@ -7,11 +7,11 @@ use crate::textbook_regression::{Depth, Equation, P, Sums, stepwise};
 use criterion::Criterion;
 use nalgebra::{Matrix4, SVector};
 use sideslip::flight::derivative::{Axis, Variable};
-use sideslip::modes::stage;
-use sideslip::regression::candidate::{REGRESSORS, is_primary, regressor, response};
-use sideslip::regression::config::Config;
-use sideslip::regression::information::Information;
-use sideslip::regression::stepwise::{Fit, Offer, Thresholds, fit};
+use sideslip::realtime::modes::stage;
+use sideslip::realtime::regression::candidate::{REGRESSORS, is_primary, regressor, response};
+use sideslip::realtime::regression::config::Config;
+use sideslip::realtime::regression::information::Information;
+use sideslip::realtime::regression::stepwise::{Fit, Offer, Thresholds, fit};
 use std::hint::black_box;
 
 const F_ENTER: f64 = 12.0;

@@ -11,8 +11,8 @@ use crate::peer::{Estimate, Peer};
 use crate::textbook::{Readings, Step, Textbook, smooth};
 use criterion::Criterion;
 
-use sideslip::estimation::fixed_lag::{FixedLag, SmoothedPoint};
-use sideslip::estimation::process::MOVING;
+use sideslip::realtime::estimation::fixed_lag::{FixedLag, SmoothedPoint};
+use sideslip::realtime::estimation::process::MOVING;
 use std::collections::VecDeque;
 use std::hint::black_box;
 

@@ -1,13 +1,14 @@
 //! Coarse errors: signs, units and names are told as such, and no run with one is called fit; damaged samples make no error.
 
-use crate::flown::{candidate, sortie};
-use crate::manoeuvre::over_seeds;
-use sideslip::estimation::compatibility::verdict::{Candidate, Fitness, check};
-use sideslip::estimation::screening::Damage;
-use sideslip::flight::channel::Channel::{self, Alpha, Altitude, Ay, Az, Beta, P, Phi, Psi, Q, R, Tas, Theta};
+use super::flown::{candidate, sortie};
+use crate::support::manoeuvre::over_seeds;
+use sideslip::flight::channel::Channel;
+use sideslip::flight::channel::Channel::{Alpha, Altitude, Ay, Az, Beta, P, Phi, Psi, Q, R, Tas, Theta};
+use sideslip::postflight::reconstruction::screening::Damage;
+use sideslip::postflight::reconstruction::verdict::{CheckedRun, Fitness, check};
 
 /// One run of the sortie, each channel's samples changed.
-fn changed(run: usize, seed: u64, mut change: impl FnMut(Channel, f64, f64) -> f64) -> Candidate {
+fn changed(run: usize, seed: u64, mut change: impl FnMut(Channel, f64, f64) -> f64) -> CheckedRun {
     let mut one = candidate("run", &sortie()[run], &[], seed);
     for sample in &mut one.samples {
         for channel in Channel::ALL {

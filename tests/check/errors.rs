@@ -1,6 +1,7 @@
 //! The errors that are put in, and what they are together with what a run's instruments have of their own.
 
-use sideslip::flight::channel::Channel::{self, Alpha, Ax, Ay, Az, Beta, P, Phi, Psi, Q, R, Tas, Theta};
+use sideslip::flight::channel::Channel;
+use sideslip::flight::channel::Channel::{Alpha, Ax, Ay, Az, Beta, P, Phi, Psi, Q, R, Tas, Theta};
 use sideslip::flight::effect::{Effect, PositionedSensor};
 
 const ALL: [Channel; 12] = [Ax, Ay, Az, P, Q, R, Tas, Alpha, Beta, Phi, Theta, Psi];

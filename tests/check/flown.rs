@@ -1,15 +1,15 @@
 //! What is checked: the built-in Puma at 100 kn, in one flight with several inputs, and in a sortie of one input a run.
 
-use crate::uniform::Uniform;
-use sideslip::estimation::compatibility::verdict::{Candidate, Verdict, check};
+use crate::support::uniform::Uniform;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::control::Control;
 use sideslip::flight::effect::Effect;
 use sideslip::flight::run::RunGeometry;
-use sideslip::simulation::flight_model::{Asked, FlightModel};
+use sideslip::postflight::reconstruction::verdict::{CheckedRun, RunVerdict, check};
+use sideslip::simulation::flight_model::{FlightModel, FlightRequest};
 use sideslip::simulation::fly::{Flight, uniform_times};
 use sideslip::simulation::input::InputSpec;
-use sideslip::simulation::instrument::Instruments;
+use sideslip::simulation::instrument::InstrumentSet;
 use sideslip::simulation::pilot::Pilot;
 
 const KNOT: f64 = 1852.0 / 3600.0;
@@ -38,19 +38,20 @@ pub(crate) fn sortie() -> Vec<Flight> {
 }
 
 fn flown_with(inputs: &[&str]) -> Flight {
-    let asked = Asked { speed: Some(100.0 * KNOT), set: vec!["perturbation=small".to_owned()], ..Asked::default() };
+    let asked =
+        FlightRequest { speed: Some(100.0 * KNOT), set: vec!["perturbation=small".to_owned()], ..FlightRequest::default() };
     let mut flight = FlightModel::puma(&asked).unwrap().flight();
     flight.times_s = uniform_times(0.0, 30.0, 50.0).unwrap();
     for input in inputs {
         let spec = InputSpec::parse(input).unwrap();
         for control in Control::ALL.into_iter().filter(|control| control.channel() == spec.channel) {
             let history = &mut flight.inputs.controls[control.index()];
-            *history = history.plus(1.0, &spec.deviation(crate::manoeuvre::LEAD_S));
+            *history = history.plus(1.0, &spec.deviation(crate::support::manoeuvre::LEAD_S));
         }
     }
     flight.pilot = Some(Pilot::ATTITUDE);
     flight.inputs = flight.inputs.sampled(&flight.times_s);
-    flight.instruments = Instruments::flight_quality(1.0);
+    flight.instruments = InstrumentSet::flight_quality(1.0);
     flight
 }
 
@@ -71,17 +72,17 @@ pub(crate) fn own_biases(flight: &mut Flight, seed: u64) -> Vec<(Channel, f64)> 
 }
 
 /// What is said of one flight with these effects.
-pub(crate) fn checked(flight: &Flight, effects: &[Effect], seed: u64) -> Verdict {
+pub(crate) fn checked(flight: &Flight, effects: &[Effect], seed: u64) -> RunVerdict {
     check(&[candidate("flight", flight, effects, seed)]).remove(0)
 }
 
 /// A flight with these effects, as it is handed to the check.
-pub(crate) fn candidate(name: &str, flight: &Flight, effects: &[Effect], seed: u64) -> Candidate {
+pub(crate) fn candidate(name: &str, flight: &Flight, effects: &[Effect], seed: u64) -> CheckedRun {
     let flown = Flight { effects: effects.to_vec(), seed, ..flight.clone() }.fly().unwrap();
     let geometry = RunGeometry {
         accelerometer_position_m: flight.instruments.accelerometer_position_m,
         vane_position_m: flight.instruments.vane_position_m,
         ..RunGeometry::default()
     };
-    Candidate { name: name.to_owned(), samples: flown.samples, geometry }
+    CheckedRun { name: name.to_owned(), samples: flown.samples, geometry }
 }

@@ -8,10 +8,10 @@
 //! Falls short, in this flight: factor, lag and skew of ax, and lag and skew of tas and its 5 %, are never found, 5 % of ay and
 //! of alpha hardly ever; q, theta and alpha move too little beside p, so most of theirs, and 5 % of r and psi, stay doubts.
 
-use crate::errors::{every_error, with_own};
-use crate::flown::{checked, flight, flight_with, own_biases};
-use crate::manoeuvre::{over_seeds, seeds};
-use crate::score::{Score, score, told, told_by_kind};
+use super::errors::{every_error, with_own};
+use super::flown::{checked, flight, flight_with, own_biases};
+use super::score::{Score, score, told, told_by_kind};
+use crate::support::manoeuvre::{over_seeds, seeds};
 use sideslip::flight::channel::Channel::{Alpha, Ay, Beta, P, Phi, Psi, Q, R, Theta};
 use sideslip::flight::effect::{Effect, PositionedSensor};
 use sideslip::simulation::fly::Flight;

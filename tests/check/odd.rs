@@ -1,13 +1,13 @@
 //! One bad run among good ones: its error is told of it and of no other.
 //!
-//! A whole study: `SIDESLIP_SEEDS=5 cargo nextest run --release --test check --no-capture -E 'test(bad_run)'`
+//! A whole study: `SIDESLIP_SEEDS=5 cargo nextest run --release --test slow --no-capture -E 'test(check::odd)'`
 
-use crate::flown::{SORTIE, candidate, own_biases, sortie};
-use crate::manoeuvre::{over_seeds, seeds};
-use crate::score::score;
-use sideslip::estimation::compatibility::verdict::{Candidate, check};
+use super::flown::{SORTIE, candidate, own_biases, sortie};
+use super::score::score;
+use crate::support::manoeuvre::{over_seeds, seeds};
 use sideslip::flight::channel::Channel::{Beta, Phi, R, Theta};
 use sideslip::flight::effect::Effect;
+use sideslip::postflight::reconstruction::verdict::{CheckedRun, check};
 
 #[test]
 fn one_bad_run_is_told_from_the_others() {
@@ -24,7 +24,7 @@ fn one_bad_run_is_told_from_the_others() {
     let each = seeds(1);
     let said = over_seeds(each * cases.len() as u64, |number| {
         let (bad, error) = cases[(number / each) as usize];
-        let flown: Vec<Candidate> = runs
+        let flown: Vec<CheckedRun> = runs
             .iter()
             .zip(SORTIE)
             .enumerate()

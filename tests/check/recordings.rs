@@ -1,6 +1,6 @@
 //! The command on recordings: what is known of them comes out, and JSON has its form.
 
-use crate::program::{ended, path, puma, real, sideslip};
+use crate::support::program::{ended, path, puma, real, sideslip};
 use serde_json::Value;
 
 fn checked(files: &[&std::path::Path]) -> (i32, Value) {

@@ -1,9 +1,9 @@
 //! What a verdict made of an error that was put in: named alone, named among rivals, missed, and what else was named.
 
-use sideslip::estimation::compatibility::verdict::Verdict;
 use sideslip::flight::channel::{Channel, ControlNames};
 use sideslip::flight::effect::{Effect, PositionedSensor};
-use sideslip::flight::effect_file::DeclaredEffect;
+use sideslip::flight::file::effect_file::DeclaredEffect;
+use sideslip::postflight::reconstruction::verdict::RunVerdict;
 use std::collections::BTreeMap;
 
 /// Counts over flights.
@@ -141,13 +141,13 @@ fn spoken_of(error: &Effect) -> (String, f64) {
 }
 
 /// Whether it is named as what would fit but is in doubt.
-fn doubted(verdict: &Verdict, error: &Effect) -> bool {
+fn doubted(verdict: &RunVerdict, error: &Effect) -> bool {
     let (phrase, _) = spoken_of(error);
     verdict.not_observable.iter().any(|what| what.starts_with(&phrase) && what.contains("would fit"))
 }
 
 /// Whether the run says that so small an error could not be told.
-fn said(verdict: &Verdict, error: &Effect) -> bool {
+fn said(verdict: &RunVerdict, error: &Effect) -> bool {
     let (phrase, size) = spoken_of(error);
     let of_it = |what: &&String| what.starts_with(&phrase);
     verdict.not_observable.iter().filter(of_it).any(|what| match what.split_once("less than ") {
@@ -159,7 +159,7 @@ fn said(verdict: &Verdict, error: &Effect) -> bool {
 }
 
 /// Judges a verdict against the errors that were put in.
-pub(crate) fn score(verdict: &Verdict, errors: &[Effect]) -> Score {
+pub(crate) fn score(verdict: &RunVerdict, errors: &[Effect]) -> Score {
     let mut score = Score { flights: errors.len(), ..Score::default() };
     let names = |declared: &DeclaredEffect, error: &Effect| -> Option<f64> {
         let (truth, found) = same(error, &declared.effect)?;

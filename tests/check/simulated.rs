@@ -1,11 +1,11 @@
 //! Healthy instruments, rough air, and runs that are not fit.
 
-use crate::flown::{checked, flight};
-use crate::manoeuvre::{over_seeds, seeds};
-use sideslip::estimation::compatibility::verdict::{Candidate, Fitness, check};
+use super::flown::{checked, flight};
+use crate::support::manoeuvre::{over_seeds, seeds};
 use sideslip::flight::channel::Channel;
 use sideslip::flight::effect::Effect;
 use sideslip::flight::run::RunGeometry;
+use sideslip::postflight::reconstruction::verdict::{CheckedRun, Fitness, check};
 use sideslip::simulation::instrument_file::InstrumentFile;
 
 /// Fifty flights (500 by SIDESLIP_SEEDS) with healthy instruments: none was named in 500.
@@ -73,7 +73,7 @@ fn instruments_of_the_flight_test_file() {
 fn runs_that_are_not_fit_say_why() {
     let flight = flight();
     let flown = flight.fly().unwrap();
-    let verdict = |samples| check(&[Candidate { name: "cut".to_owned(), samples, geometry: RunGeometry::default() }]).remove(0);
+    let verdict = |samples| check(&[CheckedRun { name: "cut".to_owned(), samples, geometry: RunGeometry::default() }]).remove(0);
     let short = verdict(flown.samples[..150].to_vec());
     assert!(short.fitness == Fitness::NotFit && short.reason.contains("too short"), "{short:?}");
     let slow = verdict(flown.samples.iter().step_by(10).copied().collect());

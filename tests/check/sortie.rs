@@ -1,7 +1,7 @@
 //! Errors put into the instruments of a whole sortie, four runs checked together: which are found, sized, or named wrongly.
 //!
 //! One command for all of them, so many sorties an error, and as many times 100 healthy ones:
-//! `SIDESLIP_SEEDS=1 cargo nextest run --release --test check --no-capture -E 'test(sortie)'`
+//! `SIDESLIP_SEEDS=1 cargo nextest run --release --test slow --no-capture -E 'test(check::sortie)'`
 //!
 //! Measured with every error in one sortie (a bias in each of its four runs), seeds 80000 onwards, nothing named wrongly:
 //!
@@ -20,22 +20,22 @@
 //! In 100 healthy sorties (seeds 100000 onwards) nothing is named; 500 were not measured. Of 12 sorties with gyros or
 //! accelerometers turned by 1 or -2 deg none is given a wrong name (one each).
 
-use crate::errors::{every_error, with_own};
-use crate::flown::{SORTIE, candidate, own_biases, sortie};
-use crate::manoeuvre::{over_seeds, seeds};
-use crate::score::{Score, score, told_by_kind};
-use sideslip::estimation::compatibility::verdict::{Candidate, Verdict, check};
+use super::errors::{every_error, with_own};
+use super::flown::{SORTIE, candidate, own_biases, sortie};
+use super::score::{Score, score, told_by_kind};
+use crate::support::manoeuvre::{over_seeds, seeds};
 use sideslip::flight::channel::Channel;
 use sideslip::flight::effect::Effect;
+use sideslip::postflight::reconstruction::verdict::{CheckedRun, RunVerdict, check};
 use sideslip::simulation::fly::Flight;
 
 /// A sortie with these errors in every run; each run's own biases.
-fn checked(runs: &[Flight], errors: &[Effect], seed: u64) -> Vec<(Verdict, Vec<(Channel, f64)>)> {
+fn checked(runs: &[Flight], errors: &[Effect], seed: u64) -> Vec<(RunVerdict, Vec<(Channel, f64)>)> {
     let (candidates, owns) = flown(runs, errors, seed);
     check(&candidates).into_iter().zip(owns).collect()
 }
 
-fn flown(runs: &[Flight], errors: &[Effect], seed: u64) -> (Vec<Candidate>, Vec<Vec<(Channel, f64)>>) {
+fn flown(runs: &[Flight], errors: &[Effect], seed: u64) -> (Vec<CheckedRun>, Vec<Vec<(Channel, f64)>>) {
     let mut owns = Vec::new();
     let mut candidates = Vec::new();
     for (place, (run, input)) in runs.iter().zip(SORTIE).enumerate() {
@@ -79,7 +79,7 @@ fn errors_of_a_sortie_are_found_under_their_names() {
 }
 
 /// Rates or forces of every sample, turned about an axis by an angle, rad.
-fn turned(candidates: &mut [Candidate], triad: [Channel; 3], axis: usize, angle: f64) {
+fn turned(candidates: &mut [CheckedRun], triad: [Channel; 3], axis: usize, angle: f64) {
     let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
     for sample in candidates.iter_mut().flat_map(|one| &mut one.samples) {
         let Some([a, b]) = sample.get(triad[i]).zip(sample.get(triad[j])).map(|(a, b)| [a, b]) else { continue };

@@ -1,6 +1,6 @@
 //! Wrong calls, recordings and models: one line that says what was expected, exit status 2, nothing written.
 
-use crate::program::{RunFile, ended, folder, own, path, puma, sideslip};
+use crate::support::program::{RunFile, ended, folder, own, path, puma, sideslip};
 
 fn refused(args: &[&str], words: &[&str]) {
     let (status, out, said) = ended(&sideslip(args));

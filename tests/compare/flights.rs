@@ -1,6 +1,6 @@
 //! Simulated flights: a model is as good as its instruments' noise on its own flight, and what it lacks is what is gained.
 
-use crate::program::{ended, folder, own, path, puma, sideslip};
+use crate::support::program::{ended, folder, own, path, puma, sideslip};
 use serde_json::Value;
 use std::path::Path;
 

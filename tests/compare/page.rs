@@ -1,6 +1,6 @@
 //! The page of a diagnosis: the answer and its evidence stand in it, nothing comes from elsewhere, and names are text.
 
-use crate::program::{RunFile, ended, folder, own, path, sideslip};
+use crate::support::program::{RunFile, ended, folder, own, path, sideslip};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,6 @@
 //! Diagnoses of real flights, by models of some axes only: an instrument's place, and an a-priori model that is too stiff.
 
-use crate::program::{ended, folder, path, real, sideslip};
+use crate::support::program::{ended, folder, path, real, sideslip};
 use serde_json::Value;
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! Real recordings: the Citation against its a-priori model, the ATTAS against a model identified from another of its runs.
 
-use crate::program::{ended, folder, path, real, sideslip};
+use crate::support::program::{ended, folder, path, real, sideslip};
 use serde_json::Value;
 
 /// A model identified from the rudder doublet predicts the aileron's record; the picture and figures are there.

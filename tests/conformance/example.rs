@@ -1,16 +1,16 @@
 //! A small run with every topic, every kind of absence and awkward numbers, the same at each call.
 
-use sideslip::estimation::record::{Aid, EstimationEvent, Innovation, LaggedRecord, StateRecord};
 use sideslip::flight::channel::{Channel, ControlNames};
 use sideslip::flight::derivative::{Axis, Variable};
-use sideslip::flight::log_head::LogHead;
-use sideslip::identification::record::{OutputErrorRecord, ParameterRecord, Progress};
-use sideslip::modes::record::{ModesRecord, Oscillation, RealRoot};
-use sideslip::outputs::mcap_log::{LogSummary, McapLog};
-use sideslip::outputs::record::{EventKind, EventRecord, Message};
-use sideslip::regression::record::{DerivativesRecord, EquationRecord, FrequencyTerm, Reason, Status, TermRecord};
-use sideslip::telemetry::mcap::{Losses, SampleReader};
-use sideslip::telemetry::record::Sample;
+use sideslip::flight::file::log_head::LogHead;
+use sideslip::flight::sample::Sample;
+use sideslip::io::outputs::log::mcap_log::{LogSummary, McapLog};
+use sideslip::io::outputs::record::{EventKind, EventRecord, Message};
+use sideslip::io::telemetry::mcap::{LogLosses, SampleReader};
+use sideslip::postflight::output_error::record::{OutputErrorProgress, OutputErrorRecord, ParameterRecord};
+use sideslip::realtime::estimation::record::{Aid, EstimationEvent, Innovation, LaggedRecord, StateRecord};
+use sideslip::realtime::modes::record::{ModesRecord, Oscillation, RealRoot};
+use sideslip::realtime::regression::record::{DerivativesRecord, EquationRecord, FrequencyTerm, Reason, Status, TermRecord};
 use std::io::{Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
 
@@ -102,7 +102,7 @@ fn modes(time_s: f64, with_numbers: bool) -> Message {
 fn output_error(time_s: f64, with_numbers: bool) -> Message {
     let mut record = OutputErrorRecord { time_s, ..OutputErrorRecord::EMPTY };
     if with_numbers {
-        record.progress = Progress::Converging;
+        record.progress = OutputErrorProgress::Converging;
         record.fitted_s = time_s - 0.5;
         record.dutch_roll = Some(Oscillation { real: -0.2, imag: 1.8, omega: 1.81, zeta: 0.11, std_omega: 0.01, std_zeta: 0.02 });
         record.explain("the search has not ended within its steps");
@@ -182,7 +182,7 @@ pub(crate) fn write(path: &Path, rows: &[Row], chunk: usize) -> LogSummary {
 }
 
 /// Everything that can be read, and what could not.
-pub(crate) fn read(source: impl Read + Seek) -> Option<(Vec<Row>, Losses)> {
+pub(crate) fn read(source: impl Read + Seek) -> Option<(Vec<Row>, LogLosses)> {
     let mut reader = SampleReader::open(source).ok()?;
     let mut rows = Vec::new();
     while let Some((sample, unknown)) = reader.next_sample().unwrap() {
@@ -191,7 +191,7 @@ pub(crate) fn read(source: impl Read + Seek) -> Option<(Vec<Row>, Losses)> {
     Some((rows, reader.losses()))
 }
 
-pub(crate) fn read_bytes(bytes: &[u8]) -> Option<(Vec<Row>, Losses)> {
+pub(crate) fn read_bytes(bytes: &[u8]) -> Option<(Vec<Row>, LogLosses)> {
     read(Cursor::new(bytes))
 }
 

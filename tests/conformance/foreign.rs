@@ -1,6 +1,6 @@
 //! The conformance files of the MCAP project, read in place: none is a log of ours, all are refused with what they hold.
 
-use sideslip::telemetry::mcap::{LogReadError, SampleReader};
+use sideslip::io::telemetry::mcap::{LogReadError, SampleReader};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,6 @@
 //! No bytes make the reader panic or take much memory: mutated logs, with and without checksums, and wild lengths.
 
-use crate::example::{Dice, folder, head, read_bytes, rows, write};
+use super::example::{Dice, folder, head, read_bytes, rows, write};
 use std::collections::BTreeMap;
 use std::io::Cursor;
 

@@ -3,7 +3,7 @@
 //! The reader is installed with pip into a virtual environment under the target folder; where that cannot be done the
 //! test says that it was skipped.
 
-use crate::example::{folder, rows, write};
+use super::example::{folder, rows, write};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

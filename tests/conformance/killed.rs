@@ -3,11 +3,11 @@
 //! The child is this test program itself. It says on its standard output what it has sent, so that the machine's own
 //! hesitations do not count. `SIDESLIP_KILLS` sets how often (20).
 
-use crate::example::{Dice, folder, head, read, state};
-use sideslip::outputs::log_thread::LogThread;
-use sideslip::outputs::mcap_log::McapLog;
-use sideslip::outputs::queue::{Policy, queue};
-use sideslip::telemetry::record::Sample;
+use super::example::{Dice, folder, head, read, state};
+use sideslip::flight::sample::Sample;
+use sideslip::io::outputs::log::log_thread::LogThread;
+use sideslip::io::outputs::log::mcap_log::McapLog;
+use sideslip::io::outputs::queue::{QueuePolicy, queue};
 use std::fs::File;
 use std::io::{Read, Write};
 use std::path::Path;
@@ -23,7 +23,7 @@ const HZ: f64 = 256.0;
 fn logs_until_killed() {
     let Some(path) = std::env::var_os(CHILD) else { return };
     let log = McapLog::create(Path::new(&path), head(), Box::new(|line| panic!("{line}"))).unwrap();
-    let (mut sender, receiver) = queue(Policy::RealTime, 4096, 2);
+    let (mut sender, receiver) = queue(QueuePolicy::RealTime, 4096, 2);
     let thread = LogThread::spawn(receiver, log).unwrap();
     let started = Instant::now();
     for k in 0..20_000_u32 {
@@ -40,6 +40,7 @@ fn logs_until_killed() {
 
 #[test]
 fn all_but_the_last_moment_survives_a_kill() {
+    let _turn = crate::alone();
     let kills: usize = std::env::var("SIDESLIP_KILLS").ok().and_then(|text| text.parse().ok()).unwrap_or(20);
     let folder = folder("killed");
     let mut dice = Dice(20);
@@ -47,7 +48,7 @@ fn all_but_the_last_moment_survives_a_kill() {
     for kill in 0..kills {
         let path = folder.join(format!("{kill}.mcap"));
         let mut child = Command::new(std::env::current_exe().unwrap())
-            .args(["killed::logs_until_killed", "--exact", "--ignored", "--nocapture"])
+            .args(["conformance::killed::logs_until_killed", "--exact", "--ignored", "--nocapture"])
             .env(CHILD, &path)
             .stdout(Stdio::piped())
             .spawn()

@@ -1,6 +1,6 @@
 //! The program itself, replaying at real time into a log, is killed: the log is in its place and all but the last 0.3 s is in it.
 
-use crate::example::{Dice, folder, read};
+use super::example::{Dice, folder, read};
 use std::fs::File;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -11,6 +11,7 @@ const START_S: f64 = 0.5;
 
 #[test]
 fn a_replay_that_is_killed_leaves_its_log_in_its_place() {
+    let _turn = crate::alone();
     let kills: u64 = std::env::var("SIDESLIP_KILLS").ok().and_then(|text| text.parse().ok()).unwrap_or(5);
     let folder = folder("killed_program");
     let recording = Path::new(env!("CARGO_MANIFEST_DIR")).join("replay/recordings/puma-100kn-pedal-3211.csv");

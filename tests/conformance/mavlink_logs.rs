@@ -3,9 +3,9 @@
 //! In the plane's log pymavlink finds 32,076 messages and calls 13 bytes bad; those belong to two frames with right
 //! checksums (a HEARTBEAT and a COMMAND_LONG of sender 254/0), which a byte-by-byte search finds too: 32,078.
 
-use sideslip::telemetry::mavlink::packet::Tally;
-use sideslip::telemetry::mavlink::senders::Sender;
-use sideslip::telemetry::recording::Recording;
+use sideslip::io::telemetry::mavlink::packet::FrameTally;
+use sideslip::io::telemetry::mavlink::senders::Sender;
+use sideslip::io::telemetry::recording::Recording;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -25,7 +25,7 @@ fn tlog(name: &str) -> Option<PathBuf> {
 struct Found {
     by_sender: Vec<((u8, u8), u64)>,
     vehicle: BTreeMap<String, u64>,
-    tally: Tally,
+    tally: FrameTally,
     boots: u32,
     times_s: Vec<f64>,
 }
@@ -57,7 +57,7 @@ fn a_plane_with_two_ground_stations() {
     let Some(file) = tlog("plane-canberra.tlog") else { return };
     let found = read(&file);
     assert_eq!(found.by_sender, [((2, 1), 31_490), ((254, 0), 582), ((255, 0), 6)]);
-    assert_eq!(found.tally, Tally { good: 32_078, ..Tally::default() });
+    assert_eq!(found.tally, FrameTally { good: 32_078, ..FrameTally::default() });
     for (name, count) in [("RAW_IMU", 572), ("SCALED_IMU3", 571), ("ATTITUDE", 1088), ("RPM", 150), ("AIRSPEED_AUTOCAL", 48)] {
         assert_eq!(found.vehicle[name], count, "{name}");
     }
@@ -87,14 +87,14 @@ fn a_submarine_and_a_vtol() {
     if let Some(file) = tlog("sub-v2.tlog") {
         let found = read(&file);
         assert_eq!(found.by_sender, [((1, 1), 1136), ((255, 230), 290)]);
-        assert_eq!((found.tally, found.boots), (Tally { good: 1426, ..Tally::default() }, 1));
+        assert_eq!((found.tally, found.boots), (FrameTally { good: 1426, ..FrameTally::default() }, 1));
         span_s(&found);
     }
     // One COMMAND_ACK holds a result that the dialect's enum lacks: it counts like the others.
     if let Some(file) = tlog("vtol-sitl-v1.tlog") {
         let found = read(&file);
         assert_eq!(found.by_sender, [((1, 1), 23_894)]);
-        assert_eq!((found.tally, found.boots), (Tally { good: 23_894, ..Tally::default() }, 1));
+        assert_eq!((found.tally, found.boots), (FrameTally { good: 23_894, ..FrameTally::default() }, 1));
         assert_eq!((found.vehicle["COMMAND_ACK"], found.vehicle["ATTITUDE"]), (6, 888));
         span_s(&found);
     }

@@ -2,8 +2,8 @@
 
 #![cfg(unix)]
 
-use crate::example::{folder, head, read, rows};
-use sideslip::outputs::mcap_log::McapLog;
+use super::example::{folder, head, read, rows};
+use sideslip::io::outputs::log::mcap_log::McapLog;
 use std::fs::File;
 use std::io::Read;
 use std::process::Command;

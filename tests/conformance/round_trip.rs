@@ -1,12 +1,12 @@
 //! What was logged comes back with the same bits.
 
-use crate::example::{bits, folder, head, read, rows, write};
-use sideslip::estimation::record::EstimationEvent;
-use sideslip::outputs::log_thread::LogThread;
-use sideslip::outputs::mcap_log::{LogError, McapLog};
-use sideslip::outputs::queue::{Policy, queue};
-use sideslip::outputs::record::{EventKind, EventRecord, Message};
-use sideslip::telemetry::mcap::SampleReader;
+use super::example::{bits, folder, head, read, rows, write};
+use sideslip::io::outputs::log::log_thread::LogThread;
+use sideslip::io::outputs::log::mcap_log::{LogError, McapLog};
+use sideslip::io::outputs::queue::{QueuePolicy, queue};
+use sideslip::io::outputs::record::{EventKind, EventRecord, Message};
+use sideslip::io::telemetry::mcap::SampleReader;
+use sideslip::realtime::estimation::record::EstimationEvent;
 use std::fs::File;
 
 #[test]
@@ -30,7 +30,7 @@ fn through_queue_and_thread_everything_arrives_in_order() {
     let path = folder("thread").join("run.mcap");
     let rows = rows(5000);
     let log = McapLog::create(&path, head(), Box::new(|line| panic!("{line}"))).unwrap();
-    let (mut sender, receiver) = queue(Policy::Lossless, 64, 2);
+    let (mut sender, receiver) = queue(QueuePolicy::Lossless, 64, 2);
     let thread = LogThread::spawn(receiver, log).unwrap();
     for (sample, unknown) in &rows {
         sender.send_sample(sample, unknown);

@@ -1,6 +1,6 @@
 //! A log cut off anywhere gives the messages before the cut, all those of whole chunks among them, and says that it was.
 
-use crate::example::{bits, folder, read_bytes, rows, write};
+use super::example::{bits, folder, read_bytes, rows, write};
 
 const CHUNK: usize = 20;
 

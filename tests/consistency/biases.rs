@@ -1,12 +1,12 @@
 //! Biases of gyros and accelerometers against the ones that were put in, over many flights with the full instrument model:
 //! lags, delays, words, vibration, dropouts, and vanes that read 2 % too much and a few milliradians off, of which nobody told.
 
-use crate::manoeuvre::{over_seeds, seeds};
-use crate::smoother::{fly, geometry, instruments};
-use crate::uniform::Uniform;
-use sideslip::estimation::config::Config;
-use sideslip::estimation::fixed_interval::smooth;
+use super::smoother::{fly, geometry, instruments};
+use crate::support::manoeuvre::{over_seeds, seeds};
+use crate::support::uniform::Uniform;
 use sideslip::flight::channel::Channel;
+use sideslip::realtime::estimation::config::Config;
+use sideslip::realtime::estimation::fixed_interval::smooth;
 
 const INERTIAL: [Channel; 6] = [Channel::Ax, Channel::Ay, Channel::Az, Channel::P, Channel::Q, Channel::R];
 

@@ -5,20 +5,20 @@
 //! filter is told too much noise. Seven aids are judged, and all together: one false alarm in 125 runs of this test, were the
 //! seeds not fixed.
 
-use crate::manoeuvre::{INPUTS, fly, over_seeds, seeds};
-use crate::puma::puma_100kn;
-use sideslip::estimation::config::{Config, Noise, NoiseSource};
-use sideslip::estimation::estimator::Estimator;
-use sideslip::estimation::record::{AIDS, Aid};
+use crate::support::manoeuvre::{INPUTS, fly, over_seeds, seeds};
+use crate::support::puma::puma_100kn;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::run::RunGeometry;
-use sideslip::simulation::instrument::Instruments;
+use sideslip::realtime::estimation::config::{Config, Noise, NoiseSource};
+use sideslip::realtime::estimation::estimator::Estimator;
+use sideslip::realtime::estimation::record::{AIDS, Aid};
+use sideslip::simulation::instrument::InstrumentSet;
 
 /// Quantile of the standard normal for a two-sided 99.9 % band.
 const BAND: f64 = 3.29;
 
 /// A filter that is told the very noise of these instruments, and that their biases stay.
-fn matched(instruments: &Instruments) -> Config {
+fn matched(instruments: &InstrumentSet) -> Config {
     let noise = |channel: Channel| instruments.channels.iter().find(|one| one.channel == channel).unwrap();
     Config {
         noise: Noise {
@@ -54,7 +54,7 @@ struct Flight {
 
 fn flight(seed: u64) -> Flight {
     let model = puma_100kn().unwrap();
-    let instruments = Instruments::flight_quality(1.0);
+    let instruments = InstrumentSet::flight_quality(1.0);
     let flown = fly(&model, &INPUTS, &instruments, seed);
     let mut estimator = Box::new(Estimator::new(matched(&instruments), RunGeometry::default()).unwrap());
     let mut sums = Flight::default();

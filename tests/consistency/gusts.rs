@@ -11,7 +11,7 @@
 //!     across    sigma^2 L / pi (1 + 3 (L W)^2) / (1 + (L W)^2)^2
 
 use sideslip::flight::effect::Effect;
-use sideslip::simulation::flight_model::{Asked, FlightModel};
+use sideslip::simulation::flight_model::{FlightModel, FlightRequest};
 use sideslip::simulation::fly::{Flight, uniform_times};
 use sideslip::simulation::pilot::Pilot;
 use std::f64::consts::{PI, TAU};
@@ -48,7 +48,7 @@ fn periodogram(values: &[f64], bins: usize) -> Vec<f64> {
 
 #[test]
 fn a_level1_flight_meets_gusts_of_drydens_spectra() {
-    let model = FlightModel::puma(&Asked { speed: Some(51.44), ..Asked::default() }).unwrap();
+    let model = FlightModel::puma(&FlightRequest { speed: Some(51.44), ..FlightRequest::default() }).unwrap();
     let times_s = uniform_times(0.0, DURATION_S + 20.0, RATE_HZ).unwrap();
     let effects = vec![Effect::Turbulence { sigma: SIGMA, length: LENGTH_M }];
     let flight = Flight { times_s, effects, pilot: Some(Pilot::ATTITUDE), seed: 4, ..model.flight() };

@@ -6,10 +6,10 @@
 use sideslip::flight::channel::Channel;
 use sideslip::flight::control::Control;
 use sideslip::flight::model::{LinearModel, Trim};
+use sideslip::flight::signal::piecewise_linear::History;
 use sideslip::simulation::dropout::Dropouts;
-use sideslip::simulation::fly::{Flight, Flown, uniform_times};
-use sideslip::simulation::history::History;
-use sideslip::simulation::instrument::{Instrument, Instruments};
+use sideslip::simulation::fly::{Flight, FlightResult, uniform_times};
+use sideslip::simulation::instrument::{Instrument, InstrumentSet};
 use sideslip::simulation::instrument_file::InstrumentFile;
 use std::f64::consts::TAU;
 
@@ -19,11 +19,11 @@ fn flight(pedal: History, duration_s: f64, rate_hz: f64, instrument: Instrument)
     let mut flight = Flight::of(LinearModel::about(trim));
     flight.times_s = uniform_times(0.0, duration_s, rate_hz).unwrap();
     flight.inputs.controls[Control::Pedal.index()] = pedal;
-    flight.instruments = Instruments { channels: vec![instrument], ..Instruments::perfect() };
+    flight.instruments = InstrumentSet { channels: vec![instrument], ..InstrumentSet::perfect() };
     flight
 }
 
-fn readings(flown: &Flown, channel: Channel) -> Vec<(f64, f64)> {
+fn readings(flown: &FlightResult, channel: Channel) -> Vec<(f64, f64)> {
     flown.samples.iter().filter_map(|sample| Some((sample.time_s, sample.get(channel)?))).collect()
 }
 
@@ -136,7 +136,7 @@ fn the_example_s_channels_come_at_their_own_rates_and_errors_have_their_sizes() 
     let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/replay/instruments/flight-test.toml")).unwrap();
     let described = InstrumentFile::parse(&text, |channel| channel != Channel::Rho).unwrap();
     let mut mixed = flight(History::constant(0.0), 300.0, described.rate_hz.unwrap(), Instrument::perfect(Channel::P));
-    mixed.instruments = described.applied_to(Instruments::flight_quality(1.0), 1.0);
+    mixed.instruments = described.applied_to(InstrumentSet::flight_quality(1.0), 1.0);
     mixed.instruments.dropouts = None;
     let flown = mixed.fly().unwrap();
     for (channel, rate) in [(Channel::P, 256), (Channel::Az, 128), (Channel::Phi, 64), (Channel::Tas, 32), (Channel::Pedal, 128)]

@@ -1,20 +1,20 @@
 //! Output error over many seeds: its scatter is that of the Cramer-Rao bound, its intervals cover, and in coloured noise the
 //! corrected ones still do where the others do not.
 
-use crate::short_period::{Noise, TRUTH, parameters, record, structure};
-use crate::uniform::Uniform;
-use sideslip::regression::output_error::{Own, Settings, fit};
+use crate::support::short_period::{Noise, TRUTH, parameters, record, structure};
+use crate::support::uniform::Uniform;
+use sideslip::postflight::output_error::{FitSettings, RunParameters, fit};
 
 /// Over the seeds: scatter over the mean Cramer-Rao error by parameter, coverage by it, coverage by the corrected error.
 fn study(colour: f64, seeds: u64, samples: usize) -> (Vec<f64>, f64, Vec<f64>) {
-    let own = Own { initial_state: vec![0.01, 0.0], state_bias: vec![0.0, 0.02], output_bias: vec![0.0, 0.0, 0.1] };
+    let own = RunParameters { initial_state: vec![0.01, 0.0], state_bias: vec![0.0, 0.02], output_bias: vec![0.0, 0.0, 0.1] };
     let noise = Noise { std: [0.002, 0.003, 0.02], colour };
     let (mut squares, mut bounds) = ([0.0; 6], [0.0; 6]);
     let (mut white, mut corrected) = (0, [0; 6]);
     for seed in 0..seeds {
         let times = (0..samples).map(|k| 0.02 * k as f64).collect();
         let flown = record(times, 0.6, &own, &noise, &mut Uniform(100 + 7919 * seed));
-        let fitted = fit(&structure(), &parameters(0.1), &[], &[flown], &Settings::default()).unwrap();
+        let fitted = fit(&structure(), &parameters(0.1), &[], &[flown], &FitSettings::default()).unwrap();
         assert!(fitted.converged, "seed {seed}");
         for j in 0..6 {
             let error = (fitted.theta[j] - TRUTH[j]).abs();

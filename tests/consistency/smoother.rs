@@ -5,18 +5,18 @@
 //! its yaw acceleration: a Butterworth filter of second order run forwards and backwards over the yaw gyro,
 //! then central differences; its cut-off is the one that comes nearest the truth, which only a simulation knows.
 
-use crate::manoeuvre::{LEAD_S, over_seeds, seeds};
-use crate::puma::puma_100kn;
-use sideslip::estimation::config::{Config, NoiseSource};
-use sideslip::estimation::estimator::Estimator;
-use sideslip::estimation::fixed_interval::smooth;
-use sideslip::estimation::record::StateRecord;
+use crate::support::manoeuvre::{LEAD_S, over_seeds, seeds};
+use crate::support::puma::puma_100kn;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::control::Control;
 use sideslip::flight::run::RunGeometry;
-use sideslip::simulation::fly::{Flight, Flown, uniform_times};
+use sideslip::realtime::estimation::config::{Config, NoiseSource};
+use sideslip::realtime::estimation::estimator::Estimator;
+use sideslip::realtime::estimation::fixed_interval::smooth;
+use sideslip::realtime::estimation::record::StateRecord;
+use sideslip::simulation::fly::{Flight, FlightResult, uniform_times};
 use sideslip::simulation::input::InputSpec;
-use sideslip::simulation::instrument::Instruments;
+use sideslip::simulation::instrument::InstrumentSet;
 use sideslip::simulation::instrument_file::InstrumentFile;
 use sideslip::simulation::integrate::TrueState;
 use std::f64::consts::TAU;
@@ -24,11 +24,11 @@ use std::f64::consts::TAU;
 const FILE: &str = include_str!("../../replay/instruments/flight-test.toml");
 const RATE_HZ: f64 = 256.0;
 
-pub(crate) fn instruments(noise: f64) -> Instruments {
-    InstrumentFile::parse(FILE, |_| true).unwrap().applied_to(Instruments::flight_quality(noise), 1.0)
+pub(crate) fn instruments(noise: f64) -> InstrumentSet {
+    InstrumentFile::parse(FILE, |_| true).unwrap().applied_to(InstrumentSet::flight_quality(noise), 1.0)
 }
 
-pub(crate) fn geometry(instruments: &Instruments) -> RunGeometry {
+pub(crate) fn geometry(instruments: &InstrumentSet) -> RunGeometry {
     RunGeometry {
         accelerometer_position_m: instruments.accelerometer_position_m,
         vane_position_m: instruments.vane_position_m,
@@ -37,7 +37,7 @@ pub(crate) fn geometry(instruments: &Instruments) -> RunGeometry {
     }
 }
 
-pub(crate) fn fly(input: &str, instruments: &Instruments, seed: u64) -> Option<Flown> {
+pub(crate) fn fly(input: &str, instruments: &InstrumentSet, seed: u64) -> Option<FlightResult> {
     let mut model = puma_100kn()?;
     model.trim.rotor_speed = Some(27.0);
     let mut flight = Flight::of(model);

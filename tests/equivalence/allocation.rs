@@ -1,17 +1,14 @@
 //! Between a sample and its estimate nothing is allocated: not on the ground, in flight, or when things go wrong.
 
-use crate::allocations::{Counted, during};
-use crate::manoeuvre::{Manoeuvre, SAMPLES};
-use sideslip::estimation::config::RegressionStates;
-use sideslip::estimation::record::EstimationEvent;
+use crate::support::allocations::during;
+use crate::support::firmware_manoeuvre::{Manoeuvre, SAMPLES};
 use sideslip::flight::channel::Channel;
 use sideslip::flight::run::RunGeometry;
-use sideslip::pipeline::{Config, Pipeline};
-use sideslip::telemetry::record::Sample;
+use sideslip::flight::sample::Sample;
+use sideslip::realtime::estimation::config::RegressionStates;
+use sideslip::realtime::estimation::record::EstimationEvent;
+use sideslip::realtime::pipeline::{Config, Pipeline};
 use std::hint::black_box;
-
-#[global_allocator]
-static ALLOCATOR: Counted = Counted;
 
 /// The manoeuvre with everything wrong that telemetry gets wrong.
 fn troubled() -> Vec<Sample> {
@@ -47,6 +44,7 @@ fn troubled() -> Vec<Sample> {
 
 #[test]
 fn the_counter_counts() {
+    let _turn = crate::alone();
     assert_eq!(during(|| drop(black_box(Box::new(1_u64)))), 2);
     assert_eq!(during(|| drop(black_box(String::from("grows")) + "again")), 3);
     assert_eq!(during(|| ()), 0);
@@ -54,6 +52,7 @@ fn the_counter_counts() {
 
 #[test]
 fn nothing_is_allocated_between_sample_and_estimate() {
+    let _turn = crate::alone();
     for samples in [Manoeuvre::default().collect(), troubled()] {
         for states in [RegressionStates::Smoothed, RegressionStates::Filtered] {
             let mut config = Config::default();
@@ -75,6 +74,7 @@ fn nothing_is_allocated_between_sample_and_estimate() {
 
 #[test]
 fn the_troubled_run_had_its_troubles_and_an_answer() {
+    let _turn = crate::alone();
     let mut pipeline = Box::new(Pipeline::new(&Config::default(), RunGeometry::default()).unwrap());
     let mut events = Vec::new();
     for sample in troubled() {

@@ -1,9 +1,9 @@
 //! The same samples give the same bits, whatever went before and whoever carries the pipeline on.
 
-use crate::fingerprint::Fingerprint;
-use crate::manoeuvre::Manoeuvre;
+use crate::support::fingerprint::Fingerprint;
+use crate::support::firmware_manoeuvre::Manoeuvre;
 use sideslip::flight::run::RunGeometry;
-use sideslip::pipeline::{Config, Pipeline};
+use sideslip::realtime::pipeline::{Config, Pipeline};
 
 fn pipeline() -> Box<Pipeline> {
     Box::new(Pipeline::new(&Config::default(), RunGeometry::default()).unwrap())

@@ -1,13 +1,13 @@
 //! The autocovariance of the equation error from lagged products, against whole matrices: what least squares leaves of errors
 //! with a given autocovariance, multiplied out over the record.
 
-use crate::uniform::Uniform;
+use crate::support::uniform::Uniform;
 use nalgebra::{DMatrix, DVector};
 use sideslip::flight::derivative::Axis;
-use sideslip::regression::candidate::{BIAS, REGRESSORS, SIGNALS, response};
-use sideslip::regression::information::{Information, LAGS};
-use sideslip::regression::stepwise::{Offer, Thresholds, fit};
-use sideslip::regression::unbiased::error_covariance;
+use sideslip::realtime::regression::candidate::{BIAS, REGRESSORS, SIGNALS, response};
+use sideslip::realtime::regression::error_autocovariance::error_covariance;
+use sideslip::realtime::regression::information::{Information, LAGS};
+use sideslip::realtime::regression::stepwise::{Offer, Thresholds, fit};
 
 const RECORD: usize = 500;
 

@@ -1,17 +1,20 @@
 //! Filter error against a slow one from the book: matrices whole, the likelihood minimised by differences; and where there is
 //! nothing to filter against output error.
 
-use crate::short_period::{Noise, TRUTH, normal, parameters, record, structure};
-use crate::uniform::Uniform;
+use crate::support::short_period::{Noise, TRUTH, normal, parameters, record, structure};
+use crate::support::uniform::Uniform;
 use nalgebra::{DMatrix, DVector};
-use sideslip::regression::filter_error::{self, Disturbances};
-use sideslip::regression::output_error::{self, Entry, Own, Record, Settings};
+use sideslip::postflight::output_error;
+use sideslip::postflight::output_error::filter_error;
+use sideslip::postflight::output_error::filter_error::Disturbances;
+use sideslip::postflight::output_error::{FitSettings, InputOutputRecord, MatrixEntry, RunParameters};
 
-const TIGHT: Settings = Settings { iterations: 100, tolerance: 1e-9, noise: output_error::Noise::Diagonal, delay_grid: true };
+const TIGHT: FitSettings =
+    FitSettings { iterations: 100, tolerance: 1e-9, noise: output_error::NoiseCovariance::Diagonal, delay_grid: true };
 const STEP_S: f64 = 0.05;
 const STATES: usize = 2;
 
-fn values(matrix: &[Vec<Entry>], theta: &[f64]) -> DMatrix<f64> {
+fn values(matrix: &[Vec<MatrixEntry>], theta: &[f64]) -> DMatrix<f64> {
     DMatrix::from_fn(matrix.len(), matrix[0].len(), |i, j| matrix[i][j].value(theta))
 }
 
@@ -33,7 +36,7 @@ fn integrals(a: &DMatrix<f64>, h: f64) -> [DMatrix<f64>; 3] {
 }
 
 /// Unknowns: theta 6, ln q by gust 2, ln r by output 3, then by run w(0), q(0), the bias of q' and that of az.
-fn cost(unknowns: &[f64], records: &[Record], density: f64) -> f64 {
+fn cost(unknowns: &[f64], records: &[InputOutputRecord], density: f64) -> f64 {
     let structure = structure();
     let theta = &unknowns[..6];
     let [a, b, c, d] = [&structure.a, &structure.b, &structure.c, &structure.d].map(|matrix| values(matrix, theta));
@@ -100,13 +103,14 @@ fn minimum(mut unknowns: Vec<f64>, cost: impl Fn(&[f64]) -> f64) -> Vec<f64> {
 }
 
 /// Two runs whose states were disturbed; the first output is sampled at every other instant.
-fn disturbed_runs(strength: f64) -> Vec<Record> {
+fn disturbed_runs(strength: f64) -> Vec<InputOutputRecord> {
     let mut uniform = Uniform(21);
     let white = Noise { std: [0.002, 0.003, 0.02], colour: 0.0 };
     let mut runs = Vec::new();
     for (samples, pulse_s) in [(160_u32, 0.5), (140, 0.7)] {
         let times = (0..samples).map(|k| STEP_S * f64::from(k)).collect();
-        let own = Own { initial_state: vec![0.01, -0.02], state_bias: vec![0.0, 0.03], output_bias: vec![0.0, 0.0, 0.1] };
+        let own =
+            RunParameters { initial_state: vec![0.01, -0.02], state_bias: vec![0.0, 0.03], output_bias: vec![0.0, 0.0, 0.1] };
         let mut run = record(times, pulse_s, &own, &white, &mut uniform);
         // What white accelerations add, sample by sample.
         let s = structure();
@@ -141,7 +145,12 @@ fn gusts_and_noisy_inputs_are_the_slow_answer() {
     ours.extend(gusts.gusts.iter().map(|gust| gust.density.ln()));
     ours.extend(found.noise_cov.diagonal().iter().map(|r| r.ln()));
     for run in &found.runs {
-        ours.extend([run.own.initial_state[0], run.own.initial_state[1], run.own.state_bias[1], run.own.output_bias[2]]);
+        ours.extend([
+            run.run_parameters.initial_state[0],
+            run.run_parameters.initial_state[1],
+            run.run_parameters.state_bias[1],
+            run.run_parameters.output_bias[2],
+        ]);
     }
     let ours_cost = cost(&ours, &records, density);
     assert!((ours_cost - found.cost).abs() < 1e-9 * found.cost.abs(), "{ours_cost} {}", found.cost);

@@ -1,10 +1,10 @@
 //! The firmware profile, built apart without the standard library's features, gives the same bits as the library here, within
 //! its budget of stack.
 
-use crate::fingerprint::Fingerprint;
-use crate::manoeuvre::Manoeuvre;
+use crate::support::fingerprint::Fingerprint;
+use crate::support::firmware_manoeuvre::Manoeuvre;
 use sideslip::flight::run::RunGeometry;
-use sideslip::pipeline::{Config, Pipeline};
+use sideslip::realtime::pipeline::{Config, Pipeline};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

@@ -1,13 +1,13 @@
 //! The recursive Fourier regression against the slow obvious one: every instant stored, each transform integrated over the
 //! whole record, least squares by singular values.
 
-use crate::uniform::Uniform;
+use crate::support::uniform::Uniform;
 use nalgebra::{Complex, DMatrix, DVector};
 use sideslip::flight::derivative::{Axis, Variable};
-use sideslip::regression::candidate::{BIAS, REGRESSORS, SIGNALS, regressor, response};
-use sideslip::regression::frequency::band::Band;
-use sideslip::regression::frequency::estimate::{Estimate, Shared};
-use sideslip::regression::frequency::transforms::Transforms;
+use sideslip::realtime::regression::candidate::{BIAS, REGRESSORS, SIGNALS, regressor, response};
+use sideslip::realtime::regression::frequency::band::Band;
+use sideslip::realtime::regression::frequency::estimate::{Estimate, Shared};
+use sideslip::realtime::regression::frequency::transforms::Transforms;
 
 const GRID_S: f64 = 0.08;
 /// Parts of an interval for Simpson's rule.

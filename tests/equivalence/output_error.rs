@@ -1,12 +1,15 @@
 //! Output error against a slow fit from the book: Runge-Kutta in small steps, central differences, one dense system of equations.
 
-use crate::short_period::{Noise, TRUTH, normal, parameters, record, structure};
-use crate::uniform::Uniform;
-use sideslip::regression::output_error::{Delay, Entry, Fitted, Own, Record, Refused, Settings, Structure, fit, follow, predict};
-use sideslip::regression::output_error::{Noise as NoiseModel, Parameter};
+use crate::support::short_period::{Noise, TRUTH, normal, parameters, record, structure};
+use crate::support::uniform::Uniform;
+use sideslip::postflight::output_error::{FitParameter, NoiseCovariance as NoiseModel};
+use sideslip::postflight::output_error::{
+    FitResult, FitSettings, InputDelay, InputOutputRecord, MatrixEntry, ModelStructure, OutputErrorFitError, RunParameters, fit,
+    fit_run_parameters, predict,
+};
 
 const SUBSTEPS: usize = 24;
-const TIGHT: Settings = Settings { iterations: 100, tolerance: 1e-9, noise: NoiseModel::Diagonal, delay_grid: true };
+const TIGHT: FitSettings = FitSettings { iterations: 100, tolerance: 1e-9, noise: NoiseModel::Diagonal, delay_grid: true };
 
 /// x' and y of the short period, written out.
 fn motion(theta: &[f64], bias: f64, x: [f64; 2], u: f64) -> [f64; 2] {
@@ -14,7 +17,7 @@ fn motion(theta: &[f64], bias: f64, x: [f64; 2], u: f64) -> [f64; 2] {
 }
 
 /// Outputs of one run, `own` being w(0), q(0), the bias of q' and that of az.
-fn slow_outputs(theta: &[f64], own: &[f64], record: &Record) -> Vec<[f64; 3]> {
+fn slow_outputs(theta: &[f64], own: &[f64], record: &InputOutputRecord) -> Vec<[f64; 3]> {
     let mut x = [own[0], own[1]];
     let mut out = Vec::new();
     for k in 0..record.times_s.len() {
@@ -41,7 +44,7 @@ fn slow_outputs(theta: &[f64], own: &[f64], record: &Record) -> Vec<[f64; 3]> {
 }
 
 /// All residuals that were measured, with their outputs.
-fn slow_residuals(unknowns: &[f64], records: &[Record]) -> Vec<(usize, f64)> {
+fn slow_residuals(unknowns: &[f64], records: &[InputOutputRecord]) -> Vec<(usize, f64)> {
     let mut all = Vec::new();
     for (run, record) in records.iter().enumerate() {
         let outputs = slow_outputs(&unknowns[..6], &unknowns[6 + 4 * run..10 + 4 * run], record);
@@ -82,7 +85,7 @@ fn solve(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> (Vec<f64>, Vec<Vec<f64>>) {
 }
 
 /// Unknowns and their Cramer-Rao standard errors by Gauss-Newton, `prior` on theta_3.
-fn slow_fit(start: &[f64], records: &[Record], prior: Option<(f64, f64)>) -> (Vec<f64>, Vec<f64>) {
+fn slow_fit(start: &[f64], records: &[InputOutputRecord], prior: Option<(f64, f64)>) -> (Vec<f64>, Vec<f64>) {
     let mut unknowns: Vec<f64> = start.iter().copied().chain(vec![0.0; 4 * records.len()]).collect();
     let n = unknowns.len();
     let mut inverse = Vec::new();
@@ -124,14 +127,14 @@ fn slow_fit(start: &[f64], records: &[Record], prior: Option<(f64, f64)>) -> (Ve
     (unknowns, (0..n).map(|i| inverse[i][i].sqrt()).collect())
 }
 
-fn own(w: f64, q: f64, bias: f64, az: f64) -> Own {
-    Own { initial_state: vec![w, q], state_bias: vec![0.0, bias], output_bias: vec![0.0, 0.0, az] }
+fn own(w: f64, q: f64, bias: f64, az: f64) -> RunParameters {
+    RunParameters { initial_state: vec![w, q], state_bias: vec![0.0, bias], output_bias: vec![0.0, 0.0, az] }
 }
 
 const WHITE: Noise = Noise { std: [0.002, 0.003, 0.02], colour: 0.0 };
 
 /// Two runs: one even, one whose clock is uneven and whose w is sampled at every other instant.
-fn two_runs(seed: u64) -> Vec<Record> {
+fn two_runs(seed: u64) -> Vec<InputOutputRecord> {
     let mut uniform = Uniform(seed);
     let even = (0..160).map(|k| 0.05 * f64::from(k)).collect();
     let mut t = 0.0;
@@ -150,7 +153,7 @@ fn relative(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs() / b.abs()).fold(0.0, f64::max)
 }
 
-fn fitted(parameters: &[Parameter], records: &[Record]) -> Fitted {
+fn fitted(parameters: &[FitParameter], records: &[InputOutputRecord]) -> FitResult {
     let fitted = fit(&structure(), parameters, &[], records, &TIGHT).unwrap();
     assert!(fitted.converged);
     fitted
@@ -168,7 +171,11 @@ fn two_runs_are_the_dense_slow_answer() {
     eprintln!("estimates and Cramer-Rao errors apart by {:.1e} and {:.1e} of themselves", apart[0], apart[1]);
     assert!(apart.iter().all(|apart| *apart < 1e-6), "{apart:?}");
     for (run, found) in ours.runs.iter().enumerate() {
-        let values = [found.own.initial_state.clone(), vec![found.own.state_bias[1], found.own.output_bias[2]]].concat();
+        let values = [
+            found.run_parameters.initial_state.clone(),
+            vec![found.run_parameters.state_bias[1], found.run_parameters.output_bias[2]],
+        ]
+        .concat();
         assert!(relative(&values, &unknowns[6 + 4 * run..10 + 4 * run]) < 1e-6, "{values:?}");
     }
 }
@@ -179,21 +186,21 @@ fn one_state_without_noise_is_the_closed_form() {
     let times_s: Vec<f64> = (0..80).map(|k| 0.05 * f64::from(k)).collect();
     // The response to a ramp u = t.
     let output: Vec<f64> = times_s.iter().map(|t| b * ((a * t).exp() - 1.0 - a * t) / (a * a)).collect();
-    let structure = Structure {
+    let structure = ModelStructure {
         states: vec!["x".into()],
         inputs: vec!["u".into()],
         outputs: vec!["x".into()],
-        a: vec![vec![Entry::free(0)]],
-        b: vec![vec![Entry::free(1)]],
-        c: vec![vec![Entry::fixed(1.0)]],
-        d: vec![vec![Entry::fixed(0.0)]],
+        a: vec![vec![MatrixEntry::free(0)]],
+        b: vec![vec![MatrixEntry::free(1)]],
+        c: vec![vec![MatrixEntry::fixed(1.0)]],
+        d: vec![vec![MatrixEntry::fixed(0.0)]],
         state_bias: vec![false],
         output_bias: vec![false],
         initial_state: vec![false],
     };
-    let named = |name: &str, start: f64| Parameter { name: name.into(), start, prior: None };
-    let records = [Record { inputs: vec![times_s.clone()], times_s, outputs: vec![output] }];
-    let found = fit(&structure, &[named("a", -0.5), named("b", 1.0)], &[], &records, &Settings::default()).unwrap();
+    let named = |name: &str, start: f64| FitParameter { name: name.into(), start, prior: None };
+    let records = [InputOutputRecord { inputs: vec![times_s.clone()], times_s, outputs: vec![output] }];
+    let found = fit(&structure, &[named("a", -0.5), named("b", 1.0)], &[], &records, &FitSettings::default()).unwrap();
     assert!((found.theta[0] - a).abs() < 1e-8 && (found.theta[1] - b).abs() < 1e-8, "{:?}", found.theta);
     assert!(found.runs[0].vaf[0] > 0.999_999 && found.runs[0].theil[0] < 1e-6);
 }
@@ -210,7 +217,7 @@ fn a_full_noise_covariance_is_found_and_a_run_left_out_is_followed() {
         records[0].outputs[1][k] += both + 0.001 * normal(&mut uniform);
         records[0].outputs[2][k] += 0.02 * normal(&mut uniform);
     }
-    let settings = Settings { noise: NoiseModel::Full, ..TIGHT };
+    let settings = FitSettings { noise: NoiseModel::Full, ..TIGHT };
     let found = fit(&structure(), &parameters(0.2), &[], &records, &settings).unwrap();
     let r = &found.noise_cov;
     let rho = r[(0, 1)] / (r[(0, 0)] * r[(1, 1)]).sqrt();
@@ -222,9 +229,13 @@ fn a_full_noise_covariance_is_found_and_a_run_left_out_is_followed() {
         assert!(found.std_cramer_rao[j] < 1.05 * diagonal.std_cramer_rao[j]);
     }
     let other = record(times(500), 0.8, &own(0.02, 0.01, -0.01, 0.3), &WHITE, &mut uniform);
-    let followed = follow(&structure(), &found.theta, &[], &found.noise_cov, &other).unwrap();
+    let followed = fit_run_parameters(&structure(), &found.theta, &[], &found.noise_cov, &other).unwrap();
     assert!(followed.vaf.iter().all(|vaf| *vaf > 0.97), "{:?}", followed.vaf);
-    assert!((followed.own.output_bias[2] - 0.3).abs() < 4.0 * followed.own_std.output_bias[2], "{:?}", followed.own);
+    assert!(
+        (followed.run_parameters.output_bias[2] - 0.3).abs() < 4.0 * followed.run_parameters_std.output_bias[2],
+        "{:?}",
+        followed.run_parameters
+    );
 }
 
 #[test]
@@ -236,7 +247,7 @@ fn a_delay_is_found_from_no_delay() {
         let mut late = record(times_s.clone(), 0.5, &own(0.0, 0.0, 0.0, 0.0), &WHITE, &mut uniform);
         // What was flown is the input of that much earlier; what is recorded is the input of now.
         let noise: Vec<Vec<f64>> = late.outputs.clone();
-        let quiet = |record: &Record| predict(&structure(), &TRUTH, &[], record, &own(0.0, 0.0, 0.0, 0.0)).unwrap();
+        let quiet = |record: &InputOutputRecord| predict(&structure(), &TRUTH, &[], record, &own(0.0, 0.0, 0.0, 0.0)).unwrap();
         let before = quiet(&late);
         late.inputs[0] = times_s.iter().map(|t| smooth((t - delay_s).max(0.0))).collect();
         late.outputs = quiet(&late);
@@ -247,8 +258,9 @@ fn a_delay_is_found_from_no_delay() {
         }
         late.inputs[0] = times_s.iter().map(|&t| smooth(t)).collect();
         let mut parameters = parameters(0.2);
-        parameters.push(Parameter { name: "delay".into(), start: 0.0, prior: None });
-        let found = fit(&structure(), &parameters, &[Delay { input: 0, parameter: 6 }], &[late], &Settings::default()).unwrap();
+        parameters.push(FitParameter { name: "delay".into(), start: 0.0, prior: None });
+        let found =
+            fit(&structure(), &parameters, &[InputDelay { input: 0, parameter: 6 }], &[late], &FitSettings::default()).unwrap();
         eprintln!("delay {delay_s}: {:.4} +- {:.4}", found.theta[6], found.std[6]);
         let within = (found.theta[6] - delay_s).abs() < 4.0 * found.std[6] && found.std[6] < 0.003;
         assert!(within, "{delay_s}: {} +- {}", found.theta[6], found.std[6]);
@@ -260,18 +272,18 @@ fn a_delay_is_found_from_no_delay() {
 fn what_is_not_in_the_motion_does_not_belong() {
     let mut structure = structure();
     let mut parameters = parameters(0.2);
-    parameters.push(Parameter { name: "az_q".into(), start: 0.0, prior: None });
+    parameters.push(FitParameter { name: "az_q".into(), start: 0.0, prior: None });
     structure.c[2][1].terms.push((6, 1.0));
-    let found = fit(&structure, &parameters, &[], &two_runs(5), &Settings::default()).unwrap();
-    assert_eq!(found.does_not_belong, [6], "F {:?}, cost {:?}", found.f_corrected, found.cost_rise);
+    let found = fit(&structure, &parameters, &[], &two_runs(5), &FitSettings::default()).unwrap();
+    assert_eq!(found.insignificant, [6], "F {:?}, cost {:?}", found.f_corrected, found.cost_rise);
     assert!(found.cost_rise[6] < 2.0);
 }
 
 #[test]
 fn hopeless_data_are_refused_with_their_values() {
     let records = two_runs(9);
-    let refused = |structure: &Structure, parameters: &[Parameter], records: &[Record]| {
-        fit(structure, parameters, &[], records, &Settings::default()).unwrap_err()
+    let refused = |structure: &ModelStructure, parameters: &[FitParameter], records: &[InputOutputRecord]| {
+        fit(structure, parameters, &[], records, &FitSettings::default()).unwrap_err()
     };
     let (model, unknown) = (structure(), parameters(0.2));
     let mut still = records.clone();
@@ -280,30 +292,30 @@ fn hopeless_data_are_refused_with_their_values() {
     assert!(said.contains("elevator") && said.contains("0.02") && said.contains("M_elevator"), "{said}");
     let mut back = records.clone();
     back[1].times_s[7] = back[1].times_s[6];
-    assert!(matches!(refused(&model, &unknown, &back), Refused::TimesNotIncreasing { run: 1, sample: 7, .. }));
+    assert!(matches!(refused(&model, &unknown, &back), OutputErrorFitError::TimesNotIncreasing { run: 1, sample: 7, .. }));
     let mut holed = records.clone();
     holed[0].inputs[0][3] = f64::NAN;
-    assert!(matches!(refused(&model, &unknown, &holed), Refused::NotFinite { run: 0, sample: 3, .. }));
+    assert!(matches!(refused(&model, &unknown, &holed), OutputErrorFitError::NotFinite { run: 0, sample: 3, .. }));
     let mut blind = records.clone();
     blind.iter_mut().for_each(|record| record.outputs[1].fill(f64::NAN));
-    assert_eq!(refused(&model, &unknown, &blind), Refused::NeverSampled { output: "q".into() });
+    assert_eq!(refused(&model, &unknown, &blind), OutputErrorFitError::NeverSampled { output: "q".into() });
     let mut dead = records.clone();
     dead.iter_mut().for_each(|record| record.outputs[2].fill(1.5));
-    assert_eq!(refused(&model, &unknown, &dead), Refused::StillOutput { output: "az".into(), value: 1.5 });
-    let short = |record: &Record| {
+    assert_eq!(refused(&model, &unknown, &dead), OutputErrorFitError::StillOutput { output: "az".into(), value: 1.5 });
+    let short = |record: &InputOutputRecord| {
         let cut = |series: &Vec<Vec<f64>>| series.iter().map(|one| one[..3].to_vec()).collect();
-        Record { times_s: record.times_s[..3].to_vec(), inputs: cut(&record.inputs), outputs: cut(&record.outputs) }
+        InputOutputRecord { times_s: record.times_s[..3].to_vec(), inputs: cut(&record.inputs), outputs: cut(&record.outputs) }
     };
-    let shortened: Vec<Record> = records.iter().map(short).collect();
-    assert!(matches!(refused(&model, &unknown, &shortened[..1]), Refused::TooFewSamples { values: 9, unknowns: 10 }));
+    let shortened: Vec<InputOutputRecord> = records.iter().map(short).collect();
+    assert!(matches!(refused(&model, &unknown, &shortened[..1]), OutputErrorFitError::TooFewSamples { values: 9, unknowns: 10 }));
     // A twin of a parameter: nothing tells the two apart.
     let (mut twins, mut doubled) = (model.clone(), unknown.clone());
-    doubled.push(Parameter { name: "M_q_again".into(), start: 0.0, prior: None });
+    doubled.push(FitParameter { name: "M_q_again".into(), start: 0.0, prior: None });
     twins.a[1][1].terms.push((6, 1.0));
-    let Refused::Singular { names, .. } = refused(&twins, &doubled, &records) else { panic!("singular") };
+    let OutputErrorFitError::Singular { names, .. } = refused(&twins, &doubled, &records) else { panic!("singular") };
     assert_eq!(names, ["M_q", "M_q_again"]);
     // A model that runs away.
     let mut wild = unknown.clone();
     wild[3].start = 1e4;
-    assert_eq!(refused(&model, &wild, &records), Refused::Diverges { run: 0 });
+    assert_eq!(refused(&model, &wild, &records), OutputErrorFitError::Diverges { run: 0 });
 }

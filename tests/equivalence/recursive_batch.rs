@@ -1,16 +1,16 @@
 //! The recursive regression against the slow obvious one: every vector stored, least squares by singular values.
 
-use crate::uniform::Uniform;
+use crate::support::uniform::Uniform;
 use nalgebra::{DMatrix, DVector};
-use sideslip::estimation::record::{AIDS, Instrumentation, SmoothedRecord, TrimRecord};
 use sideslip::flight::derivative::{Axis, Variable};
-use sideslip::regression::candidate::{BIAS, REGRESSORS, SIGNALS, regressor, response, signals};
-use sideslip::regression::colour;
-use sideslip::regression::config::Config;
-use sideslip::regression::information::{Information, LAGS};
-use sideslip::regression::record::{DerivativesRecord, LATERAL, LateralDerivatives};
-use sideslip::regression::recursive::Recursive;
-use sideslip::regression::stepwise::{Offer, Thresholds, fit};
+use sideslip::realtime::estimation::record::{AIDS, Instrumentation, SmoothedRecord, TrimRecord};
+use sideslip::realtime::regression::candidate::{BIAS, REGRESSORS, SIGNALS, regressor, response, signals};
+use sideslip::realtime::regression::coloured_errors;
+use sideslip::realtime::regression::config::Config;
+use sideslip::realtime::regression::information::{Information, LAGS};
+use sideslip::realtime::regression::record::{DerivativesRecord, LATERAL, LateralDerivatives};
+use sideslip::realtime::regression::recursive::Recursive;
+use sideslip::realtime::regression::stepwise::{Offer, Thresholds, fit};
 
 const TOLERANCE: f64 = 1e-9;
 const GRID_S: f64 = 0.08;
@@ -254,7 +254,7 @@ fn estimates_and_their_covariances_are_those_of_the_stored_vectors() {
             assert_close(found.response_squares, batch.response_squares, batch.response_squares, &what);
 
             let n = places.len();
-            let forward = colour::residual_covariance(&information, &found.residual, &found.residual, n);
+            let forward = coloured_errors::residual_covariance(&information, &found.residual, &found.residual, n);
             let variance = stored.residual_covariance(&batch, &batch, 0);
             for (lag, &r) in forward.iter().enumerate() {
                 assert_close(r, stored.residual_covariance(&batch, &batch, lag), variance, &format!("R {lag}, {what}"));
@@ -264,10 +264,13 @@ fn estimates_and_their_covariances_are_those_of_the_stored_vectors() {
             let dispersion = &found.dispersion;
             let pairs = [
                 (
-                    colour::covariance(&information, dispersion, dispersion, &forward, &forward),
+                    coloured_errors::covariance(&information, dispersion, dispersion, &forward, &forward),
                     stored.covariance(&batch, &batch, LAGS),
                 ),
-                (colour::covariance(&information, dispersion, dispersion, &white, &white), stored.covariance(&batch, &batch, 0)),
+                (
+                    coloured_errors::covariance(&information, dispersion, dispersion, &white, &white),
+                    stored.covariance(&batch, &batch, 0),
+                ),
             ];
             for (i, &row) in places.iter().enumerate() {
                 let std = pairs[1].1[(i, i)].sqrt();

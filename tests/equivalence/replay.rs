@@ -1,6 +1,6 @@
 //! `sideslip replay`: the same samples give the same numbers, from whatever file and at whatever pace.
 
-use crate::program::{ended, folder, own, path, puma, real, replayed, sideslip};
+use crate::support::program::{ended, folder, own, path, puma, real, replayed, sideslip};
 use serde_json::Value;
 use std::path::Path;
 

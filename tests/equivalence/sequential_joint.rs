@@ -1,13 +1,14 @@
 //! One measurement after the other on the factors, against the textbook's joint update on the whole covariance.
 
-use crate::uniform::Uniform;
+use crate::support::uniform::Uniform;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
-use sideslip::estimation::aid::{self, Prediction, inertial};
-use sideslip::estimation::config::Noise;
-use sideslip::estimation::ekf::{Ekf, ProcessNoise};
-use sideslip::estimation::process::{ACCELEROMETER_BIAS, GYRO_BIAS, MOVING, NAVIGATION, STATES, jacobian, rate};
-use sideslip::estimation::record::Aid;
 use sideslip::flight::run::RunGeometry;
+use sideslip::realtime::estimation::aid;
+use sideslip::realtime::estimation::aid::{Prediction, inertial};
+use sideslip::realtime::estimation::config::Noise;
+use sideslip::realtime::estimation::ekf::{Ekf, ProcessNoise};
+use sideslip::realtime::estimation::process::{ACCELEROMETER_BIAS, GYRO_BIAS, MOVING, NAVIGATION, STATES, jacobian, rate};
+use sideslip::realtime::estimation::record::Aid;
 
 type Covariance = SMatrix<f64, STATES, STATES>;
 

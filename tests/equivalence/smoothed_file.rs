@@ -1,19 +1,20 @@
 //! `sideslip replay --smoothed`: the file holds what the library's smoother gives, bit for bit, and the program reads it back.
 
-use crate::program::{ended, folder, own, path, puma, real, sideslip};
-use sideslip::estimation::config::Config;
-use sideslip::estimation::fixed_interval::smooth;
-use sideslip::estimation::record::StateRecord;
+use crate::support::program::{ended, folder, own, path, puma, real, sideslip};
 use sideslip::flight::channel::Channel;
-use sideslip::flight::run_file::{Column, RunInfo, Target};
-use sideslip::telemetry::record::Sample;
-use sideslip::telemetry::recording::{Recording, Row};
+use sideslip::flight::file::run_file::{RecordingColumn, RecordingTarget, RunInfo};
+use sideslip::flight::sample::Sample;
+use sideslip::io::telemetry::record::RecordingRow;
+use sideslip::io::telemetry::recording::Recording;
+use sideslip::realtime::estimation::config::Config;
+use sideslip::realtime::estimation::fixed_interval::smooth;
+use sideslip::realtime::estimation::record::StateRecord;
 use std::path::Path;
 
 struct Read {
     info: RunInfo,
-    columns: Vec<Column>,
-    rows: Vec<Row>,
+    columns: Vec<RecordingColumn>,
+    rows: Vec<RecordingRow>,
 }
 
 fn read(file: &Path) -> Read {
@@ -51,7 +52,8 @@ fn the_text_is_what_the_library_smooths_and_reads_back() {
         let found = read(&states_file);
         assert!(found.info.geometry().vane_position_m.iter().all(|x| x.abs() < 1e-300), "what it holds is at the centre of mass");
         assert_eq!(found.info.text("smoothed"), Some("over the whole record, at the centre of mass"));
-        let others: Vec<&Column> = found.columns.iter().filter(|column| column.target == Target::Other).collect();
+        let others: Vec<&RecordingColumn> =
+            found.columns.iter().filter(|column| column.target == RecordingTarget::Other).collect();
         let place = |name: &str| others.iter().position(|column| column.name == name).unwrap();
         assert_eq!(others[place("std_r_dot")].inner_unit(), "rad/s^2");
         assert_eq!(found.rows.len(), expected.len());
@@ -80,7 +82,7 @@ fn the_text_is_what_the_library_smooths_and_reads_back() {
             let [tas, beta] = [Channel::Tas, Channel::Beta].map(|channel| row.sample.get(channel).unwrap());
             assert!((tas * beta.sin() - state.velocity[1]).abs() < 1e-12 * tas);
             let sampled = measured.find(|row| row.sample.time_s >= state.time_s).unwrap();
-            let pedal = |row: &Row| row.sample.get(Channel::Pedal).map(f64::to_bits);
+            let pedal = |row: &RecordingRow| row.sample.get(Channel::Pedal).map(f64::to_bits);
             assert_eq!(pedal(row), pedal(sampled), "controls as they were sampled");
         }
         // A run like any other, and smoothing it gives a file of the same columns.

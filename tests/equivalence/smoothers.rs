@@ -1,25 +1,25 @@
 //! The fixed-lag smoother against the fixed-interval one over a record that ends there, and that against the textbook.
 
-use crate::flights::{INPUTS, fly};
-use crate::puma::puma_100kn;
+use crate::support::manoeuvre::{INPUTS, fly};
+use crate::support::puma::puma_100kn;
 use nalgebra::{SMatrix, SVector};
-use sideslip::estimation::config::{Config, NoiseSource};
-use sideslip::estimation::ekf::{Follow, Fusion, Transition};
-use sideslip::estimation::estimator::Estimator;
-use sideslip::estimation::fixed_interval::smooth;
-use sideslip::estimation::process::{MOVING, STATES, State};
-use sideslip::estimation::record::{LaggedRecord, StateRecord};
 use sideslip::flight::channel::Channel;
 use sideslip::flight::run::RunGeometry;
-use sideslip::simulation::instrument::Instruments;
-use sideslip::telemetry::record::Sample;
+use sideslip::flight::sample::Sample;
+use sideslip::realtime::estimation::config::{Config, NoiseSource};
+use sideslip::realtime::estimation::ekf::{FilterObserver, Fusion, Transition};
+use sideslip::realtime::estimation::estimator::Estimator;
+use sideslip::realtime::estimation::fixed_interval::smooth;
+use sideslip::realtime::estimation::process::{MOVING, STATES, State};
+use sideslip::realtime::estimation::record::{LaggedRecord, StateRecord};
+use sideslip::simulation::instrument::InstrumentSet;
 
 fn configured() -> Config {
     Config { noise_source: NoiseSource::Configured, ..Config::default() }
 }
 
 fn flight(seconds: f64, seed: u64) -> Option<Vec<Sample>> {
-    let flown = fly(&puma_100kn()?, &INPUTS, &Instruments::flight_quality(1.0), seed);
+    let flown = fly(&puma_100kn()?, &INPUTS, &InstrumentSet::flight_quality(1.0), seed);
     Some(flown.samples.into_iter().filter(|sample| sample.time_s < seconds).collect())
 }
 
@@ -97,7 +97,7 @@ struct Way {
     transitions: Vec<Matrix>,
 }
 
-impl Follow for Way {
+impl FilterObserver for Way {
     fn propagate(&mut self, transition: &Transition) {
         let entry = |i: usize, j: usize| if i < MOVING && j < MOVING { transition[i][j] } else { f64::from(u8::from(i == j)) };
         self.transitions.push(Matrix::from_fn(entry));
@@ -125,7 +125,8 @@ fn the_fixed_interval_smoother_is_the_textbook_s() {
         if ran {
             blind.step(&time_alone);
             let (filter, before) = (estimator.filter().unwrap(), blind.filter().unwrap());
-            let matrix = |filter: &sideslip::estimation::ekf::Ekf| Matrix::from_fn(|i, j| filter.covariance().covariance(i, j));
+            let matrix =
+                |filter: &sideslip::realtime::estimation::ekf::Ekf| Matrix::from_fn(|i, j| filter.covariance().covariance(i, j));
             posterior.push((sample.time_s, SVector::from(*filter.state()), matrix(filter)));
             predicted.push((SVector::from(*before.state()), matrix(before)));
         }

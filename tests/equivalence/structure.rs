@@ -1,17 +1,17 @@
 //! The structure of whole records against the recursive information matrix: row by row or all at once, the same numbers.
 
-use crate::uniform::Uniform;
+use crate::support::equation::{linear_candidates, rules_of_the_paper};
+use crate::support::uniform::Uniform;
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::derivative::{Axis, Variable};
-use sideslip::regression::candidate::{BIAS, REGRESSORS, SIGNALS, regressor, response};
-use sideslip::regression::colour;
-use sideslip::regression::information::Information;
-use sideslip::regression::stepwise::{Offer, Thresholds, fit};
-use sideslip::regression::structure::candidates::default_set;
-use sideslip::regression::structure::design::{Bias, Design};
-use sideslip::regression::structure::expression::Expression;
-use sideslip::regression::structure::stepwise::{Rules, select};
-use sideslip::regression::structure::table::Table;
+use sideslip::postflight::equation_error::design::{Bias, Design};
+use sideslip::postflight::equation_error::expression::Expression;
+use sideslip::postflight::equation_error::stepwise::select;
+use sideslip::postflight::equation_error::table::RegressionTable;
+use sideslip::realtime::regression::candidate::{BIAS, REGRESSORS, SIGNALS, regressor, response};
+use sideslip::realtime::regression::coloured_errors;
+use sideslip::realtime::regression::information::Information;
+use sideslip::realtime::regression::stepwise::{Offer, Thresholds, fit};
 
 const ROWS: usize = 700;
 
@@ -37,7 +37,7 @@ fn vectors(seed: u64) -> Vec<[f64; SIGNALS]> {
         .collect()
 }
 
-fn table(vectors: &[[f64; SIGNALS]]) -> Table {
+fn table(vectors: &[[f64; SIGNALS]]) -> RegressionTable {
     let column = |place: usize| -> Vec<f64> { vectors.iter().map(|z| z[place]).collect() };
     let mut columns: Vec<(&str, Vec<f64>)> = Variable::ALL
         .into_iter()
@@ -46,7 +46,7 @@ fn table(vectors: &[[f64; SIGNALS]]) -> Table {
     columns.push(("r_dot", column(response(Axis::N))));
     let columns: Vec<(&str, &[f64])> = columns.iter().map(|(name, values)| (*name, values.as_slice())).collect();
     let time_s: Vec<f64> = (0..vectors.len()).map(|k| 0.08 * k as f64).collect();
-    let mut table = Table::new();
+    let mut table = RegressionTable::new();
     table.add_record(&time_s, &columns).unwrap();
     table
 }
@@ -60,10 +60,10 @@ fn every_value_and_every_f_of_every_step_is_that_of_the_recursion() {
             information.add(z, 1.0);
         }
         let table = table(&vectors);
-        let candidates = default_set(Axis::N, ControlNames::Rotorcraft, false);
+        let candidates = linear_candidates(Axis::N);
         let mask = table.whole();
         let design = Design::new(&table, &Expression::parse("r_dot").unwrap(), &candidates, &mask, Bias::Shared).unwrap();
-        let selection = select(&design, &Rules::of_the_paper()).unwrap();
+        let selection = select(&design, &rules_of_the_paper()).unwrap();
         assert!(selection.steps.len() > 5);
         let mut compared = 0;
         for step in selection.steps.iter().skip(1) {
@@ -74,8 +74,9 @@ fn every_value_and_every_f_of_every_step_is_that_of_the_recursion() {
             let thresholds = Thresholds { f_enter: 1.0, f_remove: 0.0 };
             let recursive = fit(&information, response(Axis::N), &offer, &thresholds).unwrap();
             let parameters = recursive.order.len();
-            let residual = colour::residual_covariance(&information, &recursive.residual, &recursive.residual, parameters);
-            let white = colour::white_covariance(&information, &recursive.dispersion, residual[0]);
+            let residual =
+                coloured_errors::residual_covariance(&information, &recursive.residual, &recursive.residual, parameters);
+            let white = coloured_errors::white_covariance(&information, &recursive.dispersion, residual[0]);
             for term in &step.terms {
                 let place = 1 + term.place;
                 let value = recursive.theta[place];

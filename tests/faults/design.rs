@@ -1,6 +1,6 @@
 //! `design`: its numbers are numbers, its picture a picture, and what it found can be flown as it is written.
 
-use crate::program::{ended, folder, own, path, sideslip};
+use crate::support::program::{ended, folder, own, path, sideslip};
 use serde_json::Value;
 
 #[test]

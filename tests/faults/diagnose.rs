@@ -1,6 +1,6 @@
 //! `diagnose`: what it cannot use it refuses in words, and a lag that is put into a simulated flight comes back as the answer.
 
-use crate::program::{RunFile, ended, folder, own, path, sideslip};
+use crate::support::program::{RunFile, ended, folder, own, path, sideslip};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 

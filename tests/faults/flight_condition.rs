@@ -1,6 +1,6 @@
 //! One set of options for the flight condition: `simulate`, `linearise` and `design` take and refuse the same.
 
-use crate::program::{ended, folder, own, path, sideslip};
+use crate::support::program::{ended, folder, own, path, sideslip};
 use serde_json::Value;
 use std::path::Path;
 

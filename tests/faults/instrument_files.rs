@@ -1,6 +1,6 @@
 //! A wrong instruments file, input or pilot is refused where it is wrong and leaves nothing behind; the example is flown.
 
-use crate::program::{ended, folder, own, path, sideslip};
+use crate::support::program::{ended, folder, own, path, sideslip};
 
 /// `simulate` of the plain linear model with a pedal doublet and these arguments: exit status and standard error.
 fn simulated(out: &std::path::Path, more: &[&str]) -> (i32, String) {

@@ -1,7 +1,7 @@
 //! A wrong Level-1 model file, assignment or trim is refused where it is wrong, by the library and by the program.
 
-use crate::program::{ended, folder, own, path, sideslip};
-use sideslip::simulation::flight_model::{Asked, FlightModel, ModelError, PUMA};
+use crate::support::program::{ended, folder, own, path, sideslip};
+use sideslip::simulation::flight_model::{FlightModel, FlightRequest, ModelError, PUMA};
 
 /// The built-in file with the line that begins so replaced, and the number of that line.
 fn puma_with(begins: &str, instead: &str) -> (String, usize) {
@@ -30,7 +30,7 @@ fn each_wrong_line_is_named_with_its_place() {
         ("[level1.engine]", "[level1.engin]", 9, "nearest is `engine`"),
     ] {
         let (text, line) = puma_with(begins, instead);
-        match FlightModel::parse(&text, &Asked::default()) {
+        match FlightModel::parse(&text, &FlightRequest::default()) {
             Err(ModelError::Misread(misread)) => {
                 assert_eq!((misread.line, misread.column), (line, column), "{instead}: {misread}");
                 assert!(misread.what.contains(part), "{instead}: {misread}");
@@ -43,13 +43,13 @@ fn each_wrong_line_is_named_with_its_place() {
 #[test]
 fn no_cut_or_flipped_byte_breaks_the_reader() {
     for end in (0..PUMA.len()).step_by(7).filter(|&end| PUMA.is_char_boundary(end)) {
-        let _ = FlightModel::parse(&PUMA[..end], &Asked::default());
+        let _ = FlightModel::parse(&PUMA[..end], &FlightRequest::default());
     }
     for place in (0..PUMA.len()).step_by(11) {
         for byte in [b'-', b'9', b'=', b'\n'] {
             let mut bytes = PUMA.as_bytes().to_vec();
             bytes[place] = byte;
-            let _ = std::str::from_utf8(&bytes).map(|text| FlightModel::parse(text, &Asked::default()));
+            let _ = std::str::from_utf8(&bytes).map(|text| FlightModel::parse(text, &FlightRequest::default()));
         }
     }
 }

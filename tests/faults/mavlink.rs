@@ -1,6 +1,6 @@
 //! MAVLink as a user meets it: slow telemetry, damaged logs, strange configurations, controls that do not fit.
 
-use crate::program::{ended, folder, own, path, puma, replayed, sideslip, warns};
+use crate::support::program::{ended, folder, own, path, puma, replayed, sideslip, warns};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,7 @@
 //! A wrong model file is refused at the right line and column, with what was found and the nearest valid name.
 
-use sideslip::flight::document::Misread;
-use sideslip::flight::model_file::ModelFile;
+use sideslip::flight::file::model_file::ModelFile;
+use sideslip::flight::file::toml_reader::TomlError;
 
 const GOOD: &str = r#"name = "good"
 kind = "linear"
@@ -30,7 +30,7 @@ std = 0.01
 "#;
 
 /// The error of the good file with one line replaced.
-fn error_with(line: usize, instead: &str) -> Option<Misread> {
+fn error_with(line: usize, instead: &str) -> Option<TomlError> {
     let lines: Vec<&str> = GOOD.lines().enumerate().map(|(at, kept)| if at + 1 == line { instead } else { kept }).collect();
     ModelFile::parse(&lines.join("\n")).err()
 }

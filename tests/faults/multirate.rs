@@ -1,6 +1,6 @@
 //! Channels that come at times of their own, stop, begin late or stand elsewhere: the numbers stay right, or there are none.
 
-use crate::program::{RunFile, ended, folder, own, path, puma, replayed, sideslip, warns};
+use crate::support::program::{RunFile, ended, folder, own, path, puma, replayed, sideslip, warns};
 use serde_json::Value;
 use std::path::PathBuf;
 

@@ -1,6 +1,6 @@
 //! `sideslip replay` and `simulate` on broken inputs: each fault ends as the fault matrix says, and leaves no half file.
 
-use crate::program::{RunFile, ended, folder, own, path, puma, replayed, sideslip, warns};
+use crate::support::program::{RunFile, ended, folder, own, path, puma, replayed, sideslip, warns};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;

@@ -1,16 +1,16 @@
 //! Broken run files: each is refused with its place, or read with the loss counted.
 
 use sideslip::flight::channel::Channel;
-use sideslip::telemetry::csv::{CsvRecording, LINE_MAX};
-use sideslip::telemetry::recording::{RecordingError, Row, SkipReason, Skipped};
+use sideslip::io::telemetry::csv::{CsvRecording, LINE_MAX};
+use sideslip::io::telemetry::record::{RecordingError, RecordingRow, SkipReason, SkippedByReason};
 use std::io::{Cursor, Read};
 use std::path::Path;
 
 const SMALL: &str = "# run = \"1/2\"\n# blades = 4\ntime,p[deg/s],rudder,qhat\n0,1.5,0.25,7\n0.04,,-1e-3,\n0.08,nan,inf,8\n";
 
 struct Read0 {
-    rows: Vec<Row>,
-    skipped: Skipped,
+    rows: Vec<RecordingRow>,
+    skipped: SkippedByReason,
     ends_abruptly: bool,
 }
 

@@ -1,6 +1,6 @@
 //! Instruments that fall silent, or come on rows of their own: nothing is put in their place, and what is told stays true.
 
-use crate::program::{RunFile, folder, own, path, puma, replayed, sideslip, warns};
+use crate::support::program::{RunFile, folder, own, path, puma, replayed, sideslip, warns};
 use serde_json::Value;
 use std::path::Path;
 

@@ -3,14 +3,14 @@
 //! Everything is drawn from the case's kind and seed. A draw that is not to be seen, or that the aircraft does not survive, is
 //! drawn again; sizes are from large, plainly visible, down to a quarter of that.
 
-use crate::draw::{Hidden, Truth, draw};
-use crate::flights::{Manoeuvres, fly};
-use crate::motion::Motion;
+use super::draw::{Hidden, Truth, draw};
+use super::flights::{Manoeuvres, fly};
+use super::motion::Motion;
 use sideslip::flight::effect::{Effect, Family};
+use sideslip::flight::file::model_file::ModelFile;
+use sideslip::flight::file::run_file::RunInfo;
 use sideslip::flight::model::LinearModel;
-use sideslip::flight::model_file::ModelFile;
-use sideslip::flight::run_file::RunInfo;
-use sideslip::telemetry::record::Sample;
+use sideslip::flight::sample::Sample;
 
 /// What sort of thing is hidden.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -152,7 +152,7 @@ pub(crate) fn peak_difference(some: &[Recorded], others: &[Recorded]) -> f64 {
     let mut peak: f64 = 0.0;
     for (one, other) in some.iter().zip(others) {
         for (a, b) in one.samples.iter().zip(&other.samples) {
-            for (channel, std) in crate::flights::noise_stds() {
+            for (channel, std) in super::flights::noise_stds() {
                 if let (Some(a), Some(b)) = (a.get(channel), b.get(channel)) {
                     peak = peak.max((a - b).abs() / std);
                 }

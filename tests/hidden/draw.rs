@@ -3,16 +3,16 @@
 //! Of a term: a force of 0.3 to 0.6 of what the axis does at the motion flown; of a derivative that the axis lives by, 0.3 to 1.0
 //! of itself. Of a control's path and of an instrument: the numbers beside each.
 
-use crate::case::{FAMILIES, Sort, baseline};
-use crate::motion::Motion;
-use crate::outside::{self, Law};
-use crate::uniform::Uniform;
+use super::case::{FAMILIES, Sort, baseline};
+use super::motion::Motion;
+use super::outside::{self, Law};
+use crate::support::uniform::Uniform;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::control::Control;
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::effect::{Effect, Family, PositionedSensor};
+use sideslip::flight::file::model_file::DEFAULT_TOLERANCE;
 use sideslip::flight::model::LinearModel;
-use sideslip::flight::model_file::DEFAULT_TOLERANCE;
 use sideslip::flight::term::{MOTION, Term};
 
 /// A derivative whose force is this part of its axis's is one that the axis lives by.

@@ -1,18 +1,18 @@
 //! What is flown: four runs to look at, two to judge by, a pilot's attitude hold in the loop, instruments at their own rates.
 
-use crate::case::{Plan, Recorded};
-use crate::draw::stream;
-use crate::uniform::Uniform;
+use super::case::{Plan, Recorded};
+use super::draw::stream;
+use crate::support::uniform::Uniform;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::control::Control;
+use sideslip::flight::file::run_file::RunInfo;
 use sideslip::flight::model::LinearModel;
-use sideslip::flight::run_file::RunInfo;
-use sideslip::simulation::fly::{Flight, Flown, Inputs, uniform_times};
-use sideslip::simulation::history::History;
+use sideslip::flight::sample::Sample;
+use sideslip::flight::signal::piecewise_linear::History;
+use sideslip::simulation::fly::{Flight, FlightResult, Inputs, uniform_times};
 use sideslip::simulation::input::InputSpec;
-use sideslip::simulation::instrument::{Instrument, Instruments};
+use sideslip::simulation::instrument::{Instrument, InstrumentSet};
 use sideslip::simulation::pilot::Pilot;
-use sideslip::telemetry::record::Sample;
 
 /// Rate of attitude, air data and controls, and of the pilot's acts, Hz.
 pub(crate) const RATE_HZ: f64 = 64.0;
@@ -129,7 +129,7 @@ impl Manoeuvres {
         History::through(points.collect()).unwrap()
     }
 
-    pub(crate) fn instruments(&self) -> Instruments {
+    pub(crate) fn instruments(&self) -> InstrumentSet {
         let channels = INSTRUMENTS.map(|(channel, rate_hz, noise_std)| {
             let axis = [Channel::Ax, Channel::Ay, Channel::Az].iter().position(|&one| one == channel);
             Instrument {
@@ -139,7 +139,7 @@ impl Manoeuvres {
                 ..Instrument::perfect(channel)
             }
         });
-        Instruments {
+        InstrumentSet {
             channels: channels.to_vec(),
             accelerometer_position_m: ACCELEROMETER_M,
             vane_position_m: VANE_M,
@@ -162,7 +162,7 @@ pub(crate) fn hands(model: &LinearModel, specs: &[impl AsRef<str>], times_s: &[f
 }
 
 /// One run of the plan as it was flown; `None` where the aircraft leaves its bounds.
-pub(crate) fn flown(plan: &Plan, run: usize) -> Option<Flown> {
+pub(crate) fn flown(plan: &Plan, run: usize) -> Option<FlightResult> {
     let manoeuvre = &plan.manoeuvres.runs[run];
     let model = &plan.truth.model;
     let times_s = uniform_times(0.0, manoeuvre.duration_s, RATE_HZ).unwrap();
@@ -221,6 +221,6 @@ pub(crate) fn again(recorded: &Recorded, model: &LinearModel) -> Vec<Sample> {
     let inputs = Inputs { controls: Channel::CONTROLS.map(history), rotor_speed: Some(history(Channel::RotorSpeed)) };
     let times_s: Vec<f64> = recorded.samples.iter().map(|sample| sample.time_s).collect();
     let instruments =
-        Instruments { accelerometer_position_m: ACCELEROMETER_M, vane_position_m: VANE_M, ..Instruments::perfect() };
+        InstrumentSet { accelerometer_position_m: ACCELEROMETER_M, vane_position_m: VANE_M, ..InstrumentSet::perfect() };
     Flight { inputs, instruments, times_s, ..Flight::of(model.clone()) }.fly().unwrap().samples
 }

@@ -1,15 +1,15 @@
 //! The generator itself: a seed gives the same case again, what is hidden is in the data, and nothing where nothing was hidden.
 
-use crate::case::{FAMILIES, Sort, case, peak_difference, plan};
-use crate::flights::fly;
-use crate::manoeuvre::over_seeds;
-use crate::outside;
-use crate::written::write_case;
+use super::case::{FAMILIES, Sort, case, peak_difference, plan};
+use super::flights::fly;
+use super::outside;
+use super::written::write_case;
+use crate::support::manoeuvre::over_seeds;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::effect::{Effect, EffectKind};
-use sideslip::flight::effect_file::parse_effects;
-use sideslip::flight::model_file::ModelFile;
-use sideslip::telemetry::recording::Recording;
+use sideslip::flight::file::effect_file::parse_effects;
+use sideslip::flight::file::model_file::ModelFile;
+use sideslip::io::telemetry::recording::Recording;
 use std::path::Path;
 
 fn sorts() -> Vec<Sort> {
@@ -59,7 +59,7 @@ fn kinds_and_sizes_take_turns() {
     assert!(shares.iter().all(|share| (0.25..=1.0).contains(share)), "{shares:?}");
     assert!(shares.iter().any(|&share| share < 0.5) && shares.iter().any(|&share| share > 0.5), "{shares:?}");
     for family in 0..6 {
-        let off = (0..24).filter(|turn| crate::case::is_off(6 * turn + family)).count();
+        let off = (0..24).filter(|turn| super::case::is_off(6 * turn + family)).count();
         assert_eq!(off, 12);
     }
 }
@@ -68,11 +68,11 @@ fn kinds_and_sizes_take_turns() {
 /// what the controls' noise lets it drift.
 #[test]
 fn a_healthy_aircraft_is_its_model() {
-    let seed = (0..).find(|&seed| !crate::case::is_off(seed)).unwrap();
+    let seed = (0..).find(|&seed| !super::case::is_off(seed)).unwrap();
     let case = case(Sort::Healthy, seed);
     let model = ModelFile::parse(&case.model_text).unwrap().linear;
     for recorded in &case.fit {
-        let truth = crate::flights::again(recorded, &model);
+        let truth = super::flights::again(recorded, &model);
         for (channel, allowed) in [(Channel::P, 0.01), (Channel::R, 0.01), (Channel::Phi, 0.06), (Channel::Beta, 0.03)] {
             let (sum, count) = recorded
                 .samples

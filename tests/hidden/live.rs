@@ -1,17 +1,17 @@
 //! The diagnosis while the flight goes on: a cause is said within a manoeuvre or two, and taken back when it is gone.
 
-use crate::case::{Plan, Sort, plan};
-use crate::flights::fly;
-use sideslip::diagnosis::live::Live;
-use sideslip::diagnosis::record::{FindingRecord, Standing};
+use super::case::{Plan, Sort, plan};
+use super::flights::fly;
 use sideslip::flight::effect::{Effect, Family, same_cause};
-use sideslip::simulation::flight_model::{Asked, FlightModel};
+use sideslip::live::diagnosis::LiveDiagnosis;
+use sideslip::postflight::diagnosis::record::{FindingRecord, Standing};
+use sideslip::simulation::flight_model::{FlightModel, FlightRequest};
 
 /// Seed of the case: what is hidden is an error of an instrument.
 const SEED: u64 = 5;
 
 /// Flies the runs of a plan one after the other, each excited from a second after its start to its end.
-fn follow(live: &mut Live, plan: &Plan, begin_s: &mut f64, runs: usize) -> Vec<Vec<FindingRecord>> {
+fn follow(live: &mut LiveDiagnosis, plan: &Plan, begin_s: &mut f64, runs: usize) -> Vec<Vec<FindingRecord>> {
     let (fit, _) = fly(plan).unwrap();
     let mut said = Vec::new();
     for run in fit.iter().cycle().take(runs) {
@@ -37,9 +37,9 @@ fn a_cause_is_said_while_it_is_there_and_taken_back_when_it_is_gone() {
     let sick = plan(Sort::Single(Family::Instrument), SEED);
     let hidden = sick.hidden.effects[0];
     let (fit, _) = fly(&sick).unwrap();
-    let model = FlightModel::parse(crate::case::BASELINE, &Asked::default()).unwrap();
+    let model = FlightModel::parse(super::case::BASELINE, &FlightRequest::default()).unwrap();
     let every = move |runs: &[_]| Ok((model.clone(), (0..runs.len()).collect()));
-    let mut live = Live::new(Box::new(every), *fit[0].info.geometry());
+    let mut live = LiveDiagnosis::new(Box::new(every), *fit[0].info.geometry());
     let mut begin_s = 0.0;
     let said = follow(&mut live, &sick, &mut begin_s, 2);
     let stands = live.standing();

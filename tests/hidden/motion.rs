@@ -1,11 +1,11 @@
 //! How much each variable and each axis moves in the runs to look at, flown without anything hidden: what sizes are taken from.
 
-use crate::case::Plan;
-use crate::flights::{RATE_HZ, flown};
+use super::case::Plan;
+use super::flights::{RATE_HZ, flown};
+use sideslip::dynamics::linear::{Turning, forces};
 use sideslip::flight::control::{CONTROLS, Control};
 use sideslip::flight::derivative::{AXES, Axis, VARIABLES, Variable};
 use sideslip::flight::term::Term;
-use sideslip::simulation::linear::{Turning, forces};
 use sideslip::simulation::unmodelled::Unmodelled;
 
 /// Force that an accelerometer plainly shows beside vibration, rms, m/s^2.

@@ -1,17 +1,17 @@
 //! What the Level-1 simulation can leave out of itself is hidden in the flight: rotor speed as a state, actuators, hub, flapping.
 //!
 //! The flight has an option switched on that the model has not. Two cases run always; every option, two seeds each, with
-//!     SIDESLIP_HIDDEN=1 cargo nextest run --release --test hidden --no-capture -E 'test(options)'
+//!     SIDESLIP_HIDDEN=1 cargo nextest run --release --test slow --no-capture -E 'test(hidden::options)'
 
-use crate::case::Recorded;
-use crate::flights::{FIT, Manoeuvres, RATE_HZ, hands, recorded};
-use crate::found::diagnosed_with;
-use sideslip::diagnosis::diagnose::Diagnosis;
+use super::case::Recorded;
+use super::flights::{FIT, Manoeuvres, RATE_HZ, hands, recorded};
+use super::found::diagnosed_with;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::effect::Effect;
-use sideslip::simulation::flight_model::{Asked, FlightModel};
+use sideslip::postflight::diagnosis::diagnose::Diagnosis;
+use sideslip::simulation::flight_model::{FlightModel, FlightRequest};
 use sideslip::simulation::fly::{Flight, uniform_times};
-use sideslip::simulation::instrument::Instruments;
+use sideslip::simulation::instrument::InstrumentSet;
 use sideslip::simulation::pilot::Pilot;
 
 const RUNS: [(&str, &[&str]); 6] = [
@@ -26,11 +26,11 @@ const LENGTH_S: f64 = 18.0;
 
 fn puma(options: &[&str]) -> FlightModel {
     let set = options.iter().map(|option| (*option).to_owned()).collect();
-    FlightModel::puma(&Asked { set, ..Asked::default() }).unwrap()
+    FlightModel::puma(&FlightRequest { set, ..FlightRequest::default() }).unwrap()
 }
 
 /// Those of the other cases, but for a tachometer as good as the gyros: a governor lets the speed move by 0.006 rad/s rms.
-fn instruments(seed: u64) -> Instruments {
+fn instruments(seed: u64) -> InstrumentSet {
     let mut instruments = Manoeuvres::draw(seed).instruments();
     for instrument in instruments.channels.iter_mut().filter(|instrument| instrument.channel == Channel::RotorSpeed) {
         (instrument.rate_hz, instrument.noise_std) = (Some(128.0), 0.01);

@@ -3,9 +3,9 @@
 //! Sized as the other terms are. One that a single linear or library term would mostly make up is not outside: it is drawn
 //! again.
 
-use crate::draw::{coefficient, one_of};
-use crate::motion::{Motion, rms};
-use crate::uniform::Uniform;
+use super::draw::{coefficient, one_of};
+use super::motion::{Motion, rms};
+use crate::support::uniform::Uniform;
 use sideslip::flight::derivative::{AXES, Axis, VARIABLES, Variable};
 use sideslip::flight::term::{MOTION, Term};
 use sideslip::simulation::unmodelled::Unmodelled;

@@ -1,10 +1,10 @@
 //! Cases as files: a model file and run files as a user has them, and what was hidden beside them.
 
-use crate::case::{Case, FAMILIES, Recorded, Sort, case};
-use crate::manoeuvre::over_seeds;
+use super::case::{Case, FAMILIES, Recorded, Sort, case};
+use crate::support::manoeuvre::over_seeds;
 use sideslip::flight::channel::{Channel, ControlNames};
-use sideslip::flight::effect_file::DeclaredEffect;
-use sideslip::flight::run_file::RunFileWriter;
+use sideslip::flight::file::effect_file::DeclaredEffect;
+use sideslip::flight::file::run_file::RunFileWriter;
 use std::fmt::Write;
 use std::fs::{File, create_dir_all, write};
 use std::io::BufWriter;

@@ -1,7 +1,7 @@
 //! A trim with bank and sideslip, where every known entry of the equations of motion counts.
 
-use crate::program::{ended, folder, own, path, sideslip};
-use crate::recordings::identified;
+use super::recordings::identified;
+use crate::support::program::{ended, folder, own, path, sideslip};
 use serde_json::Value;
 
 /// Excites both planes.

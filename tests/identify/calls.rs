@@ -1,6 +1,6 @@
 //! Wrong calls and recordings: one line that says what was expected, exit status 2, nothing written.
 
-use crate::program::{RunFile, ended, folder, path, puma, sideslip};
+use crate::support::program::{RunFile, ended, folder, path, puma, sideslip};
 
 fn refused(args: &[&str], words: &[&str]) {
     let (status, out, said) = ended(&sideslip(args));

@@ -1,7 +1,7 @@
 //! Flights of a model of kind `linear`, whose derivatives are known to every digit; the motion itself is not linear.
 
-use crate::program::{ended, folder, own, path, sideslip};
-use crate::recordings::{derivative, identified};
+use super::recordings::{derivative, identified};
+use crate::support::program::{ended, folder, own, path, sideslip};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,6 @@
 //! `--domain frequency`: the same form of answer, from a band; measured responses beside it.
 
-use crate::program::{ended, folder, own, path, puma, real, sideslip};
+use crate::support::program::{ended, folder, own, path, puma, real, sideslip};
 use serde_json::Value;
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! Instruments that are wrong: `identify` does not tell numbers without a word about it.
 
-use crate::program::{ended, folder, own, path, sideslip};
-use crate::recordings::identified;
+use super::recordings::identified;
+use crate::support::program::{ended, folder, own, path, sideslip};
 use serde_json::Value;
 
 /// What is noted of a pedal 3211 flown with this effect on an instrument.

@@ -1,6 +1,6 @@
 //! Output error beside a replay: in its JSON, its log and its table, the same every time and through shared memory.
 
-use crate::program::{RunFile, ended, folder, own, path, puma, sideslip};
+use crate::support::program::{RunFile, ended, folder, own, path, puma, sideslip};
 use serde_json::Value;
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! Real recordings with a published answer.
 
-use crate::program::{ended, path, real, sideslip};
+use crate::support::program::{ended, path, real, sideslip};
 use serde_json::Value;
 use std::path::Path;
 

@@ -1,20 +1,22 @@
 //! Simulated flights: the model's own mode and control derivative; linear called linear, saturation found; repeats within noise.
 
-use crate::puma::puma_100kn;
-use sideslip::estimation::interpretation::record::{Interpretation, Response, RunInterpretation};
-use sideslip::estimation::interpretation::{Run, interpret, table};
+use crate::support::puma::puma_100kn;
+use sideslip::dynamics::linear::state_matrix;
 use sideslip::flight::channel::{Channel, ControlNames};
 use sideslip::flight::control::Control;
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::effect::Effect;
 use sideslip::flight::model::LinearModel;
-use sideslip::simulation::eigenmodes::eigenmodes;
-use sideslip::simulation::flight_model::{Asked, FlightModel};
+use sideslip::flight::sample::Sample;
+use sideslip::io::outputs::tables::manoeuvre_table;
+use sideslip::io::outputs::words::manoeuvre_sentences::of_all;
+use sideslip::postflight::manoeuvres::record::{Interpretation, Response, RunInterpretation};
+use sideslip::postflight::manoeuvres::{Run, interpret};
+use sideslip::realtime::modes::naming::eigenmodes;
+use sideslip::simulation::flight_model::{FlightModel, FlightRequest};
 use sideslip::simulation::fly::{Flight, uniform_times};
 use sideslip::simulation::input::InputSpec;
-use sideslip::simulation::instrument::Instruments;
-use sideslip::simulation::linear::state_matrix;
-use sideslip::telemetry::record::Sample;
+use sideslip::simulation::instrument::InstrumentSet;
 
 fn flown(mut flight: Flight, input: &str, effects: &[Effect], noise: f64, length_s: f64, seed: u64) -> Vec<Sample> {
     let spec = InputSpec::parse(input).unwrap();
@@ -22,7 +24,7 @@ fn flown(mut flight: Flight, input: &str, effects: &[Effect], noise: f64, length
     flight.inputs.controls[place] = flight.inputs.controls[place].plus(1.0, &spec.deviation(2.0));
     flight.times_s = uniform_times(0.0, length_s, 50.0).unwrap();
     flight.inputs = flight.inputs.sampled(&flight.times_s);
-    flight.instruments = if noise > 0.0 { Instruments::flight_quality(noise) } else { Instruments::perfect() };
+    flight.instruments = if noise > 0.0 { InstrumentSet::flight_quality(noise) } else { InstrumentSet::perfect() };
     flight.effects = effects.to_vec();
     flight.seed = seed;
     flight.fly().unwrap().samples
@@ -67,7 +69,7 @@ fn the_models_own_dutch_roll_and_control_derivative() {
         let scores = [(found.omega.value - omega) / found.omega.std, (found.zeta.value - zeta) / found.zeta.std];
         within += usize::from(scores.iter().all(|score| score.abs() < 3.0));
         if seed == 0 {
-            eprintln!("truth {omega:.3} {zeta:.4}, N_pedal {n_pedal:.2}\n{}", table::text(&all));
+            eprintln!("truth {omega:.3} {zeta:.4}, N_pedal {n_pedal:.2}\n{}", manoeuvre_table::text(&all));
         }
     }
     eprintln!(
@@ -117,7 +119,7 @@ fn linear_runs_in_gusts_are_called_linear() {
 
 #[test]
 fn a_saturating_response_is_found() {
-    let model = FlightModel::puma(&Asked { speed: Some(51.44), ..Asked::default() }).unwrap();
+    let model = FlightModel::puma(&FlightRequest { speed: Some(51.44), ..FlightRequest::default() }).unwrap();
     let limit = [Effect::RateLimit { control: Control::Pedal, rate: 0.03 }];
     let set = |effects: &[Effect], seed: u64| -> Interpretation {
         let sizes = ["0.01", "0.02", "0.03"].iter().zip(0..);
@@ -128,12 +130,13 @@ fn a_saturating_response_is_found() {
     for seed in [0, 10, 20] {
         let saturated = set(&limit, seed);
         if seed == 0 {
-            eprintln!("{}", table::text(&saturated));
+            eprintln!("{}", manoeuvre_table::text(&saturated));
         }
         let first = saturated.linearity.iter().find(|one| one.response == Response::Initial).unwrap();
         let line = first.line.as_ref().unwrap();
         assert!(line.nonlinear && line.growth.value < 0.95, "{line:?}");
-        assert!(saturated.sentences.iter().any(|said| said.contains("grows less than the input")), "{:?}", saturated.sentences);
+        let sentences = of_all(&saturated);
+        assert!(sentences.iter().any(|said| said.contains("grows less than the input")), "{sentences:?}");
         let plain = set(&[], seed);
         let first = plain.linearity.iter().find(|one| one.response == Response::Initial).unwrap();
         eprintln!("seed {seed}: limited {:?}, plain {:?}", line.growth, first.line.as_ref().unwrap().growth);
@@ -149,7 +152,7 @@ fn repeats_scatter_as_noise_or_as_gusts() {
         look(&runs.collect::<Vec<_>>())
     };
     let (calm, gusty) = (set(&[]), set(&[Effect::Turbulence { sigma: 1.0, length: 150.0 }]));
-    eprintln!("{}\n{}", table::text(&calm), table::text(&gusty));
+    eprintln!("{}\n{}", manoeuvre_table::text(&calm), manoeuvre_table::text(&gusty));
     for (all, gusts) in [(&calm, false), (&gusty, true)] {
         assert_eq!(all.points.len(), 1, "left and right are one test point: {:?}", all.points);
         let scatter = all.points[0].scatter.as_ref().unwrap();
@@ -161,5 +164,5 @@ fn repeats_scatter_as_noise_or_as_gusts() {
     assert_eq!(sides.points.len(), 1, "{:?}", sides.points);
     assert!(sides.points[0].scatter.as_ref().unwrap().iter().any(|one| one.channel == Channel::R && one.scatter.value < 0.15));
     let one = look(&[flown(Flight::of(model.clone()), input(0), &[], 1.0, 10.0, 50)]);
-    assert!(one.points[0].scatter.is_err() && one.sentences.iter().any(|said| said.contains("0 of 1 test points")));
+    assert!(one.points[0].scatter.is_err() && of_all(&one).iter().any(|said| said.contains("0 of 1 test points")));
 }

@@ -1,9 +1,11 @@
 //! Real recordings: what others found in them comes out, and what they do not show is not said.
 
-use sideslip::estimation::interpretation::record::{Interpretation, Oscillation, Shape, Untold};
-use sideslip::estimation::interpretation::{Run, interpret, json, table};
 use sideslip::flight::control::Control;
-use sideslip::telemetry::recording::Recording;
+use sideslip::io::outputs::json::manoeuvre_json;
+use sideslip::io::outputs::tables::manoeuvre_table;
+use sideslip::io::telemetry::recording::Recording;
+use sideslip::postflight::manoeuvres::record::{Interpretation, Oscillation, Shape, Untold};
+use sideslip::postflight::manoeuvres::{Run, interpret};
 use std::path::{Path, PathBuf};
 
 fn real(name: &str) -> Option<PathBuf> {
@@ -30,12 +32,12 @@ fn looked_at(paths: &[PathBuf]) -> Interpretation {
     }
     let runs: Vec<Run<'_>> = read.iter().map(|(name, samples, controls)| Run { name, samples, controls: *controls }).collect();
     let all = interpret(&runs);
-    let text = table::text(&all);
+    let text = manoeuvre_table::text(&all);
     eprintln!("{text}");
     for line in text.lines() {
-        assert!(line.chars().count() <= table::WIDTH, "{} columns: {line}", line.chars().count());
+        assert!(line.chars().count() <= manoeuvre_table::WIDTH, "{} columns: {line}", line.chars().count());
     }
-    let document = json::document(&all);
+    let document = manoeuvre_json::document(&all);
     assert_eq!(document["runs"].as_array().unwrap().len(), paths.len());
     all
 }

@@ -1,13 +1,13 @@
 //! Every aid's prediction, row of H and noise against the measurement equations in dual numbers.
 
-use crate::dual::Dual;
-use crate::states::{DRAWS, assert_close, draw, variables};
-use crate::uniform::Uniform;
-use sideslip::estimation::aid::{AIRSPEED_MIN_M_S, inertial, predict};
-use sideslip::estimation::config::Config;
-use sideslip::estimation::process::STATES;
-use sideslip::estimation::record::Aid;
+use super::dual::Dual;
+use super::states::{DRAWS, assert_close, draw, variables};
+use crate::support::uniform::Uniform;
 use sideslip::flight::run::RunGeometry;
+use sideslip::realtime::estimation::aid::{AIRSPEED_MIN_M_S, inertial, predict};
+use sideslip::realtime::estimation::config::Config;
+use sideslip::realtime::estimation::process::STATES;
+use sideslip::realtime::estimation::record::Aid;
 
 /// Velocity at `position`: that of the accelerometers, which the state holds, and omega x (position - accelerometers).
 fn velocity_at(position: [f64; 3], accelerometers: [f64; 3], x: &[Dual; STATES]) -> [Dual; 3] {

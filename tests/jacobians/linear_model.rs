@@ -2,18 +2,18 @@
 //! and against itself at half the step.
 
 use nalgebra::SMatrix;
+use sideslip::dynamics::linear::{INPUTS, Turning, forces, input_matrix, state_matrix, trim_specific_force};
 use sideslip::flight::control::Control;
 use sideslip::flight::derivative::{Axis, VARIABLES, Variable};
 use sideslip::flight::model::{LinearModel, Trim};
+use sideslip::flight::signal::piecewise_linear::History;
 use sideslip::flight::term::Term;
-use sideslip::modes::lateral;
-use sideslip::regression::record::{LATERAL, LateralDerivatives};
+use sideslip::num::random::NormalNoise;
+use sideslip::realtime::modes::lateral;
+use sideslip::realtime::regression::record::{LATERAL, LateralDerivatives};
 use sideslip::simulation::fly::{Flight, uniform_times};
-use sideslip::simulation::history::History;
 use sideslip::simulation::input::InputSpec;
-use sideslip::simulation::linear::{INPUTS, Turning, forces, input_matrix, state_matrix, trim_specific_force};
 use sideslip::simulation::motion::Motion;
-use sideslip::simulation::noise::NormalNoise;
 
 /// A model with every derivative, banked and slipping, so that every entry of the matrices is at work.
 fn model(seed: u64) -> LinearModel {

@@ -1,9 +1,9 @@
 //! The filter's process and its Jacobian against (1) to (8) in dual numbers.
 
-use crate::dual::Dual;
-use crate::states::{DRAWS, assert_close, draw, variables};
-use crate::uniform::Uniform;
-use sideslip::estimation::process::{NAVIGATION, STATES, jacobian, rate};
+use super::dual::Dual;
+use super::states::{DRAWS, assert_close, draw, variables};
+use crate::support::uniform::Uniform;
+use sideslip::realtime::estimation::process::{NAVIGATION, STATES, jacobian, rate};
 
 const G0: f64 = 9.80665;
 

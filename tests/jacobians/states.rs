@@ -1,8 +1,8 @@
 //! Random states of flight, as numbers and as independent variables.
 
-use crate::dual::Dual;
-use crate::uniform::Uniform;
-use sideslip::estimation::process::{STATES, State};
+use super::dual::Dual;
+use crate::support::uniform::Uniform;
+use sideslip::realtime::estimation::process::{STATES, State};
 
 /// States drawn for each comparison.
 pub(crate) const DRAWS: usize = 5_000;

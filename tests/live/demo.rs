@@ -1,11 +1,12 @@
 //! The demo as a user runs it: it says what is true, the log repeats its numbers, the front page shows what it prints.
 
-use crate::program::{ended, folder, own, path, replayed, sideslip};
+use crate::support::program::{ended, folder, own, path, replayed, sideslip};
 use serde_json::Value;
 use std::process::{Command, Stdio};
 
 #[test]
 fn the_demo_ends_with_section_4_and_its_logs_give_the_same_numbers() {
+    let _turn = crate::alone();
     let out = folder("live-demo").join("trial");
     let (status, printed, said) = ended(&sideslip(&["demo", "--speed", "8", "--out", path(&out)]));
     assert_eq!(status, 0, "{said}");
@@ -28,7 +29,7 @@ fn the_demo_ends_with_section_4_and_its_logs_give_the_same_numbers() {
             );
         }
         assert!(cells(point, "N_v")[0] < 0.5 * cells(point, "N_v")[3], "N_v is too low in the simulation");
-        let kept = point.lines().find(|line| line.contains("kept back")).unwrap();
+        let kept = point.lines().find(|line| line.contains("hold-out")).unwrap();
         let ratio: f64 = kept.rsplit_once(": ").unwrap().1.split_whitespace().next().unwrap().parse().unwrap();
         assert!(ratio < 0.5, "{kept}");
     }
@@ -55,17 +56,18 @@ fn the_demo_ends_with_section_4_and_its_logs_give_the_same_numbers() {
 
 #[test]
 fn a_demo_that_is_stopped_leaves_a_whole_log_and_no_process() {
+    let _turn = crate::alone();
     let out = folder("live-demo-stopped");
     let mut demo = Command::new(env!("CARGO_BIN_EXE_sideslip"));
     demo.args(["demo", "--speed", "1", "--out", path(&out)]).stdout(Stdio::null()).stderr(Stdio::null());
     let mut demo = demo.spawn().unwrap();
     let log = out.join("descent-fit/live.mcap");
-    crate::stage::soon("a log", std::time::Duration::from_secs(10), || crate::stage::times(&log).len() > 50);
+    super::stage::soon("a log", std::time::Duration::from_secs(10), || super::stage::times(&log).len() > 50);
     let processes = std::fs::read_to_string(out.join("descent-fit/processes.log")).unwrap();
-    assert!(crate::stage::signal("INT", demo.id()));
+    assert!(super::stage::signal("INT", demo.id()));
     assert_eq!(demo.wait().unwrap().code(), Some(1));
     let numbers: Vec<u32> = processes.lines().filter_map(|line| line.rsplit_once(" is process ")?.1.parse().ok()).collect();
     assert_eq!(numbers.len(), 2);
-    assert!(numbers.iter().all(|number| !crate::stage::signal("0", *number)), "nobody is left");
+    assert!(numbers.iter().all(|number| !super::stage::signal("0", *number)), "nobody is left");
     assert_eq!(ended(&sideslip(&["inspect", path(&log), "--json", "-"])).0, 0);
 }

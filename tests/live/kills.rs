@@ -2,12 +2,12 @@
 //!
 //! `SIDESLIP_KILLS` sets how often (10).
 
-use crate::program::{ended, own, path, sideslip};
-use crate::sender::{Vehicle, samples};
-use crate::stage::{Running, left_behind, signal, soon, stage, times};
-use sideslip::bus::clock::monotonic_ns;
-use sideslip::bus::reader::{Reader, VALID_FOR};
-use sideslip::regression::record::Status;
+use super::sender::{Vehicle, samples};
+use super::stage::{Running, left_behind, signal, soon, stage, times};
+use crate::support::program::{ended, own, path, sideslip};
+use sideslip::io::bus::clock::monotonic_ns;
+use sideslip::io::bus::reader::{Reader, VALID_FOR};
+use sideslip::realtime::regression::record::Status;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -76,6 +76,7 @@ fn logged(logs: &Path) -> Vec<f64> {
 
 #[test]
 fn who_is_killed_comes_back_and_the_log_is_whole() {
+    let _turn = crate::alone();
     let kills: u64 = std::env::var("SIDESLIP_KILLS").ok().and_then(|text| text.parse().ok()).unwrap_or(10);
     let stage = stage("kills");
     let flight = long_flight(&stage, 30 + 2 * kills);
@@ -129,6 +130,7 @@ fn who_is_killed_comes_back_and_the_log_is_whole() {
 
 #[test]
 fn everybody_killed_at_once_leaves_nothing_that_blocks_the_next_start() {
+    let _turn = crate::alone();
     let stage = stage("all-killed");
     let flight = long_flight(&stage, 60);
     let (root, source) = (stage.join("root"), format!("file://{}", flight.display()));
@@ -158,6 +160,7 @@ fn everybody_killed_at_once_leaves_nothing_that_blocks_the_next_start() {
 
 #[test]
 fn of_two_alone_the_one_killed_is_missed_and_the_other_goes_on() {
+    let _turn = crate::alone();
     let stage = stage("alone");
     let flight = long_flight(&stage, 60);
     let (root, log) = (stage.join("root"), stage.join("flight.mcap"));

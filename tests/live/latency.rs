@@ -4,11 +4,11 @@
 //! measured and asks only that it is not absurd: a shared machine proves no deadline. Figures: run it in the release profile
 //! with `--no-capture`. `SIDESLIP_LATENCY_S` sets how long (4 s).
 
-use crate::program::path;
-use crate::stage::{Running, soon, stage};
-use sideslip::bus::payload::{Payload, SAMPLE, SamplePayload, StatePayload};
-use sideslip::bus::service::{Bus, Publisher, Subscriber};
-use sideslip::telemetry::recording::Recording;
+use super::stage::{Running, soon, stage};
+use crate::support::program::path;
+use sideslip::io::bus::payload::{Payload, SAMPLE, SamplePayload, StatePayload};
+use sideslip::io::bus::service::{Bus, Publisher, Subscriber};
+use sideslip::io::telemetry::recording::Recording;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -73,9 +73,10 @@ fn percentiles(latencies: &[f64]) -> [f64; 3] {
 
 #[test]
 fn from_sample_to_estimate_beside_a_bare_echo() {
+    let _turn = crate::alone();
     let seconds: f64 = std::env::var("SIDESLIP_LATENCY_S").ok().and_then(|text| text.parse().ok()).unwrap_or(4.0);
     let stage = stage("latency");
-    let mut recording = Recording::open(&crate::program::puma()).unwrap();
+    let mut recording = Recording::open(&crate::support::program::puma()).unwrap();
     let mut rows = Vec::new();
     while let Some(row) = recording.next_row().unwrap() {
         rows.push(row.sample);
@@ -93,7 +94,7 @@ fn from_sample_to_estimate_beside_a_bare_echo() {
             Some(Running::start(&["estimate", "--root", path(&root), "--out", path(&stage.join("log.mcap"))]))
         } else {
             let mut command = Command::new(std::env::current_exe().unwrap());
-            command.args(["latency::echoes", "--exact", "--ignored"]).env(ECHO, &root).stdout(Stdio::null());
+            command.args(["live::latency::echoes", "--exact", "--ignored"]).env(ECHO, &root).stdout(Stdio::null());
             if busy {
                 command.env("SIDESLIP_ECHO_BUSY", "1");
             }

@@ -1,18 +1,18 @@
 //! MAVLink over the loopback into the processes: derivatives from a sender that is not ours, boots, silence, broken links.
 
-use crate::program::{ended, folder, own, path, puma, sideslip};
-use crate::sender::{Vehicle, samples};
-use crate::stage::{Running, left_behind, signal, soon, stage, times};
+use super::sender::{Vehicle, samples};
+use super::stage::{Running, left_behind, signal, soon, stage, times};
+use crate::support::program::{ended, folder, own, path, puma, sideslip};
 use mavlink::dialects::ardupilotmega::{GLOBAL_POSITION_INT_DATA, HEARTBEAT_DATA, MavMessage};
 use serde_json::Value;
-use sideslip::bus::reader::Reader;
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::derivative::{Axis, Variable};
-use sideslip::flight::model_file::ModelFile;
-use sideslip::regression::record::Status;
-use sideslip::telemetry::mavlink::encode::{Encoder, Frames, ME};
-use sideslip::telemetry::mavlink::mapping::Config;
-use sideslip::telemetry::record::Sample;
+use sideslip::flight::file::model_file::ModelFile;
+use sideslip::flight::sample::Sample;
+use sideslip::io::bus::reader::Reader;
+use sideslip::io::telemetry::mavlink::encode::{Encoder, Frames, ME};
+use sideslip::io::telemetry::mavlink::mapping::MavlinkConfig;
+use sideslip::realtime::regression::record::Status;
 use std::io::Write;
 use std::net::UdpSocket;
 use std::path::{Path, PathBuf};
@@ -43,6 +43,7 @@ fn pymavlink() -> Option<PathBuf> {
 
 #[test]
 fn pymavlink_at_50_hz_over_udp_gives_the_derivatives_of_the_simulated_truth() {
+    let _turn = crate::alone();
     let Some(pymavlink) = pymavlink() else { return };
     let stage = stage("pymavlink");
     let (flight, json, root, logs) = (stage.join("flight.csv"), stage.join("live.json"), stage.join("root"), stage.join("logs"));
@@ -83,6 +84,7 @@ fn pymavlink_at_50_hz_over_udp_gives_the_derivatives_of_the_simulated_truth() {
 
 #[test]
 fn telemetry_killed_on_a_link_loses_next_to_nothing_and_the_run_goes_on() {
+    let _turn = crate::alone();
     let stage = stage("link-killed");
     let (root, logs) = (stage.join("root"), stage.join("logs"));
     let flight: Vec<_> = samples(&puma()).into_iter().take(900).collect();
@@ -119,6 +121,7 @@ fn telemetry_killed_on_a_link_loses_next_to_nothing_and_the_run_goes_on() {
 
 #[test]
 fn a_vehicle_that_starts_again_begins_a_run_and_a_log_of_its_own() {
+    let _turn = crate::alone();
     let stage = stage("boots");
     let (root, logs, json) = (stage.join("root"), stage.join("logs"), stage.join("live.json"));
     let first: Vec<_> = samples(&puma())
@@ -152,6 +155,7 @@ fn a_vehicle_that_starts_again_begins_a_run_and_a_log_of_its_own() {
 
 #[test]
 fn what_cannot_be_opened_or_understood_is_said() {
+    let _turn = crate::alone();
     let folder = folder("live-wrong-links");
     let root = folder.join("root");
     let taken = UdpSocket::bind("127.0.0.1:0").unwrap();
@@ -175,6 +179,7 @@ fn what_cannot_be_opened_or_understood_is_said() {
 
 #[test]
 fn a_connection_that_breaks_is_opened_again_and_noise_is_counted() {
+    let _turn = crate::alone();
     let stage = stage("tcp");
     let (root, log) = (stage.join("root"), stage.join("flight.mcap"));
     let server = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
@@ -183,7 +188,7 @@ fn a_connection_that_breaks_is_opened_again_and_noise_is_counted() {
     soon("an estimator", SOON, || root.join(".sideslip/estimator").exists());
     let mut ingest = Running::start(&["ingest", "--source", &source, "--root", path(&root)]);
     let flight = samples(&puma());
-    let mut encoder = Encoder::new(ME, Config::default(), ControlNames::Rotorcraft);
+    let mut encoder = Encoder::new(ME, MavlinkConfig::default(), ControlNames::Rotorcraft);
     for half in flight.chunks(flight.len() / 2 + 1) {
         let (mut connection, _) = server.accept().unwrap();
         connection.write_all(b"no frame").unwrap();
@@ -215,6 +220,7 @@ fn newest_ingest(live: &Running) -> Option<u32> {
 
 #[test]
 fn what_waited_in_the_socket_while_telemetry_was_paused_is_not_taken_for_new() {
+    let _turn = crate::alone();
     let stage = stage("paused");
     let root = stage.join("root");
     let vehicle = Vehicle::start(samples(&puma()), 1.0);
@@ -256,6 +262,7 @@ fn what_waited_in_the_socket_while_telemetry_was_paused_is_not_taken_for_new() {
 
 #[test]
 fn telemetry_killed_after_the_vehicle_has_started_again_goes_on_with_the_second_run() {
+    let _turn = crate::alone();
     let stage = stage("boots-killed");
     let (root, logs) = (stage.join("root"), stage.join("logs"));
     let late = |mut sample: Sample| {
@@ -282,6 +289,7 @@ fn telemetry_killed_after_the_vehicle_has_started_again_goes_on_with_the_second_
 
 #[test]
 fn messages_without_motion_are_named_and_a_connection_refused_at_first_is_tried_again() {
+    let _turn = crate::alone();
     let stage = stage("wordless");
     let root = stage.join("root");
     let server = std::net::TcpListener::bind("127.0.0.1:0").unwrap();

@@ -1,19 +1,19 @@
 //! Payloads: every record comes back from its payload as it was, and no foreign bytes bring a reader down.
 
-use crate::program::puma;
-use sideslip::bus::payload::{
-    ABSENT, DerivativesPayload, EventPayload, InnovationsPayload, ModesPayload, OTHERS, SAMPLE, SamplePayload, SmoothedPayload,
-    StatePayload, StatusBody,
-};
-use sideslip::estimation::record::{Aid, EstimationEvent, StateSet};
+use crate::support::program::puma;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::run::RunGeometry;
-use sideslip::outputs::record::{EventKind, EventRecord};
-use sideslip::pipeline::{Config, Pipeline, Tick};
-use sideslip::regression::record::{Reason, RegressionEvent, Status};
-use sideslip::telemetry::record::Sample;
-use sideslip::telemetry::recording::Recording;
+use sideslip::flight::sample::Sample;
+use sideslip::io::bus::payload::{
+    ABSENT, DerivativesPayload, EventPayload, InnovationsPayload, ModesPayload, OTHERS, SAMPLE, SamplePayload, SmoothedPayload,
+    StatePayload, StatusBody,
+};
+use sideslip::io::outputs::record::{EventKind, EventRecord};
+use sideslip::io::telemetry::recording::Recording;
+use sideslip::realtime::estimation::record::{Aid, EstimationEvent, StateSet};
+use sideslip::realtime::pipeline::{Config, Pipeline, Tick};
+use sideslip::realtime::regression::record::{Reason, RegressionEvent, Status};
 use std::fmt::Debug;
 
 /// Every bit but those of a NaN shows in the text.
@@ -79,6 +79,7 @@ fn events() -> Vec<EventKind> {
 
 #[test]
 fn every_status_and_every_event_comes_back() {
+    let _turn = crate::alone();
     for status in statuses() {
         assert_eq!(StatusBody::from(status).status().unwrap(), status);
     }
@@ -116,6 +117,7 @@ fn compare(tick: &Tick) -> usize {
 
 #[test]
 fn every_record_of_a_flight_comes_back() {
+    let _turn = crate::alone();
     let mut recording = Recording::open(&puma()).unwrap();
     let mut pipeline = Pipeline::new(&Config::default(), RunGeometry::default()).unwrap();
     let mut with_lateral = 0;
@@ -132,6 +134,7 @@ fn every_record_of_a_flight_comes_back() {
 
 #[test]
 fn bits_stay_even_of_what_is_no_number() {
+    let _turn = crate::alone();
     let odd = [f64::from_bits(0x7ff8_0000_dead_beef), f64::from_bits(1), -0.0, f64::NEG_INFINITY];
     let mut sample = Sample::new(odd[0]);
     odd.iter().zip(Channel::ALL).for_each(|(value, channel)| sample.set(channel, *value));
@@ -144,6 +147,7 @@ fn bits_stay_even_of_what_is_no_number() {
 
 #[test]
 fn codes_that_there_are_not_are_refused_with_the_field() {
+    let _turn = crate::alone();
     let refused = |error: String, words: &str| assert!(error.contains(words), "{error}");
     let status = |code, reason, places| StatusBody { code, reason, places, numbers: [0.0; 2] }.status().unwrap_err().to_string();
     refused(status(6, ABSENT, [0; 2]), "sideslip.Status.1: code: expected 0 to 5, found 6");

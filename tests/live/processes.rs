@@ -1,10 +1,10 @@
 //! The processes as a user runs them: the same numbers through shared memory, a second one refused, an end in order.
 
-use crate::program::{ended, folder, own, path, puma, real, sideslip};
-use crate::stage::{Running, left_behind, signal, soon, stage, times};
+use super::stage::{Running, left_behind, signal, soon, stage, times};
+use crate::support::program::{ended, folder, own, path, puma, real, sideslip};
 use serde_json::Value;
-use sideslip::bus::reader::{Reader, VALID_FOR};
-use sideslip::regression::record::Status;
+use sideslip::io::bus::reader::{Reader, VALID_FOR};
+use sideslip::realtime::regression::record::Status;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -23,6 +23,7 @@ fn replayed(file: &Path, more: &[&str]) -> (i32, String, String, String) {
 
 #[test]
 fn through_shared_memory_the_numbers_are_the_same_bit_for_bit() {
+    let _turn = crate::alone();
     let mut files: Vec<(PathBuf, Vec<&str>)> = vec![(puma(), vec![]), (puma(), vec!["--set", "vane_position_m=[5,0,0]"])];
     let recordings = ["attas-rud1.csv", "twin-otter-020213f1_018.csv", "attas-elv1.csv"];
     files.extend(recordings.iter().filter_map(|name| Some((real(name)?, vec!["--set", "vane_position_m=[13.08,0,0]"]))));
@@ -35,6 +36,7 @@ fn through_shared_memory_the_numbers_are_the_same_bit_for_bit() {
 
 #[test]
 fn the_logs_of_both_ways_hold_the_same_samples_and_nothing_is_left() {
+    let _turn = crate::alone();
     let stage = stage("replay-logs");
     let Some(flight) = real("twin-otter-020213f1_018.csv") else { return };
     let (here, there) = (stage.join("here.mcap"), stage.join("there.mcap"));
@@ -53,6 +55,7 @@ fn the_logs_of_both_ways_hold_the_same_samples_and_nothing_is_left() {
 
 #[test]
 fn private_roots_go_with_their_process_and_those_of_the_killed_with_the_next() {
+    let _turn = crate::alone();
     let temporary = stage("private-roots");
     let program = |args: &[&str]| {
         let mut program = std::process::Command::new(env!("CARGO_BIN_EXE_sideslip"));
@@ -86,6 +89,7 @@ fn private_roots_go_with_their_process_and_those_of_the_killed_with_the_next() {
 
 #[test]
 fn what_is_wrong_with_a_recording_is_said_the_same_way() {
+    let _turn = crate::alone();
     let folder = folder("live-damaged");
     let damaged = folder.join("damaged.csv");
     let text = std::fs::read_to_string(puma()).unwrap();
@@ -97,6 +101,7 @@ fn what_is_wrong_with_a_recording_is_said_the_same_way() {
 
 #[test]
 fn telemetry_and_estimator_meet_whoever_comes_first_and_readers_see_them_go() {
+    let _turn = crate::alone();
     let stage = stage("meeting");
     let (root, log, json) = (stage.join("root"), stage.join("flight.mcap"), stage.join("flight.json"));
     let mut ingest = Running::start(&["ingest", "--source", &source(&puma()), "--speed", "10", "--root", path(&root)]);
@@ -144,6 +149,7 @@ fn telemetry_and_estimator_meet_whoever_comes_first_and_readers_see_them_go() {
 
 #[test]
 fn live_ends_with_its_source_and_the_answer_is_that_of_a_replay() {
+    let _turn = crate::alone();
     let stage = stage("whole");
     let (root, logs, json) = (stage.join("root"), stage.join("logs"), stage.join("live.json"));
     let args = ["live", "--source", &source(&puma()), "--speed", "20", "--root", path(&root), "--out", path(&logs)];
@@ -166,6 +172,7 @@ fn live_ends_with_its_source_and_the_answer_is_that_of_a_replay() {
 
 #[test]
 fn ctrl_c_and_sigterm_close_the_log_and_a_supervisor_that_dies_takes_its_processes_along() {
+    let _turn = crate::alone();
     for name in ["INT", "TERM", "KILL"] {
         let stage = stage(&format!("signal-{name}"));
         let (root, logs) = (stage.join("root"), stage.join("logs"));
@@ -190,6 +197,7 @@ fn ctrl_c_and_sigterm_close_the_log_and_a_supervisor_that_dies_takes_its_process
 
 #[test]
 fn a_call_that_cannot_work_is_not_tried_again() {
+    let _turn = crate::alone();
     let stage = stage("wrong");
     let root = stage.join("root");
     let missing = source(&stage.join("missing.csv"));
@@ -215,6 +223,7 @@ fn children(live: &Running) -> [u32; 2] {
 
 #[test]
 fn a_supervisor_that_was_killed_does_not_block_the_next() {
+    let _turn = crate::alone();
     let stage = stage("next");
     let (root, source) = (stage.join("root"), source(&puma()));
     let call = ["live", "--source", &source, "--speed", "4", "--root", path(&root)];
@@ -232,6 +241,7 @@ fn a_supervisor_that_was_killed_does_not_block_the_next() {
 
 #[test]
 fn an_estimator_that_hangs_is_replaced_and_one_killed_at_the_end_is_a_failure() {
+    let _turn = crate::alone();
     let stage = stage("hangs");
     let root = stage.join("root");
     let mut live = Running::start(&["live", "--source", &source(&puma()), "--root", path(&root)]);
@@ -255,6 +265,7 @@ fn an_estimator_that_hangs_is_replaced_and_one_killed_at_the_end_is_a_failure() 
 
 #[test]
 fn what_cannot_be_written_is_said_before_the_flight_and_a_reader_that_goes_ends_watch() {
+    let _turn = crate::alone();
     let stage = stage("unwritable");
     let (root, file) = (stage.join("root"), stage.join("file"));
     std::fs::write(&file, "").unwrap();

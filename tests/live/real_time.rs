@@ -4,25 +4,23 @@
 //! The middleware itself (iceoryx2 0.10) takes and gives back one small block for each message that is sent, none for one
 //! that is received; the test holds it to that.
 
-use crate::allocations::{Counted, during};
-use crate::program::puma;
-use crate::stage::stage;
-use sideslip::bus::payload::{
+use super::stage::stage;
+use crate::support::allocations::during;
+use crate::support::program::puma;
+use sideslip::flight::run::RunGeometry;
+use sideslip::io::bus::payload::{
     DerivativesPayload, InnovationsPayload, ModesPayload, SAMPLE, SamplePayload, SmoothedPayload, StatePayload,
 };
-use sideslip::bus::service::Bus;
-use sideslip::flight::run::RunGeometry;
-use sideslip::pipeline::{Config, Pipeline};
-use sideslip::telemetry::recording::Recording;
-
-#[global_allocator]
-static ALLOCATOR: Counted = Counted;
+use sideslip::io::bus::service::Bus;
+use sideslip::io::telemetry::recording::Recording;
+use sideslip::realtime::pipeline::{Config, Pipeline};
 
 /// Samples until both sides have found each other.
 const FOUND: u64 = 50;
 
 #[test]
 fn nothing_of_ours_is_allocated_between_the_sample_and_the_estimate_on_the_bus() {
+    let _turn = crate::alone();
     let root = stage("real-time").join("root");
     let (telemetry, estimator) = (Bus::enter(&root).unwrap(), Bus::enter(&root).unwrap());
     let mut feed = telemetry.publisher::<SamplePayload>().unwrap();

@@ -1,12 +1,12 @@
 //! A vehicle on the loopback: sends a recording as MAVLink at its own pace to whoever calls it.
 
-use crate::stage::soon;
+use super::stage::soon;
 use sideslip::flight::channel::ControlNames;
-use sideslip::telemetry::mavlink::encode::{Encoder, ME};
-use sideslip::telemetry::mavlink::link::{Link, Received, Url};
-use sideslip::telemetry::mavlink::mapping::Config;
-use sideslip::telemetry::record::Sample;
-use sideslip::telemetry::recording::Recording;
+use sideslip::flight::sample::Sample;
+use sideslip::io::telemetry::mavlink::encode::{Encoder, ME};
+use sideslip::io::telemetry::mavlink::link::{Link, LinkEvent, Url};
+use sideslip::io::telemetry::mavlink::mapping::MavlinkConfig;
+use sideslip::io::telemetry::recording::Recording;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -39,9 +39,9 @@ impl Vehicle {
         let land = Arc::clone(&landed);
         let flying = std::thread::spawn(move || {
             let mut buffer = [0; 512];
-            let called = |link: &mut Link, buffer: &mut [u8]| matches!(link.receive(buffer), Ok(Received::Bytes(_)));
+            let called = |link: &mut Link, buffer: &mut [u8]| matches!(link.receive(buffer), Ok(LinkEvent::Bytes(_)));
             while !called(&mut link, &mut buffer) && !land.load(Ordering::Relaxed) {}
-            let mut encoder = Encoder::new(ME, Config::default(), ControlNames::Rotorcraft);
+            let mut encoder = Encoder::new(ME, MavlinkConfig::default(), ControlNames::Rotorcraft);
             let begun = Instant::now();
             let (mut sent, mut flown_s, mut last_s) = (0, 0.0, f64::INFINITY);
             for sample in &flight {

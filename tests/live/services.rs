@@ -1,17 +1,17 @@
 //! Services and roots: who misses what, who is refused, what is stale; within one process, on real shared memory.
 
-use crate::stage::{left_behind, stage};
+use super::stage::{left_behind, stage};
 use iceoryx2::prelude::ZeroCopySend;
-use sideslip::bus::payload::{DerivativesPayload, Header, ModesPayload, Payload, SAMPLE, SamplePayload, StatePayload};
-use sideslip::bus::reader::{Reader, VALID_FOR};
-use sideslip::bus::root::Role;
-use sideslip::bus::run_head::{newest_head, read_head, write_head};
-use sideslip::bus::service::Bus;
 use sideslip::flight::derivative::Axis;
-use sideslip::flight::log_head::LogHead;
-use sideslip::modes::record::ModesRecord;
-use sideslip::regression::record::{DerivativesRecord, EquationRecord, Status};
-use sideslip::telemetry::record::Sample;
+use sideslip::flight::file::log_head::LogHead;
+use sideslip::flight::sample::Sample;
+use sideslip::io::bus::payload::{DerivativesPayload, MessageHeader, ModesPayload, Payload, SAMPLE, SamplePayload, StatePayload};
+use sideslip::io::bus::reader::{Reader, VALID_FOR};
+use sideslip::io::bus::root::BusRole;
+use sideslip::io::bus::run_head::{newest_head, read_head, write_head};
+use sideslip::io::bus::service::Bus;
+use sideslip::realtime::modes::record::ModesRecord;
+use sideslip::realtime::regression::record::{DerivativesRecord, EquationRecord, Status};
 
 fn sample(k: u32) -> SamplePayload {
     SamplePayload::new(&Sample::new(f64::from(k)), std::iter::empty(), SAMPLE)
@@ -19,6 +19,7 @@ fn sample(k: u32) -> SamplePayload {
 
 #[test]
 fn a_slow_reader_misses_the_oldest_and_knows_how_many() {
+    let _turn = crate::alone();
     let root = stage("slow").join("root");
     let bus = Bus::enter(&root).unwrap();
     let (mut slow, mut quick) = (bus.subscriber::<StatePayload>().unwrap(), bus.subscriber::<StatePayload>().unwrap());
@@ -43,6 +44,7 @@ fn a_slow_reader_misses_the_oldest_and_knows_how_many() {
 
 #[test]
 fn who_comes_late_gets_the_last_samples() {
+    let _turn = crate::alone();
     let root = stage("late").join("root");
     let (telemetry, estimator) = (Bus::enter(&root).unwrap(), Bus::enter(&root).unwrap());
     assert!(telemetry.root().swept() && !estimator.root().swept());
@@ -60,6 +62,7 @@ fn who_comes_late_gets_the_last_samples() {
 
 #[test]
 fn a_later_life_goes_on_and_nothing_of_an_earlier_one_is_taken_for_new() {
+    let _turn = crate::alone();
     let root = stage("lives").join("root");
     let estimator = Bus::enter(&root).unwrap();
     let mut subscriber = estimator.subscriber::<SamplePayload>().unwrap();
@@ -77,21 +80,22 @@ fn a_later_life_goes_on_and_nothing_of_an_earlier_one_is_taken_for_new() {
     assert_eq!(seen.last(), Some(&(second.incarnation(), 10.0)));
     old.publish(&sample(1), None).unwrap();
     new.publish(&sample(11), None).unwrap();
-    let Header { incarnation, sequence, time_s, .. } = subscriber.receive().unwrap().unwrap().header;
+    let MessageHeader { incarnation, sequence, time_s, .. } = subscriber.receive().unwrap().unwrap().header;
     assert_eq!((incarnation, sequence, time_s), (second.incarnation(), 1, 11.0));
     assert!(subscriber.receive().unwrap().is_none() && subscriber.stale() >= 1);
 }
 
 #[test]
 fn a_role_is_one_process_at_a_time() {
+    let _turn = crate::alone();
     let root = stage("roles").join("root");
     let (mut one, mut other) = (Bus::enter(&root).unwrap(), Bus::enter(&root).unwrap());
-    let held = one.take(Role::Telemetry).unwrap();
-    other.take(Role::Estimator).unwrap();
-    let said = other.take(Role::Telemetry).unwrap_err().to_string();
+    let held = one.take(BusRole::Telemetry).unwrap();
+    other.take(BusRole::Estimator).unwrap();
+    let said = other.take(BusRole::Telemetry).unwrap_err().to_string();
     assert!(said.contains(&format!("process {} has the role `telemetry` already", std::process::id())), "{said}");
     drop(held);
-    other.take(Role::Telemetry).unwrap();
+    other.take(BusRole::Telemetry).unwrap();
 }
 
 /// The state of another version of this program.
@@ -99,7 +103,7 @@ fn a_role_is_one_process_at_a_time() {
 #[derive(Clone, Copy, Debug, ZeroCopySend)]
 #[type_name("sideslip.State.2")]
 struct OtherState {
-    header: Header,
+    header: MessageHeader,
 }
 
 impl Payload for OtherState {
@@ -107,16 +111,17 @@ impl Payload for OtherState {
     const SCHEMA: &'static str = "sideslip.State.2";
     const BUFFER: usize = 1;
     const HISTORY: usize = 0;
-    fn header(&self) -> &Header {
+    fn header(&self) -> &MessageHeader {
         &self.header
     }
-    fn header_mut(&mut self) -> &mut Header {
+    fn header_mut(&mut self) -> &mut MessageHeader {
         &mut self.header
     }
 }
 
 #[test]
 fn another_schema_under_the_same_name_is_refused_in_words() {
+    let _turn = crate::alone();
     let root = stage("schema").join("root");
     let bus = Bus::enter(&root).unwrap();
     for said in [bus.publisher::<OtherState>().unwrap_err().to_string(), bus.subscriber::<OtherState>().unwrap_err().to_string()]
@@ -128,6 +133,7 @@ fn another_schema_under_the_same_name_is_refused_in_words() {
 
 #[test]
 fn a_root_is_private_and_left_clean() {
+    let _turn = crate::alone();
     let stage = stage("root");
     // Long names and strange ones, and a user's own folders of any name.
     let root = stage.join("d\u{e9}ep".repeat(40)).join("root");
@@ -158,6 +164,7 @@ fn a_root_is_private_and_left_clean() {
 
 #[test]
 fn heads_are_found_by_their_telemetry_and_the_old_ones_go() {
+    let _turn = crate::alone();
     let root = stage("heads").join("root");
     let bus = Bus::enter(&root).unwrap();
     let head = |k: u64| LogHead { run_toml: format!("run = \"{k}\"\n"), ..LogHead::default() };
@@ -175,6 +182,7 @@ fn heads_are_found_by_their_telemetry_and_the_old_ones_go() {
 
 #[test]
 fn the_newest_estimate_is_whole_and_grows_old() {
+    let _turn = crate::alone();
     let root = stage("reader").join("root");
     let bus = Bus::enter(&root).unwrap();
     let mut reader = Reader::open(&root).unwrap();

@@ -1,7 +1,7 @@
 //! What the tests stand on: a root that is gone at the end, processes that do not outlive their test, logs read back.
 
-use crate::program::folder;
-use sideslip::telemetry::recording::Recording;
+use crate::support::program::folder;
+use sideslip::io::telemetry::recording::Recording;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};

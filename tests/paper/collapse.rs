@@ -5,20 +5,20 @@
 //! them, and of the Level-1 Puma trimmed on the same path, whose are. In the first q hardly moves, and the partial F of v, p, r
 //! fall by a third while R2 rises: the beginning of it, no collapse. In the second one of them falls by 8 to 28.
 
-use crate::manoeuvre::LEAD_S;
-use crate::paper_cases::PAPER;
-use sideslip::estimation::config::Config;
-use sideslip::estimation::estimator::Estimator;
+use crate::support::manoeuvre::LEAD_S;
+use crate::support::paper_cases::PAPER;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::run::RunGeometry;
-use sideslip::regression::structure::colour::Colour;
-use sideslip::regression::structure::design::{Bias, Candidate, Design};
-use sideslip::regression::structure::expression::Expression;
-use sideslip::regression::structure::fit::Fit;
-use sideslip::regression::structure::table::Table;
+use sideslip::postflight::equation_error::coloured_errors::ErrorModelOrder;
+use sideslip::postflight::equation_error::design::{Bias, CandidateTerm, Design};
+use sideslip::postflight::equation_error::expression::Expression;
+use sideslip::postflight::equation_error::fit::EquationFit;
+use sideslip::postflight::equation_error::table::RegressionTable;
+use sideslip::realtime::estimation::config::Config;
+use sideslip::realtime::estimation::estimator::Estimator;
 use sideslip::simulation::fly::{Flight, Inputs, uniform_times};
 use sideslip::simulation::input::InputSpec;
-use sideslip::simulation::instrument::Instruments;
+use sideslip::simulation::instrument::InstrumentSet;
 
 const LATERAL: [&str; 4] = ["v", "p", "r", "pedal"];
 /// Names of their own: `q` that moves by less than counts as excitation would be refused.
@@ -29,13 +29,14 @@ const RATE_HZ: f64 = 100.0;
 const AFTER_S: f64 = 10.0;
 
 /// The flight with a pedal doublet, as the live regression has it smoothed, from the input on.
-fn table(mut flight: Flight, seed: u64) -> Table {
+fn table(mut flight: Flight, seed: u64) -> RegressionTable {
     let spec = InputSpec::parse("pedal:doublet:0.0175:1").unwrap();
     let mut inputs = Inputs::at_trim(&flight.model);
     let place = Channel::CONTROLS.iter().position(|&control| control == spec.channel).unwrap();
     inputs.controls[place] = inputs.controls[place].plus(1.0, &spec.deviation(LEAD_S));
     let times_s = uniform_times(0.0, LEAD_S + AFTER_S, RATE_HZ).unwrap();
-    flight = Flight { inputs: inputs.sampled(&times_s), times_s, seed, instruments: Instruments::flight_quality(1.0), ..flight };
+    flight =
+        Flight { inputs: inputs.sampled(&times_s), times_s, seed, instruments: InstrumentSet::flight_quality(1.0), ..flight };
     let mut estimator = Estimator::new(Config::default(), RunGeometry::default()).unwrap();
     let mut rows: Vec<(f64, [f64; 8])> = Vec::new();
     for sample in &flight.fly().unwrap().samples {
@@ -50,17 +51,18 @@ fn table(mut flight: Flight, seed: u64) -> Table {
         names.enumerate().map(|(place, name)| (*name, rows.iter().map(|(_, row)| row[place]).collect())).collect();
     let columns: Vec<(&str, &[f64])> = columns.iter().map(|(name, values)| (*name, values.as_slice())).collect();
     let time_s: Vec<f64> = rows.iter().map(|(time_s, _)| *time_s).collect();
-    let mut table = Table::new();
+    let mut table = RegressionTable::new();
     table.add_record(&time_s, &columns).unwrap();
     table
 }
 
 /// R2 before and after, and by lateral term the partial F for white residuals and for coloured ones, before over after.
-fn forced(table: &Table, who: &str) -> ([f64; 2], Vec<[f64; 2]>) {
-    let candidates: Vec<Candidate> = LATERAL.iter().chain(&FORCED).map(|name| Candidate::offered(name).unwrap()).collect();
+fn forced(table: &RegressionTable, who: &str) -> ([f64; 2], Vec<[f64; 2]>) {
+    let candidates: Vec<CandidateTerm> =
+        LATERAL.iter().chain(&FORCED).map(|name| CandidateTerm::offered(name).unwrap()).collect();
     let response = Expression::parse("r_dot").unwrap();
     let design = Design::new(table, &response, &candidates, &table.whole(), Bias::Shared).unwrap();
-    let of = |count: usize| Fit::of(&design, &(0..count).collect::<Vec<_>>(), Colour::default()).unwrap();
+    let of = |count: usize| EquationFit::of(&design, &(0..count).collect::<Vec<_>>(), ErrorModelOrder::default()).unwrap();
     let (before, after) = (of(LATERAL.len()), of(LATERAL.len() + FORCED.len()));
     let falls = LATERAL.map(|name| {
         let (one, other) = (before.term(name).unwrap(), after.term(name).unwrap());

@@ -2,10 +2,10 @@
 //!
 //! The long form (`SIDESLIP_SEEDS`, release) takes descent, level and climb; the short one the descent and the level flight.
 
-use crate::flown::flights;
-use crate::manoeuvre::seeds;
-use crate::paper_cases::{DENSITY, PAPER};
-use crate::program::{ended, folder, path, sideslip};
+use super::flown::flights;
+use crate::support::manoeuvre::seeds;
+use crate::support::paper_cases::{DENSITY, PAPER};
+use crate::support::program::{ended, folder, path, sideslip};
 use serde_json::Value;
 
 /// Distance of a root from the printed one, 1/s.

@@ -1,7 +1,7 @@
 //! Flights of the paper's models with instruments of flight quality, and what `identify` says of them.
 
-use crate::paper_cases::PaperCase;
-use crate::program::{ended, own, path, sideslip};
+use crate::support::paper_cases::PaperCase;
+use crate::support::program::{ended, own, path, sideslip};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 

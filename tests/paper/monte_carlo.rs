@@ -5,7 +5,7 @@
 //! too, PCM words, own rates, lags, delays, a vane that reads 2 % too much, vibration, dropouts); filter error. And the same in
 //! turbulence, beside output error. The long form, some minutes on two cores:
 //!
-//!     SIDESLIP_SEEDS=300 cargo test --release --test paper monte_carlo -- --nocapture
+//!     SIDESLIP_SEEDS=300 cargo test --release --test slow paper::monte_carlo -- --nocapture
 //!
 //! Measured over the first 300 seeds in still air (12 flights without their controls left out): 95.7 % of the intervals of 95 %
 //! of L and N hold the truth, each 93.8 to 97.9; scatter over the bound 0.91 to 1.06; biases at most 0.31 % or 0.24 of the
@@ -13,21 +13,21 @@
 //!
 //! Limits are those for 300 seeds and more, wider by two standard deviations of what so many seeds can tell.
 
-use crate::manoeuvre::{over_seeds, seeds};
-use crate::program::own;
+use crate::support::manoeuvre::{over_seeds, seeds};
+use crate::support::program::own;
 use sideslip::flight::channel::{Channel, ControlNames};
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::effect::Effect;
+use sideslip::flight::file::model_file::ModelFile;
 use sideslip::flight::model::LinearModel;
-use sideslip::flight::model_file::ModelFile;
 use sideslip::flight::run::RunGeometry;
-use sideslip::identification::columns::Columns;
-use sideslip::identification::identify::{Instruments as Belief, Method, Wanted, identify};
-use sideslip::identification::linear::Choice;
-use sideslip::regression::output_error::Settings;
+use sideslip::postflight::identification::columns::Columns;
+use sideslip::postflight::identification::identify::{FitMethod, IdentificationRequest, InstrumentTreatment as Belief, identify};
+use sideslip::postflight::identification::model_variables::ModelVariables;
+use sideslip::postflight::output_error::FitSettings;
 use sideslip::simulation::fly::{Flight, Inputs, uniform_times};
 use sideslip::simulation::input::InputSpec;
-use sideslip::simulation::instrument::Instruments;
+use sideslip::simulation::instrument::InstrumentSet;
 use sideslip::simulation::instrument_file::InstrumentFile;
 use sideslip::simulation::turbulence::MEDIUM_HEIGHT_LENGTH_M;
 
@@ -60,7 +60,7 @@ fn run(model: &LinearModel, input: &str, gusts: f64, seed: u64) -> Columns {
         flight.effects.push(Effect::Turbulence { sigma: gusts, length: MEDIUM_HEIGHT_LENGTH_M });
     }
     let file = InstrumentFile::parse(&text, |channel| flight.gives(channel)).unwrap();
-    flight.instruments = file.applied_to(Instruments::flight_quality(1.0), 1.0);
+    flight.instruments = file.applied_to(InstrumentSet::flight_quality(1.0), 1.0);
     let mut geometry = RunGeometry::DEFAULT;
     geometry.accelerometer_position_m = file.accelerometer_position_m.unwrap();
     geometry.vane_position_m = file.vane_position_m.unwrap();
@@ -88,17 +88,17 @@ type Estimate = (String, f64, f64, f64);
 ///
 /// `None` where the link was lost for so long that the controls are not known, or the search did not end (said, and no number
 /// of it is told).
-fn estimates(model: &LinearModel, seed: u64, gusts: f64, method: Method) -> Option<Vec<Estimate>> {
+fn estimates(model: &LinearModel, seed: u64, gusts: f64, method: FitMethod) -> Option<Vec<Estimate>> {
     let runs: Vec<Columns> =
         INPUTS.iter().enumerate().map(|(place, input)| run(model, input, gusts, 2 * seed + place as u64)).collect();
     let owned = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
-    let choice = Choice {
+    let choice = ModelVariables {
         states: owned(&["v", "p", "phi", "r"]),
         inputs: owned(&["lat_cyclic", "pedal"]),
         outputs: owned(&["beta", "p", "phi", "r", "ay"]),
     };
-    let wanted = Wanted { choice, only: None, instruments: Belief::Doubted, method };
-    let found = match identify(&runs, &[], wanted, &Settings::default()) {
+    let wanted = IdentificationRequest { choice, only: None, instruments: Belief::Estimated, method };
+    let found = match identify(&runs, &[], wanted, &FitSettings::default()) {
         Ok(found) => found,
         Err(error) => {
             assert!(error.to_string().contains("is not sampled from"), "seed {seed}: {error}");
@@ -110,7 +110,7 @@ fn estimates(model: &LinearModel, seed: u64, gusts: f64, method: Method) -> Opti
         eprintln!("seed {seed}: {method:?} did not converge");
         return None;
     }
-    assert_eq!(found.disturbed.is_some(), method == Method::FilterError);
+    assert_eq!(found.disturbed.is_some(), method == FitMethod::FilterError);
     let (fitted, pair) = (&found.fitted, found.modes.as_ref().unwrap()[1].clone());
     let pair = found.modes.unwrap().into_iter().find(|root| root.name == Some("dutch_roll")).unwrap_or(pair);
     let derivatives = found.linear.derivatives.iter().enumerate();
@@ -125,7 +125,7 @@ fn estimates(model: &LinearModel, seed: u64, gusts: f64, method: Method) -> Opti
 }
 
 fn truth(model: &LinearModel, name: &str) -> f64 {
-    let lateral = sideslip::simulation::linear::state_matrix(model).fixed_view::<4, 4>(4, 4).into_owned();
+    let lateral = sideslip::dynamics::linear::state_matrix(model).fixed_view::<4, 4>(4, 4).into_owned();
     let pair = lateral.complex_eigenvalues().iter().copied().find(|root| root.im > 0.1).unwrap();
     match name {
         "real" => pair.re,
@@ -185,7 +185,7 @@ fn pooled(figures: &[Figures]) -> f64 {
 #[test]
 fn intervals_hold_the_truth_as_often_as_they_say() {
     let (model, count) = (model(), seeds(2));
-    let found = over_seeds(count, |seed| estimates(&model, seed, 0.0, Method::FilterError));
+    let found = over_seeds(count, |seed| estimates(&model, seed, 0.0, FitMethod::FilterError));
     let all: Vec<_> = found.into_iter().flatten().collect();
     let many = all.len() as f64;
     assert!(many > 0.9 * count as f64 - 1.0, "{many} of {count}");
@@ -217,7 +217,7 @@ fn intervals_hold_the_truth_as_often_as_they_say() {
 #[test]
 fn in_turbulence_filter_error_misses_by_far_less() {
     let (model, count) = (model(), seeds(1));
-    let [by_output, by_filter] = [Method::OutputError, Method::FilterError].map(|method| {
+    let [by_output, by_filter] = [FitMethod::OutputError, FitMethod::FilterError].map(|method| {
         eprintln!("{method:?}");
         let found = over_seeds(count, |seed| estimates(&model, seed, 1.0, method));
         let all: Vec<_> = found.into_iter().flatten().collect();

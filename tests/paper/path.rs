@@ -1,9 +1,9 @@
 //! Section 4 in one call: descent, level and climb as test points, beside the Level-1 Puma trimmed at each.
 
-use crate::flown::{flights, flown_by, identified};
-use crate::manoeuvre::seeds;
-use crate::paper_cases::{DENSITY, PAPER, PaperCase, SPEED};
-use crate::program::{ended, folder, path, sideslip};
+use super::flown::{flights, flown_by, identified};
+use crate::support::manoeuvre::seeds;
+use crate::support::paper_cases::{DENSITY, PAPER, PaperCase, SPEED};
+use crate::support::program::{ended, folder, path, sideslip};
 use serde_json::Value;
 use sideslip::flight::derivative::{Axis, Variable};
 use std::path::{Path, PathBuf};

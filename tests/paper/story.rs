@@ -3,12 +3,12 @@
 //! Over 8 seeds every root lies within three standard errors of the printed one; root mean squares of real and imaginary part, in
 //! standard errors: descent 1.01 and 0.94, level 0.89 and 1.15, climb 1.22 and 1.06.
 
-use crate::flown::{flights, identified};
-use crate::manoeuvre::seeds;
-use crate::paper_cases::PAPER;
-use crate::program::folder;
+use super::flown::{flights, identified};
+use crate::support::manoeuvre::seeds;
+use crate::support::paper_cases::PAPER;
+use crate::support::program::folder;
+use sideslip::dynamics::linear::state_matrix;
 use sideslip::flight::derivative::{Axis, Variable};
-use sideslip::simulation::linear::state_matrix;
 
 #[test]
 fn the_models_flown_have_the_printed_roots() {

@@ -1,10 +1,10 @@
 //! Whatever telemetry brings, only numbers in order of time reach the estimator, and they reach it as they were.
 
-use crate::any_sample::{any_sample, times};
+use super::any_sample::{any_sample, times};
 use proptest::prelude::*;
-use sideslip::estimation::admission::{Admission, Verdict};
-use sideslip::estimation::record::EstimationEvent;
 use sideslip::flight::channel::Channel;
+use sideslip::realtime::estimation::admission::{Admission, Verdict};
+use sideslip::realtime::estimation::record::EstimationEvent;
 
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use sideslip::flight::channel::{CHANNELS, Channel};
-use sideslip::telemetry::record::Sample;
+use sideslip::flight::sample::Sample;
 
 /// A reading: any bits, some number of flight, or the edge of what counts as one.
 fn reading(channel: usize) -> impl Strategy<Value = f64> {

@@ -3,7 +3,7 @@
 //! The long run takes `SIDESLIP_COVARIANCE_STEPS` steps in each precision and in each of two sets of units: 200,000 unless
 //! told, 10,000,000 to be sure.
 
-use crate::uniform::Uniform;
+use crate::support::uniform::Uniform;
 use nalgebra::SMatrix;
 use proptest::prelude::*;
 use sideslip::num::ud::{Real, UdFactor};

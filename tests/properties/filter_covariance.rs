@@ -4,20 +4,20 @@
 //! The states along the way are random attitudes and rates, so that every entry of F and H comes into play. The long run takes a
 //! tenth of the steps of `covariance` (`SIDESLIP_COVARIANCE_STEPS`).
 
-use crate::covariance::Scalar;
-use crate::uniform::Uniform;
+use super::covariance::Scalar;
+use crate::support::uniform::Uniform;
 use nalgebra::SMatrix;
 use proptest::prelude::*;
-use sideslip::estimation::aid::{inertial, predict};
-use sideslip::estimation::config::Config;
-use sideslip::estimation::ekf::{DRIVERS, Transition};
-use sideslip::estimation::process::{
+use sideslip::flight::run::RunGeometry;
+use sideslip::num::ud::UdFactor;
+use sideslip::realtime::estimation::aid::{inertial, predict};
+use sideslip::realtime::estimation::config::Config;
+use sideslip::realtime::estimation::ekf::{DRIVERS, Transition};
+use sideslip::realtime::estimation::process::{
     ACCELEROMETER_BIAS, ANGULAR_ACCELERATION, GYRO_BIAS, MOVING, NAVIGATION, RATES, SPECIFIC_FORCE, STATES, State, VELOCITY,
     jacobian,
 };
-use sideslip::estimation::record::Aid;
-use sideslip::flight::run::RunGeometry;
-use sideslip::num::ud::UdFactor;
+use sideslip::realtime::estimation::record::Aid;
 
 /// Standard deviations at the start, in the order of the states.
 const START_STD: State = [

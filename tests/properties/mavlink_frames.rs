@@ -2,14 +2,14 @@
 //!
 //! `SIDESLIP_FUZZ_BYTES=1e8` makes the last study as long as that; a million bytes otherwise.
 
-use crate::uniform::Uniform;
+use crate::support::uniform::Uniform;
 use mavlink::dialects::ardupilotmega::{ATTITUDE_DATA, HIGHRES_IMU_DATA, MavMessage, SERVO_OUTPUT_RAW_DATA, VFR_HUD_DATA};
 use mavlink::{MavHeader, MavlinkVersion, write_versioned_msg};
 use proptest::prelude::*;
-use sideslip::telemetry::mavlink::mapping::Config;
-use sideslip::telemetry::mavlink::packet::{Framer, Framing, Packet, Tally};
-use sideslip::telemetry::mavlink::senders::{SENDERS_MAX, Senders};
-use sideslip::telemetry::mavlink::stream::Stream;
+use sideslip::io::telemetry::mavlink::mapping::MavlinkConfig;
+use sideslip::io::telemetry::mavlink::packet::{FrameTally, Framer, Framing, Packet};
+use sideslip::io::telemetry::mavlink::senders::{SENDERS_MAX, Senders};
+use sideslip::io::telemetry::mavlink::stream::VehicleStream;
 use std::collections::BTreeSet;
 
 /// A frame as the dialect's own writer makes it; which message and version, by the number.
@@ -31,7 +31,7 @@ fn frame(number: u32) -> Vec<u8> {
 }
 
 /// Everything that is found when the bytes come in pieces of those lengths, in turn.
-fn found(bytes: &[u8], framing: Framing, pieces: &[usize]) -> (Vec<Packet>, Tally) {
+fn found(bytes: &[u8], framing: Framing, pieces: &[usize]) -> (Vec<Packet>, FrameTally) {
     let mut framer = Framer::new(framing);
     let mut packets = Vec::new();
     let (mut rest, mut lengths) = (bytes, pieces.iter().copied().cycle());
@@ -133,7 +133,7 @@ fn every_frame_among_random_and_mutated_bytes_is_found_and_nothing_grows() {
     let length = std::env::var("SIDESLIP_FUZZ_BYTES").ok().and_then(|text| text.parse::<f64>().ok()).unwrap_or(1e6);
     let (mut random, mut number, mut total) = (Uniform(11), 0, 0_u64);
     let mut framer = Framer::new(Framing::Bare);
-    let mut stream = Stream::new(Config::default(), None);
+    let mut stream = VehicleStream::new(MavlinkConfig::default(), None);
     let mut senders = Senders::default();
     let (mut sent, mut samples, mut covered) = (0_u64, 0_u64, 0_u64);
     let mut wanted: BTreeSet<u64> = BTreeSet::new();

@@ -1,10 +1,10 @@
 //! What no instrument measures makes the state uncertain by what it may have done, whatever else comes in between.
 
-use sideslip::estimation::config::Config;
-use sideslip::estimation::estimator::Estimator;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::run::RunGeometry;
-use sideslip::telemetry::record::Sample;
+use sideslip::flight::sample::Sample;
+use sideslip::realtime::estimation::config::Config;
+use sideslip::realtime::estimation::estimator::Estimator;
 
 /// Level flight without a lateral accelerometer or vane, 5 s; the last standard deviation of v. `between` puts a sample of
 /// altitude alone half way between the ticks.

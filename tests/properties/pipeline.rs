@@ -1,14 +1,14 @@
 //! No samples make the pipeline panic, and a state that it gives is made of numbers.
 
-use crate::any_sample::{any_sample, times};
-use crate::uniform::Uniform;
+use super::any_sample::{any_sample, times};
+use crate::support::uniform::Uniform;
 use proptest::prelude::*;
-use sideslip::estimation::config::NoiseSource;
-use sideslip::estimation::record::StateRecord;
 use sideslip::flight::channel::{CHANNELS, Channel};
 use sideslip::flight::run::RunGeometry;
-use sideslip::pipeline::{Config, Pipeline, Tick};
-use sideslip::telemetry::record::Sample;
+use sideslip::flight::sample::Sample;
+use sideslip::realtime::estimation::config::NoiseSource;
+use sideslip::realtime::estimation::record::StateRecord;
+use sideslip::realtime::pipeline::{Config, Pipeline, Tick};
 
 fn pipeline(geometry: RunGeometry) -> Box<Pipeline> {
     Box::new(Pipeline::new(&Config::default(), geometry).unwrap())
@@ -53,7 +53,7 @@ fn assert_sound(tick: &Tick) {
         assert_eq!(innovation.fused, innovation.test_ratio <= 1.0);
     }
     for equation in tick.derivatives.iter().flat_map(|derivatives| &derivatives.equations) {
-        let published = !matches!(equation.status, sideslip::regression::record::Status::NotIdentifiable(_));
+        let published = !matches!(equation.status, sideslip::realtime::regression::record::Status::NotIdentifiable(_));
         for term in equation.terms.iter().filter(|_| published) {
             assert!(term.value.is_finite() && term.std.is_finite(), "{equation:?}");
         }

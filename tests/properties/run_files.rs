@@ -2,9 +2,9 @@
 
 use proptest::prelude::*;
 use sideslip::flight::channel::{CHANNELS, Channel, ControlNames};
-use sideslip::flight::run_file::{RunFileWriter, RunInfo};
-use sideslip::telemetry::csv::CsvRecording;
-use sideslip::telemetry::record::Sample;
+use sideslip::flight::file::run_file::{RunFileWriter, RunInfo};
+use sideslip::flight::sample::Sample;
+use sideslip::io::telemetry::csv::CsvRecording;
 use std::io::Cursor;
 use std::path::Path;
 

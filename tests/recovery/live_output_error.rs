@@ -1,28 +1,29 @@
 //! Output error while the flight goes on: nearer the truth than the regression beside it, with honest errors, and repeatable.
 //!
-//! The long form: `SIDESLIP_SEEDS=32 cargo test --release --test recovery live_output_error -- --nocapture`.
+//! The long form: `SIDESLIP_SEEDS=32 cargo test --release --test slow recovery::live_output_error -- --nocapture`.
 
-use crate::WANTED;
-use crate::manoeuvre::{INPUTS, fly, over_seeds, seeds};
-use crate::puma::puma_100kn;
+use super::WANTED;
+use crate::support::manoeuvre::{INPUTS, fly, over_seeds, seeds};
+use crate::support::puma::puma_100kn;
 use sideslip::flight::run::RunGeometry;
-use sideslip::identification::live::{Config as LiveConfig, Live, Seen};
-use sideslip::identification::record::{OutputErrorRecord, Progress};
-use sideslip::pipeline::{Config, Pipeline};
-use sideslip::regression::record::DerivativesRecord;
-use sideslip::simulation::instrument::Instruments;
-use sideslip::telemetry::record::Sample;
+use sideslip::flight::sample::Sample;
+use sideslip::live::output_error::{LiveOutputError, RegressionReport};
+use sideslip::live::output_error_config::LiveOutputErrorConfig as LiveConfig;
+use sideslip::postflight::output_error::record::{OutputErrorProgress, OutputErrorRecord};
+use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::realtime::regression::record::DerivativesRecord;
+use sideslip::simulation::instrument::InstrumentSet;
 
 /// The last word of both on one flight, and every record of output error on the way.
 fn flown(samples: &[Sample], streaming: bool) -> (DerivativesRecord, Vec<OutputErrorRecord>) {
     let mut pipeline = Box::new(Pipeline::new(&Config::default(), RunGeometry::default()).unwrap());
-    let mut live = Live::new(LiveConfig { streaming, ..LiveConfig::default() }, RunGeometry::default());
+    let mut live = LiveOutputError::new(LiveConfig { streaming, ..LiveConfig::default() }, RunGeometry::default());
     let mut records = Vec::new();
     for sample in samples {
         let tick = pipeline.step(sample);
         live.sample(sample);
         if let Some(derivatives) = &tick.derivatives {
-            records.extend(live.seen(&Seen::from(derivatives)).cloned());
+            records.extend(live.seen(&RegressionReport::from(derivatives)).cloned());
         }
         if live.is_due() {
             records.push(live.refit().clone());
@@ -39,11 +40,16 @@ fn flown(samples: &[Sample], streaming: bool) -> (DerivativesRecord, Vec<OutputE
 fn live_output_error_is_nearer_the_truth_than_the_regression() {
     let Some(model) = puma_100kn() else { return };
     let count = seeds(8);
-    let instruments = Instruments::flight_quality(1.0);
+    let instruments = InstrumentSet::flight_quality(1.0);
     let all = over_seeds(count, |seed| {
         let (regression, records) = flown(&fly(&model, &INPUTS, &instruments, seed).samples, false);
         let last = records.last().unwrap().clone();
-        assert!(matches!(last.progress, Progress::Converged | Progress::Converging), "{} {}", last.progress.name(), last.reason);
+        assert!(
+            matches!(last.progress, OutputErrorProgress::Converged | OutputErrorProgress::Converging),
+            "{} {}",
+            last.progress.name(),
+            last.reason
+        );
         (regression, last)
     });
     let (mut pooled, mut within) = ([0.0; 2], [0_usize; 2]);
@@ -82,7 +88,7 @@ fn live_output_error_is_nearer_the_truth_than_the_regression() {
 #[test]
 fn streaming_says_how_far_it_is_and_the_same_again() {
     let Some(model) = puma_100kn() else { return };
-    let samples = fly(&model, &INPUTS[..1], &Instruments::flight_quality(1.0), 1).samples;
+    let samples = fly(&model, &INPUTS[..1], &InstrumentSet::flight_quality(1.0), 1).samples;
     let samples = &samples[..samples.partition_point(|sample| sample.time_s < 8.0)];
     let (_, records) = flown(samples, true);
     let (_, again) = flown(samples, true);

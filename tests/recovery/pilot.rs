@@ -1,21 +1,21 @@
 //! The built-in Puma with a pilot who holds its attitude: long flights stay near the trim, and its derivatives are what they
 //! are without him.
 
-use crate::WANTED;
-use crate::manoeuvre::{DURATION_S, INPUTS, LEAD_S, over_seeds, seeds};
-use crate::puma::puma_100kn;
+use super::WANTED;
+use crate::support::manoeuvre::{DURATION_S, INPUTS, LEAD_S, over_seeds, seeds};
+use crate::support::puma::puma_100kn;
 use nalgebra::{DMatrix, DVector};
 use sideslip::flight::channel::Channel;
 use sideslip::flight::control::Control;
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::model::LinearModel;
 use sideslip::flight::run::RunGeometry;
-use sideslip::pipeline::{Config, Pipeline};
-use sideslip::simulation::flight_model::{Asked, FlightModel};
-use sideslip::simulation::fly::{Flight, Flown, uniform_times};
-use sideslip::simulation::history::History;
+use sideslip::flight::signal::piecewise_linear::History;
+use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::simulation::flight_model::{FlightModel, FlightRequest};
+use sideslip::simulation::fly::{Flight, FlightResult, uniform_times};
 use sideslip::simulation::input::InputSpec;
-use sideslip::simulation::instrument::Instruments;
+use sideslip::simulation::instrument::InstrumentSet;
 use sideslip::simulation::integrate::TrueState;
 use sideslip::simulation::pilot::Pilot;
 
@@ -23,8 +23,11 @@ const KNOT: f64 = 1852.0 / 3600.0;
 
 /// The Level-1 Puma at that speed with these inputs.
 fn flight(knots: f64, inputs: &[&str], duration_s: f64) -> (Flight, FlightModel) {
-    let model =
-        FlightModel::puma(&Asked { speed: Some(knots * KNOT), set: vec!["perturbation=small".to_owned()], ..Asked::default() });
+    let model = FlightModel::puma(&FlightRequest {
+        speed: Some(knots * KNOT),
+        set: vec!["perturbation=small".to_owned()],
+        ..FlightRequest::default()
+    });
     let model = model.unwrap();
     (with_inputs(model.flight(), inputs, duration_s), model)
 }
@@ -43,7 +46,7 @@ fn with_inputs(mut flight: Flight, inputs: &[&str], duration_s: f64) -> Flight {
 }
 
 /// Largest deviation of a channel from its first value.
-fn largest(flown: &Flown, channel: Channel) -> f64 {
+fn largest(flown: &FlightResult, channel: Channel) -> f64 {
     let values: Vec<f64> = flown.samples.iter().filter_map(|sample| sample.get(channel)).collect();
     values.iter().map(|value| (value - values[0]).abs()).fold(0.0, f64::max)
 }
@@ -87,7 +90,7 @@ fn the_recorded_controls_flown_again_without_him_give_the_same_flight() {
 }
 
 /// Derivatives of an axis by ordinary least squares of the true acceleration on the true motion and the controls that moved.
-fn by_least_squares(flown: &Flown, model: &LinearModel, axis: Axis, variables: &[Variable]) -> Vec<f64> {
+fn by_least_squares(flown: &FlightResult, model: &LinearModel, axis: Axis, variables: &[Variable]) -> Vec<f64> {
     let trim = &model.trim;
     let of = |state: &TrueState, variable: Variable| {
         let motion = state.motion.velocity.into_iter().chain(state.motion.rates);
@@ -142,7 +145,7 @@ fn derivatives_by_least_squares_are_the_model_s_with_him_and_without() {
 fn the_pipeline_s_derivatives_are_within_their_standard_errors_with_him() {
     let Some(model) = puma_100kn() else { return };
     let mut held = with_inputs(Flight::of(model.clone()), &INPUTS, DURATION_S);
-    (held.pilot, held.instruments) = (Some(Pilot::ATTITUDE), Instruments::flight_quality(1.0));
+    (held.pilot, held.instruments) = (Some(Pilot::ATTITUDE), InstrumentSet::flight_quality(1.0));
     let all = over_seeds(seeds(40), |seed| {
         let mut pipeline = Box::new(Pipeline::new(&Config::default(), RunGeometry::default()).unwrap());
         for sample in &(Flight { seed, ..held.clone() }).fly().unwrap().samples {

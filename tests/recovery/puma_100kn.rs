@@ -4,22 +4,22 @@
 //! standard errors a seed misses with probability 0.0027, and a quantity misses the gate (6 or more of 100) once in 10^8;
 //! were the standard errors a third too small, three in a hundred would miss and a quantity would fail once in 12.
 
-use crate::WANTED;
-use crate::manoeuvre::{INPUTS, fly, over_seeds, seeds};
-use crate::puma::puma_100kn;
+use super::WANTED;
+use crate::support::manoeuvre::{INPUTS, fly, over_seeds, seeds};
+use crate::support::puma::puma_100kn;
+use sideslip::dynamics::linear::state_matrix;
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::model::LinearModel;
 use sideslip::flight::run::RunGeometry;
-use sideslip::modes::lateral;
-use sideslip::modes::record::{ModesRecord, Oscillation};
-use sideslip::pipeline::{Config, Pipeline};
-use sideslip::regression::record::{DerivativesRecord, LateralDerivatives, Status};
-use sideslip::simulation::eigenmodes::eigenmodes;
-use sideslip::simulation::instrument::Instruments;
-use sideslip::simulation::linear::state_matrix;
+use sideslip::realtime::modes::lateral;
+use sideslip::realtime::modes::naming::eigenmodes;
+use sideslip::realtime::modes::record::{ModesRecord, Oscillation};
+use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::realtime::regression::record::{DerivativesRecord, LateralDerivatives, Status};
+use sideslip::simulation::instrument::InstrumentSet;
 
 /// Last word of the pipeline on one flight.
-fn estimate(model: &LinearModel, inputs: &[&str], instruments: &Instruments, seed: u64) -> (DerivativesRecord, ModesRecord) {
+fn estimate(model: &LinearModel, inputs: &[&str], instruments: &InstrumentSet, seed: u64) -> (DerivativesRecord, ModesRecord) {
     let mut pipeline = Box::new(Pipeline::new(&Config::default(), RunGeometry::default()).unwrap());
     for sample in &fly(model, inputs, instruments, seed).samples {
         pipeline.step(sample);
@@ -42,7 +42,7 @@ fn true_whole(model: &LinearModel) -> [f64; 2] {
 
 /// Errors in standard errors of every quantity: the eight derivatives, then omega and zeta of the lateral subsystem, then those
 /// of the whole aircraft.
-fn scores(model: &LinearModel, inputs: &[&str], instruments: &Instruments, seed: u64) -> Vec<(String, f64)> {
+fn scores(model: &LinearModel, inputs: &[&str], instruments: &InstrumentSet, seed: u64) -> Vec<(String, f64)> {
     let (derivatives, modes) = estimate(model, inputs, instruments, seed);
     let truth = true_modes(model).dutch_roll.unwrap();
     let mut scores: Vec<(String, f64)> = WANTED
@@ -71,7 +71,7 @@ fn scores(model: &LinearModel, inputs: &[&str], instruments: &Instruments, seed:
 fn derivatives_and_dutch_roll_are_within_three_standard_errors_in_95_of_100_seeds() {
     let Some(model) = puma_100kn() else { return };
     let count = seeds(100);
-    let instruments = Instruments::flight_quality(1.0);
+    let instruments = InstrumentSet::flight_quality(1.0);
     let all = over_seeds(count, |seed| scores(&model, &INPUTS, &instruments, seed));
     let mut failed = Vec::new();
     for place in 0..WANTED.len() + 4 {
@@ -96,7 +96,7 @@ fn derivatives_and_dutch_roll_are_within_three_standard_errors_in_95_of_100_seed
 fn the_frequency_domain_is_within_three_of_its_standard_errors_in_95_of_100_seeds() {
     let Some(model) = puma_100kn() else { return };
     let count = seeds(100);
-    let instruments = Instruments::flight_quality(1.0);
+    let instruments = InstrumentSet::flight_quality(1.0);
     let all = over_seeds(count, |seed| {
         let (derivatives, _) = estimate(&model, &INPUTS, &instruments, seed);
         WANTED.map(|(axis, variable)| {
@@ -123,7 +123,7 @@ fn the_frequency_domain_is_within_three_of_its_standard_errors_in_95_of_100_seed
 #[test]
 fn perfect_instruments_give_the_model_back() {
     let Some(model) = puma_100kn() else { return };
-    let (derivatives, modes) = estimate(&model, &INPUTS, &Instruments::perfect(), 0);
+    let (derivatives, modes) = estimate(&model, &INPUTS, &InstrumentSet::perfect(), 0);
     for (axis, variable) in WANTED {
         let truth = model.derivative(axis, variable);
         let found = derivatives.equations[axis.index()].term(variable).unwrap().value;
@@ -137,7 +137,7 @@ fn perfect_instruments_give_the_model_back() {
 #[test]
 fn a_control_that_nobody_moved_has_no_derivative() {
     let Some(model) = puma_100kn() else { return };
-    let (derivatives, modes) = estimate(&model, &["pedal:3211:0.02:0.7"], &Instruments::flight_quality(1.0), 3);
+    let (derivatives, modes) = estimate(&model, &["pedal:3211:0.02:0.7"], &InstrumentSet::flight_quality(1.0), 3);
     assert!(derivatives.equations[Axis::L.index()].term(Variable::LatCyclic).is_none());
     let truth = true_modes(&model).dutch_roll.unwrap();
     let found = modes.dutch_roll.unwrap();
@@ -148,7 +148,7 @@ fn a_control_that_nobody_moved_has_no_derivative() {
 fn steady_flight_gives_no_numbers() {
     let Some(model) = puma_100kn() else { return };
     for seed in 0..5 {
-        let (derivatives, modes) = estimate(&model, &[], &Instruments::flight_quality(1.0), seed);
+        let (derivatives, modes) = estimate(&model, &[], &InstrumentSet::flight_quality(1.0), seed);
         assert_eq!(modes.status, Status::Waiting, "seed {seed}");
         assert!(modes.dutch_roll.is_none());
         assert!(derivatives.equations.iter().all(|equation| equation.terms.is_empty()));

@@ -3,24 +3,24 @@
 //! What the messages cost: single precision, milliseconds of attitude, and pulses of whole microseconds, 0.35 mrad of
 //! control. Gate as without MAVLink: 95 % of the seeds for each quantity.
 
-use crate::WANTED;
-use crate::manoeuvre::{INPUTS, fly, over_seeds, seeds};
-use crate::puma::puma_100kn;
+use super::WANTED;
+use crate::support::manoeuvre::{INPUTS, fly, over_seeds, seeds};
+use crate::support::puma::puma_100kn;
 use sideslip::flight::channel::{Channel, ControlNames};
 use sideslip::flight::run::RunGeometry;
-use sideslip::pipeline::{Config, Pipeline};
-use sideslip::simulation::instrument::Instruments;
-use sideslip::telemetry::mavlink::encode::{Encoder, ME};
-use sideslip::telemetry::mavlink::mapping::Config as Mapping;
-use sideslip::telemetry::mavlink::packet::{Framer, Framing};
-use sideslip::telemetry::mavlink::stream::Stream;
-use sideslip::telemetry::record::Sample;
+use sideslip::flight::sample::Sample;
+use sideslip::io::telemetry::mavlink::encode::{Encoder, ME};
+use sideslip::io::telemetry::mavlink::mapping::MavlinkConfig as Mapping;
+use sideslip::io::telemetry::mavlink::packet::{Framer, Framing};
+use sideslip::io::telemetry::mavlink::stream::VehicleStream;
+use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::simulation::instrument::InstrumentSet;
 
 /// The samples as they come out of the frames that they went into.
 fn telemetered(samples: &[Sample]) -> Vec<Sample> {
     let mut encoder = Encoder::new(ME, Mapping::default(), ControlNames::Rotorcraft);
     let mut framer = Framer::new(Framing::Bare);
-    let mut stream = Stream::new(Mapping::default(), None);
+    let mut stream = VehicleStream::new(Mapping::default(), None);
     let mut received = Vec::new();
     for sample in samples {
         encoder
@@ -41,7 +41,7 @@ fn telemetered(samples: &[Sample]) -> Vec<Sample> {
 #[test]
 fn every_channel_comes_back_within_the_resolution_of_its_message() {
     let Some(model) = puma_100kn() else { return };
-    let sent = fly(&model, &INPUTS, &Instruments::flight_quality(1.0), 1).samples;
+    let sent = fly(&model, &INPUTS, &InstrumentSet::flight_quality(1.0), 1).samples;
     let received = telemetered(&sent);
     assert_eq!(sent.len(), received.len());
     for (sent, received) in sent.iter().zip(&received) {
@@ -66,7 +66,7 @@ fn derivatives_through_mavlink_are_within_three_standard_errors_in_95_of_100_see
     let count = seeds(100);
     let scores = over_seeds(count, |seed| {
         let mut pipeline = Box::new(Pipeline::new(&Config::default(), RunGeometry::default()).unwrap());
-        for sample in &telemetered(&fly(&model, &INPUTS, &Instruments::flight_quality(1.0), seed).samples) {
+        for sample in &telemetered(&fly(&model, &INPUTS, &InstrumentSet::flight_quality(1.0), seed).samples) {
             pipeline.step(sample);
         }
         let derivatives = pipeline.finish().derivatives.clone().unwrap();

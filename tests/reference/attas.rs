@@ -1,6 +1,6 @@
 //! ATTAS, rudder doublet: the Dutch roll that output error on the record gives, and the vane that is not where it says.
 
-use crate::program::{real, replayed, warns};
+use crate::support::program::{real, replayed, warns};
 
 const VANE: [&str; 2] = ["--set", "vane_position_m=[13.08,0,0]"];
 

@@ -3,11 +3,13 @@
 //! His ten lateral ones come from these two runs and a repeat of each, his short period from this one and a repeat; so ours are
 //! to agree within their errors, not to the digit.
 
-use crate::program::{RunFile, real};
-use sideslip::regression::output_error::{Entry, Fitted, Parameter, Record, Settings, Structure, fit};
+use crate::support::program::{RunFile, real};
+use sideslip::postflight::output_error::{
+    FitParameter, FitResult, FitSettings, InputOutputRecord, MatrixEntry, ModelStructure, fit,
+};
 
 /// Channels of a run as deviations from their means over the first second, in the file's units (degrees throughout).
-fn record(name: &str, inputs: &[&str], outputs: &[&str]) -> Option<Record> {
+fn record(name: &str, inputs: &[&str], outputs: &[&str]) -> Option<InputOutputRecord> {
     let file = RunFile::read(&real(name)?);
     let place = |name: &str| file.header.iter().position(|found| found.split('[').next() == Some(name)).unwrap();
     let column = |name: &str| -> Vec<f64> { file.rows.iter().map(|row| row[place(name)].trim().parse().unwrap()).collect() };
@@ -19,7 +21,7 @@ fn record(name: &str, inputs: &[&str], outputs: &[&str]) -> Option<Record> {
         values.iter().map(|value| value - mean).collect()
     };
     let (inputs, outputs) = (inputs.iter().map(deviation).collect(), outputs.iter().map(deviation).collect());
-    Some(Record { times_s, inputs, outputs })
+    Some(InputOutputRecord { times_s, inputs, outputs })
 }
 
 fn names(names: &[&str]) -> Vec<String> {
@@ -27,9 +29,9 @@ fn names(names: &[&str]) -> Vec<String> {
 }
 
 /// Both states are measured; a free constant in each equation, free initial states.
-fn two_states(states: [&str; 2], inputs: &[&str], a: Vec<Vec<Entry>>, b: Vec<Vec<Entry>>) -> Structure {
-    let one = |on: bool| Entry::fixed(f64::from(u8::from(on)));
-    Structure {
+fn two_states(states: [&str; 2], inputs: &[&str], a: Vec<Vec<MatrixEntry>>, b: Vec<Vec<MatrixEntry>>) -> ModelStructure {
+    let one = |on: bool| MatrixEntry::fixed(f64::from(u8::from(on)));
+    ModelStructure {
         states: names(&states),
         inputs: names(inputs),
         outputs: names(&states),
@@ -46,10 +48,10 @@ fn two_states(states: [&str; 2], inputs: &[&str], a: Vec<Vec<Entry>>, b: Vec<Vec
 /// Name, start, the author's value.
 type Known = (&'static str, f64, f64);
 
-fn fitted(structure: &Structure, known: &[Known], records: &[Record]) -> Fitted {
-    let named = |(name, start, _): &Known| Parameter { name: (*name).to_owned(), start: *start, prior: None };
-    let parameters: Vec<Parameter> = known.iter().map(named).collect();
-    let fitted = fit(structure, &parameters, &[], records, &Settings::default()).unwrap();
+fn fitted(structure: &ModelStructure, known: &[Known], records: &[InputOutputRecord]) -> FitResult {
+    let named = |(name, start, _): &Known| FitParameter { name: (*name).to_owned(), start: *start, prior: None };
+    let parameters: Vec<FitParameter> = known.iter().map(named).collect();
+    let fitted = fit(structure, &parameters, &[], records, &FitSettings::default()).unwrap();
     assert!(fitted.converged);
     for (j, (name, _, published)) in known.iter().enumerate() {
         let (value, std) = (fitted.theta[j], fitted.std[j]);
@@ -77,7 +79,7 @@ fn the_ten_lateral_derivatives_are_the_authors() {
         ("N_rudder", -1.0, -1.761),
         ("N_beta", 2.0, 3.031),
     ];
-    let row = |places: &[usize]| places.iter().map(|&j| Entry::free(j)).collect::<Vec<_>>();
+    let row = |places: &[usize]| places.iter().map(|&j| MatrixEntry::free(j)).collect::<Vec<_>>();
     let structure = two_states(["p", "r"], &channels, vec![row(&[0, 1]), row(&[5, 6])], vec![row(&[2, 3, 4]), row(&[7, 8, 9])]);
     let found = fitted(&structure, &known, &[rudder, aileron]);
     for j in [0, 2, 4, 8, 9] {
@@ -88,7 +90,7 @@ fn the_ten_lateral_derivatives_are_the_authors() {
     // Colour widens these errors some threefold: with the bound alone half of the ten would disagree.
     let wider = found.std.iter().zip(&found.std_cramer_rao).map(|(std, bound)| std / bound).sum::<f64>() / 10.0;
     assert!((2.0..=5.0).contains(&wider), "{wider}");
-    assert!(found.does_not_belong.is_empty(), "{:?}", found.does_not_belong);
+    assert!(found.insignificant.is_empty(), "{:?}", found.insignificant);
 }
 
 #[test]
@@ -102,9 +104,9 @@ fn the_short_period_is_the_authors() {
         ("M_q", -1.0, -2.006),
         ("M_elevator", -5.0, -7.208),
     ];
-    let turning = Entry { fixed: 1.0, terms: vec![(1, 1.0)] };
-    let a = vec![vec![Entry::free(0), turning], vec![Entry::free(3), Entry::free(4)]];
-    let structure = two_states(["alpha", "q"], &["elevator"], a, vec![vec![Entry::free(2)], vec![Entry::free(5)]]);
+    let turning = MatrixEntry { fixed: 1.0, terms: vec![(1, 1.0)] };
+    let a = vec![vec![MatrixEntry::free(0), turning], vec![MatrixEntry::free(3), MatrixEntry::free(4)]];
+    let structure = two_states(["alpha", "q"], &["elevator"], a, vec![vec![MatrixEntry::free(2)], vec![MatrixEntry::free(5)]]);
     let found = fitted(&structure, &known, &[elevator]);
     let theta = &found.theta;
     let omega = (theta[0] * theta[4] - (1.0 + theta[1]) * theta[3]).sqrt();

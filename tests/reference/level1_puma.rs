@@ -4,16 +4,16 @@
 //! research into system identification for helicopter flight mechanics, 1987 (Dutch roll and N_p); and the outputs of a
 //! prototype of our own.
 
-use crate::puma::{BOOK_KNOT, published_puma};
+use crate::support::puma::{BOOK_KNOT, published_puma};
+use sideslip::dynamics::linear::{input_matrix, state_matrix};
 use sideslip::flight::derivative::{Axis, Variable};
-use sideslip::simulation::eigenmodes::eigenmodes;
-use sideslip::simulation::flight_model::{Asked, FlightModel};
-use sideslip::simulation::linear::{input_matrix, state_matrix};
+use sideslip::realtime::modes::naming::eigenmodes;
+use sideslip::simulation::flight_model::{FlightModel, FlightRequest};
 use std::path::PathBuf;
 
 fn puma(speed: f64, climb: f64, density: f64, set: &[&str]) -> FlightModel {
     let set = set.iter().map(|&text| text.to_owned()).collect();
-    let asked = Asked { speed: Some(speed), climb: Some(climb), density: Some(density), sideslip: None, set };
+    let asked = FlightRequest { speed: Some(speed), climb: Some(climb), density: Some(density), sideslip: None, set };
     FlightModel::puma(&asked).unwrap()
 }
 

@@ -1,10 +1,10 @@
 //! The Puma's published matrices go through a model file and come back, with their Dutch roll.
 
-use crate::puma::published_puma;
+use crate::support::puma::published_puma;
+use sideslip::dynamics::linear::{input_matrix, state_matrix};
 use sideslip::flight::derivative::{Axis, Variable};
-use sideslip::flight::model_file::ModelFile;
-use sideslip::simulation::eigenmodes::eigenmodes;
-use sideslip::simulation::linear::{input_matrix, state_matrix};
+use sideslip::flight::file::model_file::ModelFile;
+use sideslip::realtime::modes::naming::eigenmodes;
 
 const SPEEDS_KN: [u32; 8] = [0, 20, 40, 60, 80, 100, 120, 140];
 

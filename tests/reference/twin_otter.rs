@@ -1,14 +1,14 @@
 //! Twin Otter, elevator input: the published stepwise regression of the pitching moment and of the vertical force.
 
-use crate::program::real;
-use sideslip::flight::run_file::Target;
-use sideslip::regression::structure::design::{Bias, Candidate, Design};
-use sideslip::regression::structure::expression::Expression;
-use sideslip::regression::structure::stepwise::{Rules, Selection, select};
-use sideslip::regression::structure::subset::best_subsets;
-use sideslip::regression::structure::table::Table;
-use sideslip::telemetry::csv::CsvRecording;
-use sideslip::telemetry::recording::Row;
+use crate::support::program::real;
+use sideslip::flight::file::run_file::RecordingTarget;
+use sideslip::io::telemetry::csv::CsvRecording;
+use sideslip::io::telemetry::record::RecordingRow;
+use sideslip::postflight::equation_error::design::{Bias, CandidateTerm, Design};
+use sideslip::postflight::equation_error::expression::Expression;
+use sideslip::postflight::equation_error::stepwise::{Selection, StepwiseRules, select};
+use sideslip::postflight::equation_error::subset::best_subsets;
+use sideslip::postflight::equation_error::table::RegressionTable;
 
 const CANDIDATES: [&str; 11] = [
     "alpha",
@@ -25,35 +25,35 @@ const CANDIDATES: [&str; 11] = [
 ];
 
 /// Every column of a recording, known ones in SI and the others as they came.
-fn table(path: &std::path::Path) -> Table {
+fn table(path: &std::path::Path) -> RegressionTable {
     let mut recording = CsvRecording::new(path, Box::new(std::fs::File::open(path).unwrap())).unwrap();
     let columns = recording.columns().to_vec();
     let mut time_s = Vec::new();
     let mut values: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
-    while let Some(Row { sample, others, .. }) = recording.next_row().unwrap() {
+    while let Some(RecordingRow { sample, others, .. }) = recording.next_row().unwrap() {
         time_s.push(sample.time_s);
         let mut others = others.iter();
         for (column, values) in columns.iter().zip(&mut values) {
             values.push(match column.target {
-                Target::Time { .. } => sample.time_s,
-                Target::Known { channel, .. } => sample.get(channel).unwrap_or(f64::NAN),
-                Target::Other => others.next().copied().flatten().unwrap_or(f64::NAN),
+                RecordingTarget::Time { .. } => sample.time_s,
+                RecordingTarget::Known { channel, .. } => sample.get(channel).unwrap_or(f64::NAN),
+                RecordingTarget::Other => others.next().copied().flatten().unwrap_or(f64::NAN),
             });
         }
     }
     let named: Vec<(&str, &[f64])> = columns
         .iter()
         .zip(&values)
-        .filter(|(column, _)| !matches!(column.target, Target::Time { .. }))
+        .filter(|(column, _)| !matches!(column.target, RecordingTarget::Time { .. }))
         .map(|(column, values)| (column.name.as_str(), values.as_slice()))
         .collect();
-    let mut table = Table::new();
+    let mut table = RegressionTable::new();
     table.add_record(&time_s, &named).unwrap();
     table
 }
 
-fn design(table: &Table, response: &str) -> Design {
-    let candidates: Vec<Candidate> = CANDIDATES.iter().map(|name| Candidate::offered(name).unwrap()).collect();
+fn design(table: &RegressionTable, response: &str) -> Design {
+    let candidates: Vec<CandidateTerm> = CANDIDATES.iter().map(|name| CandidateTerm::offered(name).unwrap()).collect();
     Design::new(table, &Expression::parse(response).unwrap(), &candidates, &table.whole(), Bias::Shared).unwrap()
 }
 
@@ -75,7 +75,7 @@ fn agree(selection: &Selection, published: [f64; 3]) {
 fn the_published_terms_are_selected_and_no_other() {
     let Some(flight) = real("twin-otter-020213f1_018.csv") else { return };
     let table = table(&flight);
-    let rules = Rules::for_candidates(CANDIDATES.len());
+    let rules = StepwiseRules::for_candidates(CANDIDATES.len());
     let moment = select(&design(&table, "Cm"), &rules).unwrap();
     agree(&moment, [-1.47617, -36.3533, -1.86877]);
     // The published standard errors are for coloured residuals too, .0224 .689 .0204.
@@ -103,7 +103,7 @@ fn the_best_three_terms_of_all_subsets_are_those() {
 fn what_is_not_there_is_named() {
     let Some(flight) = real("twin-otter-020213f1_018.csv") else { return };
     let table = table(&flight);
-    let candidates = [Candidate::offered("alpha*nothing").unwrap()];
+    let candidates = [CandidateTerm::offered("alpha*nothing").unwrap()];
     let error = Design::new(&table, &Expression::parse("Cm").unwrap(), &candidates, &table.whole(), Bias::Shared).unwrap_err();
     let said = error.to_string();
     assert!(said.starts_with("term \"alpha*nothing\": no column `nothing`; the table has") && said.contains(" CZ"), "{said}");

@@ -3,16 +3,16 @@
 //! The paper's Fig 17: a 3211 is flown by the Level-1 Puma, the pipeline estimates, and every estimate is divided by the
 //! derivative of small perturbations. Twice: pedal at 100 kn, and lateral cyclic at 80 kn as in the paper.
 
-use crate::flown::{fly, puma, through};
-use crate::manoeuvre::{LEAD_S, over_seeds, seeds};
-use crate::score::{Estimate, Score};
-use crate::sheet::{Sheet, draw};
+use super::flown::{fly, puma, through};
+use super::score::{Estimate, Score};
+use super::sheet::{Sheet, draw};
+use crate::support::manoeuvre::{LEAD_S, over_seeds, seeds};
 use sideslip::flight::channel::Channel;
 use sideslip::flight::derivative::{Axis, Variable};
-use sideslip::outputs::chart::{Curve, Mark, Marks, Panel};
+use sideslip::flight::sample::Sample;
+use sideslip::io::outputs::charts::chart::{Curve, Mark, Marks, Panel};
 use sideslip::simulation::flight_model::FlightModel;
-use sideslip::simulation::instrument::Instruments;
-use sideslip::telemetry::record::Sample;
+use sideslip::simulation::instrument::InstrumentSet;
 
 /// Length of the record from the input on, s.
 const RECORD_S: f64 = 12.0;
@@ -44,7 +44,7 @@ struct Flown {
     sideslip: f64,
 }
 
-fn one(model: &FlightModel, case: &Case, clock_s: f64, amplitude_deg: f64, instruments: &Instruments, seed: u64) -> Flown {
+fn one(model: &FlightModel, case: &Case, clock_s: f64, amplitude_deg: f64, instruments: &InstrumentSet, seed: u64) -> Flown {
     let input = format!("{}:3211:{}:{clock_s}", case.control, amplitude_deg.to_radians());
     let samples = fly(&model.flight(), &[input], instruments, LEAD_S + RECORD_S, seed);
     let beta = |sample: &Sample| sample.get(Channel::Beta).map_or(0.0, f64::abs);
@@ -69,11 +69,11 @@ fn run(case: &Case, seeds_run: u64) -> Study {
     let model = puma(case.knots);
     let mut study = Study { exact: Vec::new(), noisy: Vec::new() };
     for clock_s in CLOCKS_S {
-        let exact = |&amplitude: &f64| one(&model, case, clock_s, amplitude, &Instruments::perfect(), 0);
+        let exact = |&amplitude: &f64| one(&model, case, clock_s, amplitude, &InstrumentSet::perfect(), 0);
         study.exact.push(case.amplitudes_deg.iter().map(exact).collect());
         let noisy = |&amplitude: &f64| {
             let flights =
-                over_seeds(seeds_run, |seed| one(&model, case, clock_s, amplitude, &Instruments::flight_quality(1.0), seed));
+                over_seeds(seeds_run, |seed| one(&model, case, clock_s, amplitude, &InstrumentSet::flight_quality(1.0), seed));
             std::array::from_fn(|place| Score::of(flights.iter().map(|flown| flown.ratios[place]), 1.0))
         };
         study.noisy.push(case.amplitudes_deg.iter().map(noisy).collect());

@@ -7,11 +7,11 @@
 use sideslip::flight::control::{CONTROLS, Control};
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::model::LinearModel;
-use sideslip::modes::lateral;
-use sideslip::regression::record::{LATERAL, LateralDerivatives, Status};
-use sideslip::simulation::design::information::{Information, Manoeuvre, Parameter, outputs};
-use sideslip::simulation::history::History;
-use sideslip::simulation::instrument::Instruments;
+use sideslip::flight::signal::piecewise_linear::History;
+use sideslip::realtime::modes::lateral;
+use sideslip::realtime::regression::record::{LATERAL, LateralDerivatives, Status};
+use sideslip::simulation::input_design::information::{DesignManoeuvre, DesignParameter, InputInformation, outputs};
+use sideslip::simulation::instrument::InstrumentSet;
 
 /// Derivatives whose bound is wanted.
 pub(crate) const DERIVATIVES: [(Axis, Variable); 3] = [(Axis::N, Variable::R), (Axis::N, Variable::V), (Axis::L, Variable::P)];
@@ -20,7 +20,7 @@ pub(crate) const DERIVATIVES: [(Axis, Variable); 3] = [(Axis::N, Variable::R), (
 pub(crate) fn bounds(
     model: &LinearModel,
     controls: &[History; CONTROLS],
-    instruments: &Instruments,
+    instruments: &InstrumentSet,
     duration_s: f64,
     rate_hz: f64,
 ) -> [f64; 5] {
@@ -29,12 +29,12 @@ pub(crate) fn bounds(
     let lateral_controls = [Control::LatCyclic, Control::Pedal].into_iter().filter(|&control| moved(control));
     let variables: Vec<Variable> =
         [Variable::V, Variable::P, Variable::R].into_iter().chain(lateral_controls.map(Control::variable)).collect();
-    let parameters: Vec<Parameter> = [Axis::Y, Axis::L, Axis::N]
+    let parameters: Vec<DesignParameter> = [Axis::Y, Axis::L, Axis::N]
         .into_iter()
-        .flat_map(|axis| variables.iter().map(move |&variable| Parameter { axis, variable }))
+        .flat_map(|axis| variables.iter().map(move |&variable| DesignParameter { axis, variable }))
         .collect();
-    let manoeuvre = Manoeuvre { controls: controls.clone(), duration_s, rate_hz };
-    let information = Information::of(model, &parameters, &outputs(model, instruments), &manoeuvre);
+    let manoeuvre = DesignManoeuvre { controls: controls.clone(), duration_s, rate_hz };
+    let information = InputInformation::of(model, &parameters, &outputs(model, instruments), &manoeuvre);
     let Ok(dispersion) = information.dispersion() else { return [f64::NAN; 5] };
     let place = |(axis, variable): (Axis, Variable)| {
         parameters.iter().position(|parameter| parameter.axis == axis && parameter.variable == variable).unwrap()

@@ -3,14 +3,14 @@
 //! Errors this small add as squares, so the squares of the groups' scatter come to that of all together where the method is
 //! linear in the noise. The manoeuvre and the aircraft are those of `honesty`.
 
-use crate::flown::{fly, puma};
-use crate::honesty::{Found, QUANTITIES, at_times, inputs, truth};
-use crate::manoeuvre::{DURATION_S, over_seeds, seeds};
-use crate::score::Score;
-use crate::sheet::Sheet;
+use super::flown::{fly, puma};
+use super::honesty::{Found, QUANTITIES, at_times, inputs, truth};
+use super::score::Score;
+use super::sheet::Sheet;
+use crate::support::manoeuvre::{DURATION_S, over_seeds, seeds};
 use sideslip::flight::channel::Channel;
 use sideslip::simulation::fly::Flight;
-use sideslip::simulation::instrument::{Instrument, Instruments};
+use sideslip::simulation::instrument::{Instrument, InstrumentSet};
 
 /// Groups of channels by name; noise and biases of one group are two.
 const GROUPS: [(&str, &[Channel], bool, bool); 8] = [
@@ -24,8 +24,8 @@ const GROUPS: [(&str, &[Channel], bool, bool); 8] = [
     ("controls", &Channel::CONTROLS, true, false),
 ];
 
-fn only(channels: &[Channel], noise: bool, biases: bool) -> Instruments {
-    let mut instruments = Instruments::flight_quality(1.0);
+fn only(channels: &[Channel], noise: bool, biases: bool) -> InstrumentSet {
+    let mut instruments = InstrumentSet::flight_quality(1.0);
     for instrument in &mut instruments.channels {
         let inside = channels.contains(&instrument.channel);
         let kept = |kept: bool, value: f64| if inside && kept { value } else { 0.0 };
@@ -39,12 +39,12 @@ fn only(channels: &[Channel], noise: bool, biases: bool) -> Instruments {
 fn where_the_error_comes_from() {
     let model = puma(100.0).linear().clone();
     let (aircraft, truth, count) = (Flight::of(model.clone()), truth(&model), seeds(8).min(32));
-    let scores = |instruments: &Instruments| -> [Score; 5] {
+    let scores = |instruments: &InstrumentSet| -> [Score; 5] {
         let found: Vec<Found> =
             over_seeds(count, |seed| at_times(&fly(&aircraft, &inputs(), instruments, DURATION_S, seed), &[DURATION_S])[0]);
         std::array::from_fn(|quantity| Score::of(found.iter().map(|one| one[quantity]), truth[quantity]))
     };
-    let all = scores(&Instruments::flight_quality(1.0));
+    let all = scores(&InstrumentSet::flight_quality(1.0));
     let mut sheet = Sheet::new("budget", &["instruments", "quantity", "seeds", "bias", "scatter", "share_of_variance"]);
     let mut shares = [0.0; 5];
     for (name, channels, noise, biases) in GROUPS {

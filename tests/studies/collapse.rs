@@ -4,25 +4,25 @@
 //! that every step is there to be drawn, and the model kept is the one before the collapse. By its own rules the stage ends
 //! earlier and has no collapse to tell.
 
-use crate::flown::{fly, puma};
-use crate::manoeuvre::LEAD_S;
-use sideslip::estimation::config::Config;
-use sideslip::estimation::estimator::Estimator;
+use super::flown::{fly, puma};
+use crate::support::equation::{linear_candidates, rules_of_the_paper};
+use crate::support::manoeuvre::LEAD_S;
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::run::RunGeometry;
-use sideslip::regression::candidate::{SIGNALS, regressor, response, signals};
-use sideslip::regression::structure::candidates::default_set;
-use sideslip::regression::structure::collinearity::Collinearity;
-use sideslip::regression::structure::design::{Bias, Design};
-use sideslip::regression::structure::expression::Expression;
-use sideslip::regression::structure::stepwise::{Rules, Selection, select};
-use sideslip::regression::structure::table::Table;
-use sideslip::simulation::instrument::Instruments;
-use sideslip::telemetry::record::Sample;
+use sideslip::flight::sample::Sample;
+use sideslip::postflight::equation_error::collinearity::Collinearity;
+use sideslip::postflight::equation_error::design::{Bias, Design};
+use sideslip::postflight::equation_error::expression::Expression;
+use sideslip::postflight::equation_error::stepwise::{Selection, StepwiseRules, select};
+use sideslip::postflight::equation_error::table::RegressionTable;
+use sideslip::realtime::estimation::config::Config;
+use sideslip::realtime::estimation::estimator::Estimator;
+use sideslip::realtime::regression::candidate::{SIGNALS, regressor, response, signals};
+use sideslip::simulation::instrument::InstrumentSet;
 
 /// Smoothed signals of a flight from its input on.
-fn table(samples: &[Sample]) -> Table {
+fn table(samples: &[Sample]) -> RegressionTable {
     let mut estimator = Estimator::new(Config::default(), RunGeometry::default()).unwrap();
     let mut trim = None;
     let mut rows: Vec<(f64, [f64; SIGNALS])> = Vec::new();
@@ -40,7 +40,7 @@ fn table(samples: &[Sample]) -> Table {
     columns.push(("r_dot", column(response(Axis::N))));
     let columns: Vec<(&str, &[f64])> = columns.iter().map(|(name, values)| (*name, values.as_slice())).collect();
     let time_s: Vec<f64> = rows.iter().map(|(time_s, _)| *time_s).collect();
-    let mut table = Table::new();
+    let mut table = RegressionTable::new();
     table.add_record(&time_s, &columns).unwrap();
     table
 }
@@ -72,26 +72,26 @@ fn the_model_stops_before_the_collapse() {
     let model = puma(80.0);
     let truth = |variable| model.linear().derivative(Axis::N, variable);
     for (name, factor) in [("noise-free", 0.0), ("flight noise", 1.0)] {
-        let instruments = Instruments::flight_quality(factor);
+        let instruments = InstrumentSet::flight_quality(factor);
         let samples = fly(&model.flight(), &["pedal:doublet:0.0175:1".to_owned()], &instruments, LEAD_S + 12.0, 1);
         let table = table(&samples);
-        let candidates = default_set(Axis::N, ControlNames::Rotorcraft, false);
+        let candidates = linear_candidates(Axis::N);
         let of =
             |mask: &[bool]| Design::new(&table, &Expression::parse("r_dot").unwrap(), &candidates, mask, Bias::Shared).unwrap();
         let whole = of(&table.whole());
-        let explored = select(&whole, &Rules::of_the_paper()).unwrap();
+        let explored = select(&whole, &rules_of_the_paper()).unwrap();
         told(name, &explored);
         let collapse = explored.collapse.as_ref().unwrap();
         let last = explored.steps.last().unwrap();
         assert!(last.quality.r_squared > explored.fit.quality.r_squared, "the fit still improves");
         assert!(explored.kept + 1 < explored.steps.len() && explored.fit.term("p").is_none(), "{collapse}");
         // What is kept is nearer to the truth than what the last step has.
-        let off = |terms: &[sideslip::regression::structure::fit::Term], variable: Variable| {
+        let off = |terms: &[sideslip::postflight::equation_error::fit::TermEstimate], variable: Variable| {
             let found = terms.iter().find(|term| term.name == variable.name(ControlNames::Rotorcraft)).unwrap();
             (found.value - truth(variable)).abs()
         };
         assert!(off(&explored.fit.terms, Variable::R) < off(&last.terms, Variable::R), "N_r");
-        let own = select(&whole, &Rules::for_candidates(candidates.len())).unwrap();
+        let own = select(&whole, &StepwiseRules::for_candidates(candidates.len())).unwrap();
         told("  by its own rules", &own);
         assert!(own.fit.terms.iter().all(|term| term.f > 12.0));
         // In the free response p, r and v keep one ratio and phase; the controls do not move and are said so.

@@ -4,28 +4,29 @@
 //! error run again and again on the growing record. Two aircraft: the whole one, and its lateral subsystem alone, to which the
 //! longitudinal motion does nothing. Beside them what any unbiased method could do at best (Cramer and Rao).
 
-use crate::manoeuvre::{LEAD_S, over_seeds, seeds};
-use crate::puma::puma_100kn;
-use crate::sheet::Sheet;
+use super::sheet::Sheet;
+use crate::support::manoeuvre::{LEAD_S, over_seeds, seeds};
+use crate::support::puma::puma_100kn;
+use sideslip::dynamics::linear::state_matrix;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::control::{CONTROLS, Control};
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::model::LinearModel;
 use sideslip::flight::run::RunGeometry;
-use sideslip::identification::columns::Columns;
-use sideslip::identification::linear::{Choice, Linear};
-use sideslip::identification::start::starts;
-use sideslip::pipeline::{Config, Pipeline};
-use sideslip::regression::output_error::{Settings, fit};
-use sideslip::simulation::design::information::{Information, Manoeuvre, Parameter, outputs};
-use sideslip::simulation::eigenmodes::eigenmodes;
+use sideslip::flight::sample::Sample;
+use sideslip::flight::signal::piecewise_linear::History;
+use sideslip::postflight::identification::columns::Columns;
+use sideslip::postflight::identification::identification_model::IdentificationModel;
+use sideslip::postflight::identification::model_variables::ModelVariables;
+use sideslip::postflight::identification::start_values::starts;
+use sideslip::postflight::output_error::{FitSettings, fit};
+use sideslip::realtime::modes::naming::eigenmodes;
+use sideslip::realtime::pipeline::{Config, Pipeline};
 use sideslip::simulation::fly::{Flight, Inputs, uniform_times};
-use sideslip::simulation::history::History;
 use sideslip::simulation::input::InputSpec;
-use sideslip::simulation::instrument::Instruments;
+use sideslip::simulation::input_design::information::{DesignManoeuvre, DesignParameter, InputInformation, outputs};
+use sideslip::simulation::instrument::InstrumentSet;
 use sideslip::simulation::instrument_file::InstrumentFile;
-use sideslip::simulation::linear::state_matrix;
-use sideslip::telemetry::record::Sample;
 use std::f64::consts::TAU;
 
 const YAW: [(&str, Variable); 4] =
@@ -86,16 +87,16 @@ fn uncoupled(whole: &LinearModel) -> LinearModel {
     model
 }
 
-fn flight_test() -> Instruments {
+fn flight_test() -> InstrumentSet {
     let file = InstrumentFile::parse(include_str!("../../replay/instruments/flight-test.toml"), |_| true).unwrap();
-    file.applied_to(Instruments::flight_quality(1.0), 1.0)
+    file.applied_to(InstrumentSet::flight_quality(1.0), 1.0)
 }
 
 fn pedal() -> History {
     InputSpec::parse(INPUT).unwrap().deviation(LEAD_S)
 }
 
-fn fly(model: &LinearModel, instruments: &Instruments, seed: u64) -> Vec<Sample> {
+fn fly(model: &LinearModel, instruments: &InstrumentSet, seed: u64) -> Vec<Sample> {
     let times_s = uniform_times(0.0, DURATION_S, RATE_HZ).unwrap();
     let mut inputs = Inputs::at_trim(model);
     let place = Control::Pedal.index();
@@ -166,14 +167,14 @@ fn output_error(samples: &[Sample], geometry: RunGeometry, only: Option<&[(char,
             &["tas", "alpha", "beta", "p", "q", "r", "phi", "theta", "ax", "ay", "az"],
         ),
     };
-    let choice = Choice { states: owned(states), inputs: owned(&["pedal"]), outputs: owned(outputs) };
-    let mut linear = Linear::new(choice, &run, only).unwrap();
+    let choice = ModelVariables { states: owned(states), inputs: owned(&["pedal"]), outputs: owned(outputs) };
+    let mut linear = IdentificationModel::new(choice, &run, only).unwrap();
     linear.structure.state_bias.fill(false);
     linear.structure.output_bias.fill(false);
     let Ok(record) = linear.record(&run[0]) else { return [None; 4] };
     let records = [record];
     let parameters = linear.parameters(&starts(&linear, &records));
-    let settings = Settings { iterations: ITERATIONS, ..Settings::default() };
+    let settings = FitSettings { iterations: ITERATIONS, ..FitSettings::default() };
     let Ok(fitted) = fit(&linear.structure, &parameters, &[], &records, &settings) else { return [None; 4] };
     YAW.map(|(name, _)| parameters.iter().position(|parameter| parameter.name == name).map(|place| fitted.theta[place]))
 }
@@ -200,14 +201,14 @@ fn held(found: &[Found], truth: &[f64; 4], places: &[usize]) -> Option<f64> {
 }
 
 /// Bounds of [`YAW`] over their values, so long after the first input; every derivative of Y L N unknown that the aircraft has.
-fn bounds(model: &LinearModel, variables: &[Variable], instruments: &Instruments, after_s: f64) -> [f64; 4] {
+fn bounds(model: &LinearModel, variables: &[Variable], instruments: &InstrumentSet, after_s: f64) -> [f64; 4] {
     let axes = [Axis::Y, Axis::L, Axis::N];
-    let parameters: Vec<Parameter> =
-        axes.into_iter().flat_map(|axis| variables.iter().map(move |&variable| Parameter { axis, variable })).collect();
+    let parameters: Vec<DesignParameter> =
+        axes.into_iter().flat_map(|axis| variables.iter().map(move |&variable| DesignParameter { axis, variable })).collect();
     let mut controls: [History; CONTROLS] = Control::ALL.map(|_| History::constant(0.0));
     controls[Control::Pedal.index()] = pedal();
-    let manoeuvre = Manoeuvre { controls, duration_s: LEAD_S + after_s, rate_hz: RATE_HZ };
-    let information = Information::of(model, &parameters, &outputs(model, instruments), &manoeuvre);
+    let manoeuvre = DesignManoeuvre { controls, duration_s: LEAD_S + after_s, rate_hz: RATE_HZ };
+    let information = InputInformation::of(model, &parameters, &outputs(model, instruments), &manoeuvre);
     let Ok(dispersion) = information.dispersion() else { return [f64::INFINITY; 4] };
     YAW.map(|(_, variable)| {
         let place = parameters.iter().position(|one| one.axis == Axis::N && one.variable == variable).unwrap();
@@ -225,7 +226,7 @@ fn time_to_hold_the_yaw_derivatives() {
     let count = seeds(2);
     let long = count >= 16;
     let aircraft = [("lateral", uncoupled(&whole), &LATERAL[..]), ("whole", whole.clone(), &ALL[..])];
-    let all_instruments = [("flight quality", Instruments::flight_quality(1.0)), ("flight-test.toml", flight_test())];
+    let all_instruments = [("flight quality", InstrumentSet::flight_quality(1.0)), ("flight-test.toml", flight_test())];
     let columns =
         ["aircraft", "instruments", "estimator", "derivatives", "seeds", "period_s", "median_periods", "last_periods", "never"];
     let mut sheet = Sheet::new("convergence", &columns);
@@ -288,7 +289,7 @@ fn time_to_hold_the_yaw_derivatives() {
     assert!(best < 0.8 || !long, "{best} periods");
     // What no unbiased method can do: the longitudinal motion's share of the yaw is not told from N_p's by then.
     let [(_, lateral, few), (_, _, all)] = &aircraft;
-    let instruments = Instruments::flight_quality(1.0);
+    let instruments = InstrumentSet::flight_quality(1.0);
     assert!(bounds(lateral, few, &instruments, 0.8 * period_s(lateral)).iter().all(|bound| *bound < 0.5 * WITHIN));
     let [_, n_p, ..] = bounds(&whole, all, &instruments, 0.8 * period_s(&whole));
     assert!(n_p > 5.0 * WITHIN, "{n_p}");

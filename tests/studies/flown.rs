@@ -1,15 +1,15 @@
 //! Flights of the built-in Puma, and what the pipeline makes of them.
 
-use crate::manoeuvre::{LEAD_S, RATE_HZ};
+use crate::support::manoeuvre::{LEAD_S, RATE_HZ};
 use sideslip::flight::control::{CONTROLS, Control};
 use sideslip::flight::run::RunGeometry;
-use sideslip::pipeline::{Config, Pipeline};
-use sideslip::simulation::flight_model::{Asked, FlightModel};
+use sideslip::flight::sample::Sample;
+use sideslip::flight::signal::piecewise_linear::History;
+use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::simulation::flight_model::{FlightModel, FlightRequest};
 use sideslip::simulation::fly::{Flight, uniform_times};
-use sideslip::simulation::history::History;
 use sideslip::simulation::input::InputSpec;
-use sideslip::simulation::instrument::Instruments;
-use sideslip::telemetry::record::Sample;
+use sideslip::simulation::instrument::InstrumentSet;
 
 /// The book's knot, m/s.
 const KNOT: f64 = 0.5148;
@@ -17,7 +17,7 @@ const KNOT: f64 = 0.5148;
 /// The Level-1 Puma in level flight; its linear model is that of small perturbations.
 pub(crate) fn puma(knots: f64) -> FlightModel {
     let set = vec!["perturbation=small".to_owned()];
-    FlightModel::puma(&Asked { speed: Some(knots * KNOT), set, ..Asked::default() }).unwrap()
+    FlightModel::puma(&FlightRequest { speed: Some(knots * KNOT), set, ..FlightRequest::default() }).unwrap()
 }
 
 /// Deviations of the controls that those inputs make, by place.
@@ -32,7 +32,7 @@ pub(crate) fn deviations(inputs: &[String]) -> [History; CONTROLS] {
 }
 
 /// What instruments record of that aircraft under those inputs.
-pub(crate) fn fly(aircraft: &Flight, inputs: &[String], instruments: &Instruments, duration_s: f64, seed: u64) -> Vec<Sample> {
+pub(crate) fn fly(aircraft: &Flight, inputs: &[String], instruments: &InstrumentSet, duration_s: f64, seed: u64) -> Vec<Sample> {
     let mut flight = Flight {
         instruments: instruments.clone(),
         times_s: uniform_times(0.0, duration_s, RATE_HZ).unwrap(),

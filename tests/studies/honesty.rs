@@ -3,21 +3,21 @@
 //! The aircraft is the linear model of the Level-1 Puma at 100 kn, flown by the nonlinear kinematics: its derivatives are known
 //! exactly, and no aerodynamic nonlinearity is mistaken for an error of the method. Pedal 3211, then lateral cyclic 3211.
 
-use crate::bound::{DERIVATIVES, bounds};
-use crate::flown::{deviations, fly, puma};
-use crate::manoeuvre::{DURATION_S, INPUTS, LEAD_S, RATE_HZ, over_seeds, seeds};
-use crate::score::{Estimate, Score};
-use crate::sheet::{Sheet, draw};
+use super::bound::{DERIVATIVES, bounds};
+use super::flown::{deviations, fly, puma};
+use super::score::{Estimate, Score};
+use super::sheet::{Sheet, draw};
+use crate::support::manoeuvre::{DURATION_S, INPUTS, LEAD_S, RATE_HZ, over_seeds, seeds};
 use sideslip::flight::model::LinearModel;
 use sideslip::flight::run::RunGeometry;
-use sideslip::modes::lateral;
-use sideslip::modes::record::ModesRecord;
-use sideslip::outputs::chart::{Curve, Mark, Marks, Panel};
-use sideslip::pipeline::{Config, Pipeline};
-use sideslip::regression::record::{DerivativesRecord, LateralDerivatives, Status};
+use sideslip::flight::sample::Sample;
+use sideslip::io::outputs::charts::chart::{Curve, Mark, Marks, Panel};
+use sideslip::realtime::modes::lateral;
+use sideslip::realtime::modes::record::ModesRecord;
+use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::realtime::regression::record::{DerivativesRecord, LateralDerivatives, Status};
 use sideslip::simulation::fly::Flight;
-use sideslip::simulation::instrument::Instruments;
-use sideslip::telemetry::record::Sample;
+use sideslip::simulation::instrument::InstrumentSet;
 
 /// What is judged, with its unit.
 pub(crate) const QUANTITIES: [(&str, &str); 5] =
@@ -231,7 +231,7 @@ fn error_against_measurement_noise() {
     let aircraft = Flight::of(model.clone());
     let scores = factors.iter().map(|&factor| {
         let one = |seed| {
-            let samples = fly(&aircraft, &inputs(), &Instruments::flight_quality(factor), DURATION_S, seed);
+            let samples = fly(&aircraft, &inputs(), &InstrumentSet::flight_quality(factor), DURATION_S, seed);
             at_times(&samples, &[DURATION_S])[0]
         };
         // Without noise every seed is the same flight.
@@ -239,7 +239,7 @@ fn error_against_measurement_noise() {
         std::array::from_fn(|quantity| Score::of(all.iter().map(|found| found[quantity]), truth[quantity]))
     });
     let scores: Vec<[Score; 5]> = scores.collect();
-    let unit = bounds(&model, &deviations(&inputs()), &Instruments::flight_quality(1.0), DURATION_S, RATE_HZ);
+    let unit = bounds(&model, &deviations(&inputs()), &InstrumentSet::flight_quality(1.0), DURATION_S, RATE_HZ);
     let bounds = factors.iter().map(|factor| unit.map(|bound| factor * bound)).collect();
     let along = "noise and biases, multiples of flight-test quality";
     let points = Points { name: "noise", along, x: factors, scores, bounds, truth, seeds: seeds_run, logarithmic: false };
@@ -263,7 +263,7 @@ fn error_against_record_length() {
     let aircraft = Flight::of(model.clone());
     let times_s: Vec<f64> = lengths.iter().map(|length| LEAD_S + length).collect();
     let last_s = times_s.last().copied().unwrap();
-    let instruments = Instruments::flight_quality(1.0);
+    let instruments = InstrumentSet::flight_quality(1.0);
     let all = over_seeds(seeds_run, |seed| at_times(&fly(&aircraft, &inputs(), &instruments, last_s, seed), &times_s));
     let scores: Vec<[Score; 5]> = (0..lengths.len())
         .map(|place| std::array::from_fn(|quantity| Score::of(all.iter().map(|one| one[place][quantity]), truth[quantity])))

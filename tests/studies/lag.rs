@@ -3,20 +3,20 @@
 //! The linear model of the Level-1 Puma at 100 kn, as in `honesty`: instruments of flight-test quality, others four times as
 //! noisy, and such as come at rates of their own. All ways see the same samples.
 
-use crate::flown::{fly, puma};
-use crate::honesty::inputs;
-use crate::manoeuvre::{DURATION_S, LEAD_S, over_seeds, seeds};
-use crate::score::{Estimate, Score};
-use crate::sheet::Sheet;
-use sideslip::estimation::config::RegressionStates;
+use super::flown::{fly, puma};
+use super::honesty::inputs;
+use super::score::{Estimate, Score};
+use super::sheet::Sheet;
+use crate::support::manoeuvre::{DURATION_S, LEAD_S, over_seeds, seeds};
 use sideslip::flight::channel::Channel;
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::run::RunGeometry;
-use sideslip::pipeline::{Config, Pipeline};
-use sideslip::regression::record::Status;
+use sideslip::flight::sample::Sample;
+use sideslip::realtime::estimation::config::RegressionStates;
+use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::realtime::regression::record::Status;
 use sideslip::simulation::fly::Flight;
-use sideslip::simulation::instrument::Instruments;
-use sideslip::telemetry::record::Sample;
+use sideslip::simulation::instrument::InstrumentSet;
 
 const DERIVATIVES: [(&str, Axis, Variable); 6] = [
     ("N_v", Axis::N, Variable::V),
@@ -37,9 +37,9 @@ const WAYS: [(&str, RegressionStates, f64); 4] = [
 ];
 
 /// Instruments, and how many of the ways: all corners for the first.
-fn cases() -> [(&'static str, Instruments, usize); 4] {
+fn cases() -> [(&'static str, InstrumentSet, usize); 4] {
     let at_rates = |rate_hz: fn(Channel) -> Option<f64>| {
-        let mut instruments = Instruments::flight_quality(1.0);
+        let mut instruments = InstrumentSet::flight_quality(1.0);
         for instrument in &mut instruments.channels {
             instrument.rate_hz = rate_hz(instrument.channel);
         }
@@ -53,8 +53,8 @@ fn cases() -> [(&'static str, Instruments, usize); 4] {
     });
     let slow_controls = at_rates(|channel| Channel::CONTROLS.contains(&channel).then_some(20.0));
     [
-        ("flight-test", Instruments::flight_quality(1.0), 4),
-        ("noise x 4", Instruments::flight_quality(4.0), 2),
+        ("flight-test", InstrumentSet::flight_quality(1.0), 4),
+        ("noise x 4", InstrumentSet::flight_quality(4.0), 2),
         ("own rates", own_rates, 2),
         ("controls at 20 Hz", slow_controls, 2),
     ]

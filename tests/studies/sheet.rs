@@ -1,6 +1,6 @@
 //! What a study leaves behind: a table as CSV and a picture as SVG, in `target/studies`.
 
-use sideslip::outputs::chart::{Marks, Panel, svg_with_marks};
+use sideslip::io::outputs::charts::chart::{Marks, Panel, svg_with_marks};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 

@@ -4,17 +4,17 @@
 //! residuals, down to F = 1, none of them privileged, as the paper's regression did; on the information matrix that the
 //! pipeline gathered. Beside it stands what the pipeline's own selection made of the same matrix.
 
-use crate::flown::{fly, puma, through};
-use crate::manoeuvre::LEAD_S;
-use crate::sheet::{Sheet, draw};
+use super::flown::{fly, puma, through};
+use super::sheet::{Sheet, draw};
+use crate::support::manoeuvre::LEAD_S;
 use sideslip::flight::derivative::{Axis, Variable};
+use sideslip::io::outputs::charts::chart::{Curve, Mark, Marks, Panel};
 use sideslip::num::eigen::condition_index;
 use sideslip::num::sweep::Swept;
-use sideslip::outputs::chart::{Curve, Mark, Marks, Panel};
-use sideslip::regression::candidate::{BIAS, REGRESSORS, SIGNALS, STILL, UNMOVED, regressor, response, variable};
-use sideslip::regression::colour;
-use sideslip::regression::information::Information;
-use sideslip::simulation::instrument::Instruments;
+use sideslip::realtime::regression::candidate::{BIAS, REGRESSORS, SIGNALS, STILL, UNMOVED, regressor, response, variable};
+use sideslip::realtime::regression::coloured_errors;
+use sideslip::realtime::regression::information::Information;
+use sideslip::simulation::instrument::InstrumentSet;
 
 /// A partial F below this enters no more; the paper's.
 const F_ENTER: f64 = 1.0;
@@ -92,9 +92,9 @@ fn step(
             dispersion[i][j] = -swept.at(i, j) / (scale[i] * scale[j]);
         }
     }
-    let covariances = colour::residual_covariance(information, &residual, &residual, order.len());
-    let white = colour::white_covariance(information, &dispersion, covariances[0]);
-    let corrected = colour::equation_covariance(information, order, &dispersion, &residual);
+    let covariances = coloured_errors::residual_covariance(information, &residual, &residual, order.len());
+    let white = coloured_errors::white_covariance(information, &dispersion, covariances[0]);
+    let corrected = coloured_errors::equation_covariance(information, order, &dispersion, &residual);
     let terms = WATCHED.map(|(variable, _)| {
         let place = regressor(variable);
         order.contains(&place).then(|| {
@@ -196,7 +196,7 @@ fn write(name: &'static str, title: &str, steps: &[Step], own: &Own, truth: [f64
     draw(name, &[damping(0), damping(1), (ratios, Vec::new()), (fit, Vec::new())]);
 }
 
-fn study(name: &'static str, title: &str, input: &str, instruments: &Instruments, seed: u64) -> (Vec<Step>, [f64; 4]) {
+fn study(name: &'static str, title: &str, input: &str, instruments: &InstrumentSet, seed: u64) -> (Vec<Step>, [f64; 4]) {
     let model = puma(80.0);
     let truth = WATCHED.map(|(variable, _)| model.linear().derivative(Axis::N, variable));
     let samples = fly(&model.flight(), &[input.to_owned()], instruments, LEAD_S + 12.0, seed);
@@ -238,7 +238,7 @@ fn fig_18() {
         ("fig18-noise", "Doublet, flight noise", "pedal:doublet:0.0175:1", 1.0, 2.0),
         ("fig18-3211", "3211, flight noise", "pedal:3211:0.0175:0.7", 1.0, 2.0),
     ] {
-        let (steps, truth) = study(name, title, input, &Instruments::flight_quality(factor), 1);
+        let (steps, truth) = study(name, title, input, &InstrumentSet::flight_quality(factor), 1);
         collapses(&steps, truth, fall);
     }
 }

@@ -1,10 +1,9 @@
 //! The manoeuvre that the statistical tests fly: the published Puma at 100 kn, pedal 3211, then lateral cyclic 3211.
-#![allow(dead_code, reason = "each test uses its part")]
 
 use sideslip::flight::model::LinearModel;
-use sideslip::simulation::fly::{Flown, Inputs, simulate};
+use sideslip::simulation::fly::{FlightResult, Inputs, simulate};
 use sideslip::simulation::input::InputSpec;
-use sideslip::simulation::instrument::Instruments;
+use sideslip::simulation::instrument::InstrumentSet;
 
 /// Steady flight before the first input, s.
 pub(crate) const LEAD_S: f64 = 2.0;
@@ -17,7 +16,7 @@ pub(crate) const RATE_HZ: f64 = 100.0;
 pub(crate) const INPUTS: [&str; 2] = ["pedal:3211:0.02:0.7", "lat_cyclic:3211:0.008:0.5:7"];
 
 /// One flight with instruments of that quality.
-pub(crate) fn fly(model: &LinearModel, inputs: &[&str], instruments: &Instruments, seed: u64) -> Flown {
+pub(crate) fn fly(model: &LinearModel, inputs: &[&str], instruments: &InstrumentSet, seed: u64) -> FlightResult {
     let mut controls = Inputs::at_trim(model);
     for input in inputs {
         let spec = InputSpec::parse(input).unwrap();

@@ -4,14 +4,13 @@
 //! of them (roll damping three quarters of the simulation's, N_r -0.5), L_v and N_v solved so that the root of the lateral
 //! subsystem is the printed one in the trim that is flown. The trim, the longitudinal equations and the pilot's other controls
 //! are the Level-1 Puma's at 1.024 kg/m^3; there are no cross terms.
-#![allow(dead_code, reason = "each test uses its part")]
 
 use nalgebra::{Complex, Matrix4};
+use sideslip::dynamics::linear::state_matrix;
 use sideslip::flight::derivative::{Axis, Variable};
+use sideslip::flight::file::model_file::ModelFile;
 use sideslip::flight::model::LinearModel;
-use sideslip::flight::model_file::ModelFile;
-use sideslip::simulation::flight_model::{Asked, FlightModel};
-use sideslip::simulation::linear::state_matrix;
+use sideslip::simulation::flight_model::{FlightModel, FlightRequest};
 
 /// Airspeed, m/s, and density, kg/m^3.
 pub(crate) const SPEED: f64 = 51.44;
@@ -83,7 +82,8 @@ const N_R: f64 = -0.5;
 impl PaperCase {
     /// The Level-1 Puma in this flight.
     pub(crate) fn simulation(&self) -> FlightModel {
-        let asked = Asked { speed: Some(SPEED), climb: Some(self.climb), density: Some(DENSITY), ..Asked::default() };
+        let asked =
+            FlightRequest { speed: Some(SPEED), climb: Some(self.climb), density: Some(DENSITY), ..FlightRequest::default() };
         FlightModel::puma(&asked).unwrap()
     }
 

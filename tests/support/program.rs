@@ -1,6 +1,4 @@
 //! The real program, run as a user runs it, and files to run it on.
-#![allow(dead_code, reason = "each test uses its part")]
-#![allow(clippy::print_stderr, reason = "a test that is skipped says so")]
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};

@@ -3,8 +3,6 @@
 //! Source: Padfield, "Helicopter Flight Dynamics", 2nd ed. (2007), appendix 4B. States u w q theta v p phi r, inputs
 //! theta0 theta1s theta1c theta0T; 1 kn is 0.5148 m/s there, g is 9.81 m/s^2. X_q, Y_p, Y_r, Z_q of the matrices hold
 //! -We, +We, -Ue, +Ue, which belong to the kinematics and are taken out here.
-#![allow(dead_code, reason = "each test uses its part")]
-#![allow(clippy::print_stderr, reason = "a test that is skipped says so")]
 
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::model::{LinearModel, Trim};

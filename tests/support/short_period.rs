@@ -1,7 +1,7 @@
 //! A short period for output error, and records of it with noise of a given colour.
 
-use crate::uniform::Uniform;
-use sideslip::regression::output_error::{Entry, Own, Parameter, Record, Structure, predict};
+use super::uniform::Uniform;
+use sideslip::postflight::output_error::{FitParameter, InputOutputRecord, MatrixEntry, ModelStructure, RunParameters, predict};
 
 /// Short period: states w, q; input elevator; outputs w, q, az.
 /// Parameters Z_w, Z_elevator, M_w, M_q, M_elevator, and az per w.
@@ -11,26 +11,26 @@ pub(crate) fn names(names: &[&str]) -> Vec<String> {
     names.iter().map(|&name| name.to_owned()).collect()
 }
 
-pub(crate) fn structure() -> Structure {
-    let (free, fixed) = (Entry::free, Entry::fixed);
-    Structure {
+pub(crate) fn structure() -> ModelStructure {
+    let (free, fixed) = (MatrixEntry::free, MatrixEntry::fixed);
+    ModelStructure {
         states: names(&["w", "q"]),
         inputs: names(&["elevator"]),
         outputs: names(&["w", "q", "az"]),
         a: vec![vec![free(0), fixed(1.0)], vec![free(2), free(3)]],
         b: vec![vec![free(1)], vec![free(4)]],
         c: vec![vec![fixed(1.0), fixed(0.0)], vec![fixed(0.0), fixed(1.0)], vec![free(5), fixed(0.2)]],
-        d: vec![vec![fixed(0.0)], vec![fixed(0.0)], vec![Entry { fixed: 0.1, terms: vec![(1, 2.0)] }]],
+        d: vec![vec![fixed(0.0)], vec![fixed(0.0)], vec![MatrixEntry { fixed: 0.1, terms: vec![(1, 2.0)] }]],
         state_bias: vec![false, true],
         output_bias: vec![false, false, true],
         initial_state: vec![true, true],
     }
 }
 
-pub(crate) fn parameters(off: f64) -> Vec<Parameter> {
+pub(crate) fn parameters(off: f64) -> Vec<FitParameter> {
     let names = ["Z_w", "Z_elevator", "M_w", "M_q", "M_elevator", "az_w"];
     let start = |j: usize| TRUTH[j] * (1.0 + off * if j.is_multiple_of(2) { 1.0 } else { -1.0 });
-    names.iter().enumerate().map(|(j, name)| Parameter { name: (*name).to_owned(), start: start(j), prior: None }).collect()
+    names.iter().enumerate().map(|(j, name)| FitParameter { name: (*name).to_owned(), start: start(j), prior: None }).collect()
 }
 
 /// 3211 of a pulse's length, from 1 s.
@@ -57,10 +57,16 @@ pub(crate) fn normal(uniform: &mut Uniform) -> f64 {
 }
 
 /// A record of the truth over some times.
-pub(crate) fn record(times_s: Vec<f64>, pulse_s: f64, own: &Own, noise: &Noise, uniform: &mut Uniform) -> Record {
+pub(crate) fn record(
+    times_s: Vec<f64>,
+    pulse_s: f64,
+    own: &RunParameters,
+    noise: &Noise,
+    uniform: &mut Uniform,
+) -> InputOutputRecord {
     let inputs = vec![times_s.iter().map(|&t| input(t, pulse_s, 0.05)).collect()];
     let samples = times_s.len();
-    let mut record = Record { times_s, inputs, outputs: vec![vec![f64::NAN; samples]; 3] };
+    let mut record = InputOutputRecord { times_s, inputs, outputs: vec![vec![f64::NAN; samples]; 3] };
     record.outputs = predict(&structure(), &TRUTH, &[], &record, own).unwrap();
     for (output, std) in record.outputs.iter_mut().zip(noise.std) {
         let mut v = normal(uniform);

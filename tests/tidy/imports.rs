@@ -1,29 +1,34 @@
-//! Direction of imports: data flows one way, so a stage imports only what `src/guide/imports.md` grants it.
+//! Direction of imports: data flows one way, so a room imports only what `src/guide/imports.md` grants it.
 
-use crate::sources::{Source, built, files, none, root};
+use super::sources::{Source, built, files, none, root};
 use std::collections::BTreeMap;
 use std::fs;
 
-/// What a module may import: whole modules (`flight`) or one part of one (`estimation::record`).
+/// What a room may import: a whole wing (`flight`), a room or a file (`realtime::estimation::record`).
 type Grants = BTreeMap<String, Vec<String>>;
 
-/// Reads the table: rows `| module | may import |`, both cells code words.
+/// Reads the table: rows `| room | may import |`, both cells code words.
 fn grants(page: &str) -> Grants {
     let words = |cell: &str| -> Vec<String> { cell.split('`').skip(1).step_by(2).map(str::to_owned).collect() };
     let mut grants = Grants::new();
     for line in page.lines().filter(|line| line.starts_with("| `")) {
         let cells: Vec<&str> = line.split('|').collect();
-        for module in words(cells[1]) {
-            grants.insert(module, words(cells[2]));
+        for room in words(cells[1]) {
+            grants.insert(room, words(cells[2]));
         }
     }
     grants
 }
 
-/// Every path in the code that begins at the crate, as its first two names (`["flight", "run"]`).
+/// Whether the path lies in the room.
+fn within(path: &str, room: &str) -> bool {
+    path.strip_prefix(room).is_some_and(|rest| rest.is_empty() || rest.starts_with("::"))
+}
+
+/// Every path in the code that begins at the crate, whole (`["flight", "run", "RunGeometry"]`).
 ///
 /// `module` is the file's own module path, so that `super::` can be followed.
-fn imported(code: &str, module: &[&str]) -> Vec<Vec<String>> {
+pub(crate) fn imported(code: &str, module: &[&str]) -> Vec<Vec<String>> {
     let mut found = Vec::new();
     for (at, _) in code.match_indices("crate::") {
         if !follows_name(code, at) {
@@ -50,12 +55,8 @@ fn follows_name(code: &str, at: usize) -> bool {
     code[..at].chars().next_back().is_some_and(|c| c.is_alphanumeric() || c == '_' || c == '$')
 }
 
-/// Follows a path or a tree of them in braces until two names are known.
+/// Follows a path or a tree of them in braces to its ends.
 fn expand(text: &str, base: &[String], found: &mut Vec<Vec<String>>) {
-    if base.len() >= 2 {
-        found.push(base[..2].to_vec());
-        return;
-    }
     let text = text.trim_start();
     if let Some(inside) = text.strip_prefix('{') {
         let (mut depth, mut begin) = (0, 0);
@@ -88,27 +89,30 @@ fn expand(text: &str, base: &[String], found: &mut Vec<Vec<String>>) {
     }
 }
 
-/// The module path of a file below src: `src/estimation/aid/mod.rs` is `[estimation, aid]`.
-fn module_of(path: &str) -> Vec<&str> {
+/// The module path of a file below src: `src/io/bus/mod.rs` is `[io, bus]`.
+pub(crate) fn module_of(path: &str) -> Vec<&str> {
     let inner = path.trim_start_matches("src/").trim_end_matches(".rs");
     inner.split('/').filter(|name| !matches!(*name, "mod" | "lib" | "main")).collect()
 }
 
-/// What the file imports and may not.
+/// What the file imports and may not. The row of the smallest room that the file lies in counts; a room is no concern of
+/// others where it has no row of its own.
 fn breaches(source: &Source, grants: &Grants) -> Vec<String> {
     let module = module_of(&source.path);
-    let Some(&stage) = module.first() else { return Vec::new() };
-    let Some(may) = grants.get(stage) else {
-        return vec![format!("{}: module {stage} is not in the table", source.path)];
+    let own = module.join("::");
+    let Some(&wing) = module.first() else { return Vec::new() };
+    let Some((room, may)) = grants.iter().filter(|(room, _)| within(&own, room)).max_by_key(|(room, _)| room.len()) else {
+        return vec![format!("{}: {wing} is not in the table", source.path)];
     };
     if may.iter().any(|grant| grant == "everything") {
         return Vec::new();
     }
     imported(&built(&source.text), &module)
         .into_iter()
-        .filter(|path| path.first().is_some_and(|first| first != stage && grants.contains_key(first)))
-        .filter(|path| !may.iter().any(|grant| *grant == path[0] || *grant == path.join("::")))
-        .map(|path| format!("{}: {stage} imports {}, which it may not", source.path, path.join("::")))
+        .filter(|path| path.first().is_some_and(|first| grants.keys().any(|row| within(row, first))))
+        .map(|path| path.join("::"))
+        .filter(|path| !within(path, room) && !may.iter().any(|grant| within(path, grant)))
+        .map(|path| format!("{}: {room} imports {path}, which it may not", source.path))
         .collect()
 }
 
@@ -117,9 +121,9 @@ fn table() -> Grants {
 }
 
 #[test]
-fn every_stage_imports_only_what_the_table_grants() {
+fn every_room_imports_only_what_the_table_grants() {
     let grants = table();
-    let of_tests = crate::reached::of_tests();
+    let of_tests = super::reached::of_tests();
     assert!(grants.len() > 10, "the table was read: {grants:?}");
     let findings: Vec<String> = files(&["src"], ".rs")
         .iter()
@@ -127,6 +131,16 @@ fn every_stage_imports_only_what_the_table_grants() {
         .flat_map(|source| breaches(source, &grants))
         .collect();
     none("imports against the table in src/guide/imports.md", &findings);
+}
+
+#[test]
+fn every_command_has_its_row() {
+    let grants = table();
+    let commands = fs::read_dir(root().join("src/command")).unwrap().map(|entry| entry.unwrap());
+    let folders = commands.filter(|entry| entry.file_type().unwrap().is_dir());
+    let rooms = folders.map(|entry| format!("command::{}", entry.file_name().to_string_lossy()));
+    let missing: Vec<String> = rooms.filter(|room| !grants.contains_key(room)).collect();
+    none("commands without a row in src/guide/imports.md", &missing);
 }
 
 #[test]
@@ -146,7 +160,7 @@ fn the_player_knows_pace_only_and_the_firmware_only_the_core() {
         let code = built(&source.text).replace("sideslip::", "crate::");
         for path in imported(&code, &[]) {
             let known = path.first().is_some_and(|first| table().contains_key(first));
-            if known && !may.iter().any(|grant| *grant == path[0] || *grant == path.join("::")) {
+            if known && !may.iter().any(|grant| within(&path.join("::"), grant)) {
                 findings.push(format!("{}: imports {}", source.path, path.join("::")));
             }
         }
@@ -156,17 +170,25 @@ fn the_player_knows_pace_only_and_the_firmware_only_the_core() {
 
 #[test]
 fn a_forbidden_import_is_caught() {
-    let grants =
-        grants("| `num` | |\n| `flight` | `num` |\n| `a` | `flight`, `b::record` |\n| `b` | |\n| `c` | `everything` |\n");
+    let grants = grants(
+        "| `num` | |\n| `flight` | `num` |\n| `a` | `flight`, `b::record` |\n| `a::late` | `a::early::record` |\n| `b` | |\n| `c` | `everything` |\n",
+    );
     let tried = |path: &str, text: &str| breaches(&Source { path: path.into(), text: text.into() }, &grants).len();
     assert_eq!(tried("src/a/x.rs", "use crate::flight::run::R;\nuse super::y;\nuse crate::b::record::{P, Q};"), 0);
     assert_eq!(tried("src/a/x.rs", "use crate::b::filter::F;"), 1, "only the published vocabulary");
-    assert_eq!(tried("src/a/x.rs", "use crate::b::{record::P, filter::{F, G}, self};"), 2);
+    assert_eq!(tried("src/a/x.rs", "use crate::b::{record::P, filter::{F, G}, self};"), 3);
     assert_eq!(tried("src/a/x.rs", "use crate::{flight, b::record, c::z};"), 1, "a tree in braces");
     assert_eq!(tried("src/a/mod.rs", "use super::b::filter;"), 1, "out by the back door");
     assert_eq!(tried("src/a/x/y.rs", "fn f() -> super::super::super::c::Z;"), 1);
     assert_eq!(tried("src/a/x.rs", "let f = crate::c::f();"), 1, "a path in the middle of code");
     assert_eq!(tried("src/num/x.rs", "use crate::flight::unit;"), 1);
+    assert_eq!(tried("src/a/late/x.rs", "use crate::a::early::record::R; use super::y;"), 0);
+    assert_eq!(
+        tried("src/a/late/x.rs", "use crate::a::early::{filter::F, record}; use crate::flight::run;"),
+        2,
+        "a room in a wing"
+    );
+    assert_eq!(tried("src/a/x.rs", "use super::late::y;"), 0, "the wing's own row grants its rooms");
     assert_eq!(tried("src/c/x.rs", "use crate::a::x;"), 0);
     assert_eq!(tried("src/d.rs", ""), 1, "a module that the table does not know");
     assert_eq!(tried("src/a/x.rs", "// crate::c\n#[cfg(test)]\nmod tests { use crate::c::z; }"), 0);

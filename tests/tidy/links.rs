@@ -1,6 +1,6 @@
 //! Links in pages: a link to a file of the tree points at one that is there.
 
-use crate::sources::{Source, files, none, root};
+use super::sources::{Source, files, none, root};
 
 /// Targets of the page's links that are files: `[text](target)` outside code.
 fn targets(page: &str) -> Vec<String> {

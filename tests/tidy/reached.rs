@@ -1,6 +1,6 @@
 //! Dead files: every `.rs` file is reached by a `mod` from a root that Cargo builds.
 
-use crate::sources::{Source, code, files, none, root, rust};
+use super::sources::{Source, code, files, none, root, rust};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Names of the modules that the code declares in other files, with the path that an attribute gives.
@@ -41,15 +41,15 @@ fn plain(path: &str) -> String {
     parts.join("/")
 }
 
-/// Where a declared module may stand.
-fn candidates(file: &str, name: &str, path: Option<&str>) -> Vec<String> {
+/// Where a declared module may stand; `beside` where the file keeps its modules beside it whatever its name: a crate's root, or a
+/// file that a `#[path]` led to.
+fn candidates(file: &str, beside: bool, name: &str, path: Option<&str>) -> Vec<String> {
     let (folder, own) = file.rsplit_once('/').unwrap_or(("", file));
     if let Some(path) = path {
         return vec![plain(&format!("{folder}/{path}"))];
     }
     let own = own.trim_end_matches(".rs");
-    // A crate's root keeps its modules beside it, another file in a folder of its name.
-    let beside = matches!(own, "mod" | "lib" | "main" | "build") || !file.starts_with("src/") && folder.ends_with("examples");
+    let beside = beside || own == "mod";
     let base = if beside { folder.to_owned() } else { format!("{folder}/{own}") };
     vec![format!("{base}/{name}.rs"), format!("{base}/{name}/mod.rs")]
 }
@@ -57,19 +57,24 @@ fn candidates(file: &str, name: &str, path: Option<&str>) -> Vec<String> {
 /// Files that Cargo builds by itself.
 fn is_root(path: &str, manifests: &str) -> bool {
     let by_rule = path.ends_with("src/lib.rs") || path.ends_with("src/main.rs") || path.ends_with("build.rs");
-    let member_test = !path.starts_with("tests/") && path.contains("/tests/");
-    by_rule || path.contains("examples/") || member_test || manifests.contains(&format!("path = \"{path}\""))
+    let test = match path.strip_prefix("tests/") {
+        Some(below) => below.split_once('/').is_none_or(|(_, file)| file == "main.rs"),
+        None => path.contains("/tests/"),
+    };
+    by_rule || test || path.contains("examples/") || manifests.contains(&format!("path = \"{path}\""))
 }
 
 fn unreached(sources: &[Source], manifests: &str) -> Vec<String> {
     let by_path: BTreeMap<&str, &str> = sources.iter().map(|source| (source.path.as_str(), source.text.as_str())).collect();
-    let mut open: Vec<String> = by_path.keys().filter(|path| is_root(path, manifests)).map(|&p| p.to_owned()).collect();
+    let roots = by_path.keys().filter(|path| is_root(path, manifests));
+    let mut open: Vec<(String, bool)> = roots.map(|&path| (path.to_owned(), true)).collect();
     let mut reached = BTreeSet::new();
-    while let Some(file) = open.pop() {
+    while let Some((file, beside)) = open.pop() {
         let Some(text) = by_path.get(file.as_str()) else { continue };
         if reached.insert(file.clone()) {
             for (name, path) in declared(text) {
-                open.extend(candidates(&file, &name, path.as_deref()));
+                let found = candidates(&file, beside, &name, path.as_deref());
+                open.extend(found.into_iter().map(|one| (one, path.is_some())));
             }
         }
     }
@@ -83,7 +88,8 @@ pub(crate) fn of_tests() -> Vec<String> {
         for after in code(&source.text).split("#[cfg(test)]").skip(1) {
             let declaration = after.trim_start().split('\n').next().unwrap_or_default();
             for (name, path) in declared(declaration) {
-                found.extend(candidates(&source.path, &name, path.as_deref()));
+                let beside = source.path.ends_with("src/lib.rs") || source.path.ends_with("src/main.rs");
+                found.extend(candidates(&source.path, beside, &name, path.as_deref()));
             }
         }
     }
@@ -106,10 +112,15 @@ fn a_dead_file_is_caught() {
         file("src/b.rs", "mod d;"),
         file("src/b/d.rs", ""),
         file("src/dead.rs", ""),
-        file("tests/x/main.rs", "#[path = \"../support/s.rs\"]\nmod s;\n"),
+        file("tests/x/main.rs", "#[path = \"../support/mod.rs\"]\nmod support;\n#[path = \"../kind/slow.rs\"]\nmod kind;\n"),
+        file("tests/support/mod.rs", "mod s;\n"),
         file("tests/support/s.rs", ""),
         file("tests/support/t.rs", ""),
+        file("tests/kind/slow.rs", "mod k;\n"),
+        file("tests/kind/k.rs", ""),
+        file("tests/bench/rate.rs", "mod b;\n"),
+        file("tests/bench/b.rs", ""),
     ];
-    let found = unreached(&sources, "path = \"tests/x/main.rs\"");
+    let found = unreached(&sources, "path = \"tests/bench/rate.rs\"");
     assert_eq!(found, ["src/dead.rs: no mod reaches it", "tests/support/t.rs: no mod reaches it"]);
 }

@@ -1,6 +1,6 @@
 //! Lines, taglines, names and words: what every file keeps to, whoever wrote it.
 
-use crate::sources::{Source, code, files, none, rust};
+use super::sources::{Source, code, files, none, rust};
 
 /// Longest line, characters.
 const LINE: usize = 130;
@@ -160,10 +160,10 @@ fn no_banned_words_and_no_paths_of_one_machine() {
 
 #[test]
 fn the_library_takes_its_functions_from_libm() {
-    let of_tests = crate::reached::of_tests();
+    let of_tests = super::reached::of_tests();
     let mut findings = Vec::new();
     for source in files(&["src"], ".rs").into_iter().filter(|source| !of_tests.contains(&source.path)) {
-        let text = Source { path: source.path.clone(), text: crate::sources::built(&source.text) };
+        let text = Source { path: source.path.clone(), text: super::sources::built(&source.text) };
         findings.extend(in_lines(&text, |line| METHODS.iter().find(|m| line.contains(**m)).map(|m| (*m).to_owned())));
     }
     none("platform-dependent functions", &findings);

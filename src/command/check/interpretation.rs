@@ -1,12 +1,14 @@
 //! The first look at the runs: what was flown, how it answered, and whether it answers alike and in proportion.
 
-use super::Read;
+use crate::command::check::ReadRun;
 use serde_json::Value;
-use sideslip::estimation::interpretation::record::Interpretation;
-use sideslip::estimation::interpretation::{Run, interpret, json, table};
+use sideslip::io::outputs::json::manoeuvre_json;
+use sideslip::io::outputs::tables::manoeuvre_table;
+use sideslip::postflight::manoeuvres::record::Interpretation;
+use sideslip::postflight::manoeuvres::{Run, interpret};
 
 /// Looks at every run and at all of them together.
-pub(super) fn of(read: &[Read]) -> Interpretation {
+pub(super) fn of(read: &[ReadRun]) -> Interpretation {
     let runs: Vec<Run<'_>> = read
         .iter()
         .map(|one| {
@@ -19,10 +21,10 @@ pub(super) fn of(read: &[Read]) -> Interpretation {
 
 /// For a person.
 pub(super) fn text(all: &Interpretation) -> String {
-    format!("\n{}", table::text(all))
+    format!("\n{}", manoeuvre_table::text(all))
 }
 
 /// For a program, under `interpretation`.
 pub(super) fn document(all: &Interpretation) -> Value {
-    json::document(all)
+    manoeuvre_json::document(all)
 }

@@ -1,19 +1,19 @@
 //! The answer as a JSON document; corrections are effects as model files have them, each with `std`.
 
 use serde_json::{Map, Value, json};
-use sideslip::estimation::compatibility::correction::Correction;
-use sideslip::estimation::compatibility::verdict::Verdict;
-use sideslip::estimation::screening::Screened;
 use sideslip::flight::channel::{Channel, ControlNames};
-use sideslip::flight::effect_file::DeclaredEffect;
-use sideslip::outputs::effect_json::effect_json;
+use sideslip::flight::file::effect_file::DeclaredEffect;
+use sideslip::io::outputs::json::effect_json::effect_json;
+use sideslip::postflight::reconstruction::correction::Correction;
+use sideslip::postflight::reconstruction::screening::Screened;
+use sideslip::postflight::reconstruction::verdict::RunVerdict;
 
 /// The whole answer.
-pub(super) fn document(verdicts: &[Verdict], controls: ControlNames) -> Value {
+pub(super) fn document(verdicts: &[RunVerdict], controls: ControlNames) -> Value {
     json!({ "runs": verdicts.iter().map(|verdict| run(verdict, controls)).collect::<Vec<_>>() })
 }
 
-fn run(verdict: &Verdict, controls: ControlNames) -> Value {
+fn run(verdict: &RunVerdict, controls: ControlNames) -> Value {
     let mut consistency = Map::new();
     for (angle, r2) in ["alpha", "beta"].into_iter().zip(&verdict.consistency) {
         if let Some((before, after)) = r2 {

@@ -4,16 +4,16 @@ mod interpretation;
 mod json;
 mod table;
 
-use super::mapping_input::read_mapping;
-use super::message;
-use super::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json};
-use super::run_input::{RunInput, read_run, screened};
+use super::options::mapping_input::read_mapping;
+use super::recordings::run_input::{RunInput, read_run, screened};
+use super::terminal::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json};
+use crate::command::message;
 use sideslip::error::{Failure, Outcome};
-use sideslip::estimation::compatibility::verdict::{Candidate, Fitness, check};
 use sideslip::flight::channel::ControlNames;
-use sideslip::flight::run_file::RunInfo;
-use sideslip::outputs::terminal::Style;
-use sideslip::telemetry::mavlink::mapping::Config as Mapping;
+use sideslip::flight::file::run_file::RunInfo;
+use sideslip::io::outputs::tables::terminal::Style;
+use sideslip::io::telemetry::mavlink::mapping::MavlinkConfig as Mapping;
+use sideslip::postflight::reconstruction::verdict::{CheckedRun, Fitness, check};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
@@ -53,8 +53,8 @@ pub(crate) struct Args {
 }
 
 /// A recording as it was read.
-struct Read {
-    candidate: Candidate,
+struct ReadRun {
+    candidate: CheckedRun,
     info: RunInfo,
     losses: Vec<String>,
 }
@@ -79,7 +79,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         let what = format!("expected runs of one aircraft, whose instruments are checked together: `{first}`, found `{other}`");
         return Err(Failure::file(file, what));
     }
-    let candidates: Vec<Candidate> = read.iter().map(|one| one.candidate.clone()).collect();
+    let candidates: Vec<CheckedRun> = read.iter().map(|one| one.candidate.clone()).collect();
     if std::io::stderr().is_terminal() {
         message(format_args!("{} run(s) read, checking ...", candidates.len()));
     }
@@ -115,11 +115,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     })
 }
 
-fn read(file: &Path, overrides: &[String], mapping: &Mapping) -> Result<Read, Failure> {
+fn read(file: &Path, overrides: &[String], mapping: &Mapping) -> Result<ReadRun, Failure> {
     let RunInput { name, info, samples, mut losses } = read_run(file, overrides, mapping)?;
     let backwards = samples.array_windows().filter(|[before, after]| !(after.time_s > before.time_s)).count();
     if backwards > 0 {
         losses.push(format!("{}: time does not increase at {backwards} of {} rows", file.display(), samples.len()));
     }
-    Ok(Read { candidate: Candidate { name, samples, geometry: *info.geometry() }, info, losses })
+    Ok(ReadRun { candidate: CheckedRun { name, samples, geometry: *info.geometry() }, info, losses })
 }

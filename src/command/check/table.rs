@@ -1,14 +1,14 @@
 //! The answer for a person.
 
-use sideslip::estimation::compatibility::coarse::speed_unit;
-use sideslip::estimation::compatibility::correction::Correction;
-use sideslip::estimation::compatibility::verdict::Verdict;
 use sideslip::flight::channel::{Channel, ControlNames};
 use sideslip::flight::effect::{Effect, PositionedSensor};
-use sideslip::flight::effect_file::DeclaredEffect;
-use sideslip::flight::run_file::RunInfo;
+use sideslip::flight::file::effect_file::DeclaredEffect;
+use sideslip::flight::file::run_file::RunInfo;
 use sideslip::flight::unit::DEGREE;
-use sideslip::outputs::terminal::{Style, measured};
+use sideslip::io::outputs::tables::terminal::{Style, measured};
+use sideslip::postflight::reconstruction::correction::Correction;
+use sideslip::postflight::reconstruction::gross_errors::speed_unit;
+use sideslip::postflight::reconstruction::verdict::RunVerdict;
 use std::fmt::Write;
 
 /// What stands between a parameter and the least error of it that could be told.
@@ -16,7 +16,7 @@ const LEAST: &str = ": less than ";
 const WIDTH: usize = 110;
 
 /// The whole answer.
-pub(super) fn text(verdicts: &[Verdict], infos: &[&RunInfo], controls: ControlNames, style: Style) -> String {
+pub(super) fn text(verdicts: &[RunVerdict], infos: &[&RunInfo], controls: ControlNames, style: Style) -> String {
     let mut text = String::new();
     for (verdict, info) in verdicts.iter().zip(infos) {
         if !text.is_empty() {

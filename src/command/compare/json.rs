@@ -1,12 +1,14 @@
 //! The answer as a JSON document; what is no number is null.
 
-use super::Answer;
+use crate::command::compare::Comparison;
 use serde_json::{Map, Value, json};
-use sideslip::diagnosis::gain::{ChannelGain, Estimate, Gain, Judged, Pooled};
 use sideslip::flight::channel::ControlNames;
+use sideslip::postflight::validation::improvement::{
+    ChannelImprovement, Improvement, ImprovementVerdict, IntervalEstimate, PooledImprovement,
+};
 
 /// The whole answer: each run, and all together.
-pub(super) fn document(answer: &Answer) -> Value {
+pub(super) fn document(answer: &Comparison) -> Value {
     let controls = answer.runs.first().map_or(ControlNames::Rotorcraft, |(one, _)| one.info.geometry().controls);
     let runs: Vec<Value> = answer
         .runs
@@ -26,7 +28,7 @@ pub(super) fn document(answer: &Answer) -> Value {
     json!({ "runs": runs, "all": all })
 }
 
-fn figures(to: &mut Value, gain: &Gain, controls: ControlNames, beside: bool) {
+fn figures(to: &mut Value, gain: &Improvement, controls: ControlNames, beside: bool) {
     let channels = gain.channels.iter().map(|one| (one.channel.name(controls).to_owned(), channel(one, beside)));
     to["channels"] = Value::Object(channels.collect::<Map<_, _>>());
     for (name, pooled) in [("pooled", &gain.pooled), ("airspeed", &gain.airspeed), ("altitude", &gain.altitude)] {
@@ -34,7 +36,7 @@ fn figures(to: &mut Value, gain: &Gain, controls: ControlNames, beside: bool) {
     }
 }
 
-fn channel(one: &ChannelGain, beside: bool) -> Value {
+fn channel(one: &ChannelImprovement, beside: bool) -> Value {
     let mut channel =
         json!({ "unit": one.channel.si_unit(), "samples": one.samples, "noise_std": one.noise_std, "absolute": one.absolute });
     for (name, [before, after]) in [("rms", &one.rms), ("theil", &one.theil), ("vaf", &one.vaf)] {
@@ -51,7 +53,7 @@ fn channel(one: &ChannelGain, beside: bool) -> Value {
     channel
 }
 
-fn of_pooled(one: &Pooled, controls: ControlNames, beside: bool) -> Value {
+fn of_pooled(one: &PooledImprovement, controls: ControlNames, beside: bool) -> Value {
     let names: Vec<&str> = one.channels.iter().map(|channel| channel.name(controls)).collect();
     let mut pooled = json!({ "channels": names });
     let [before, after] = &one.rms;
@@ -65,16 +67,16 @@ fn of_pooled(one: &Pooled, controls: ControlNames, beside: bool) -> Value {
     pooled
 }
 
-fn put(to: &mut Value, name: &str, estimate: &Estimate) {
+fn put(to: &mut Value, name: &str, estimate: &IntervalEstimate) {
     to[name] = json!(estimate.value);
     to[format!("{name}_interval")] = json!(estimate.interval);
 }
 
-fn ratio(to: &mut Value, estimate: &Estimate) {
+fn ratio(to: &mut Value, estimate: &IntervalEstimate) {
     put(to, "ratio", estimate);
-    to["judged"] = json!(match estimate.judged() {
-        Judged::Gain => "gain",
-        Judged::NoGain => "no gain",
-        Judged::Loss => "loss",
+    to["judged"] = json!(match estimate.verdict() {
+        ImprovementVerdict::Gain => "gain",
+        ImprovementVerdict::NoGain => "no gain",
+        ImprovementVerdict::Loss => "loss",
     });
 }

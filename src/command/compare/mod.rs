@@ -1,22 +1,22 @@
 //! `sideslip compare`: flight against simulation on the same controls.
 
 mod json;
-mod picture;
+mod overlay_chart;
 mod table;
 
-use super::flight_condition::{FlightCondition, read_model};
-use super::mapping_input::read_mapping;
-use super::message;
-use super::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json, write_whole};
-use super::run_input::{RunInput, read_run, refuse_two_aircraft};
-use sideslip::diagnosis::free_run::{Prediction, Run, predict};
-use sideslip::diagnosis::gain::{Gain, gain};
+use super::options::flight_condition::{FlightCondition, read_model};
+use super::options::mapping_input::read_mapping;
+use super::recordings::run_input::{RunInput, read_run, refuse_two_aircraft};
+use super::terminal::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json, write_whole};
+use crate::command::message;
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::control::{CONTROLS, Control};
-use sideslip::flight::run_file::RunInfo;
-use sideslip::outputs::terminal::Style;
-use sideslip::simulation::flight_model::{Asked, FlightModel};
-use sideslip::telemetry::record::Sample;
+use sideslip::flight::file::run_file::RunInfo;
+use sideslip::flight::sample::Sample;
+use sideslip::io::outputs::tables::terminal::Style;
+use sideslip::postflight::validation::free_run::{FreeRunPrediction, ValidationRun, predict};
+use sideslip::postflight::validation::improvement::{Improvement, improvement};
+use sideslip::simulation::flight_model::{FlightModel, FlightRequest};
 use std::path::PathBuf;
 
 const EXAMPLE: &str = "\
@@ -68,25 +68,25 @@ pub(crate) struct Args {
 }
 
 /// One run with the free runs of the model and of the other beside it.
-struct Compared {
+struct ComparedRun {
     name: String,
     info: RunInfo,
     samples: Vec<Sample>,
-    model: Prediction,
-    beside: Option<Prediction>,
+    model: FreeRunPrediction,
+    beside: Option<FreeRunPrediction>,
 }
 
-impl Compared {
+impl ComparedRun {
     /// The model's, and what stands beside it: itself where nothing else does.
-    fn pair(&self) -> (&Prediction, &Prediction) {
+    fn pair(&self) -> (&FreeRunPrediction, &FreeRunPrediction) {
         (&self.model, self.beside.as_ref().unwrap_or(&self.model))
     }
 }
 
 /// Every run, and all of them together.
-struct Answer {
-    runs: Vec<(Compared, Gain)>,
-    all: Gain,
+struct Comparison {
+    runs: Vec<(ComparedRun, Improvement)>,
+    all: Improvement,
     beside: bool,
 }
 
@@ -101,26 +101,26 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let (of_run, of_model): (Vec<String>, Vec<String>) =
         args.condition.set.iter().cloned().partition(|set| RunInfo::is_known(set.split('=').next().unwrap_or_default().trim()));
     let model = args.condition.fly(of_model, &format!("; or a key of the run ({})", RunInfo::known_keys()))?;
-    let beside = args.beside.as_ref().map(|path| read_model(path, &Asked::default(), "")).transpose()?;
+    let beside = args.beside.as_ref().map(|path| read_model(path, &FlightRequest::default(), "")).transpose()?;
     let read = args.files.iter().map(|file| read_run(file, &of_run, &mapping)).collect::<Result<Vec<_>, _>>()?;
     refuse_two_aircraft(read.iter().zip(&args.files))?;
     let losses: Vec<String> = read.iter().flat_map(|one| one.losses.clone()).collect();
     let mut runs = Vec::new();
     for (one, file) in read.into_iter().zip(&args.files) {
         let RunInput { name, info, samples, .. } = one;
-        let run = Run { trim_window_s: args.trim_window, still, ..Run::of(&samples, info.geometry()) };
+        let run = ValidationRun { trim_window_s: args.trim_window, still, ..ValidationRun::of(&samples, info.geometry()) };
         let fly = |model: &FlightModel| predict(model, &model.file.own_effects(), &run).map_err(|why| Failure::file(file, why));
         let (model, beside) = (fly(&model)?, beside.as_ref().map(fly).transpose()?);
         if model.channels.is_empty() {
             return Err(Failure::file(file, "expected a channel that the model predicts, such as p, r or ay, found none"));
         }
-        let compared = Compared { name, model, beside, info, samples };
-        let figures = gain(&[compared.pair()]);
+        let compared = ComparedRun { name, model, beside, info, samples };
+        let figures = improvement(&[compared.pair()]);
         runs.push((compared, figures));
     }
-    let pairs: Vec<(&Prediction, &Prediction)> = runs.iter().map(|(one, _)| one.pair()).collect();
-    let all = gain(&pairs);
-    tell(args, &Answer { all, runs, beside: beside.is_some() })?;
+    let pairs: Vec<(&FreeRunPrediction, &FreeRunPrediction)> = runs.iter().map(|(one, _)| one.pair()).collect();
+    let all = improvement(&pairs);
+    tell(args, &Comparison { all, runs, beside: beside.is_some() })?;
     for loss in &losses {
         message(format_args!("sideslip: {loss}"));
     }
@@ -128,20 +128,20 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 }
 
 /// Tables, pictures and the document, each where it was asked for.
-fn tell(args: &Args, answer: &Answer) -> Result<(), Failure> {
-    let drawn = |error: sideslip::outputs::chart::ChartError| Failure::Running(error.to_string());
+fn tell(args: &Args, answer: &Comparison) -> Result<(), Failure> {
+    let drawn = |error: sideslip::io::outputs::charts::chart::ChartError| Failure::Running(error.to_string());
     let style = if args.json.is_some() { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
     let text = table::text(answer, style);
     let document = format!("{:#}\n", json::document(answer));
     if let Some(path) = &args.svg {
-        let all: Vec<&Compared> = answer.runs.iter().map(|(one, _)| one).collect();
-        let text = picture::svg(&all).map_err(drawn)?;
+        let all: Vec<&ComparedRun> = answer.runs.iter().map(|(one, _)| one).collect();
+        let text = overlay_chart::svg(&all).map_err(drawn)?;
         write_whole(path, |file| file.write_all(text.as_bytes()))?;
     }
     if let Some(folder) = &args.out {
         std::fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
         for (place, (one, _)) in answer.runs.iter().enumerate() {
-            let text = picture::svg(&[one]).map_err(drawn)?;
+            let text = overlay_chart::svg(&[one]).map_err(drawn)?;
             write_whole(&folder.join(format!("{}.svg", file_name(answer, place))), |file| file.write_all(text.as_bytes()))?;
         }
         write_whole(&folder.join("compare.json"), |file| file.write_all(document.as_bytes()))?;
@@ -156,7 +156,7 @@ fn tell(args: &Args, answer: &Answer) -> Result<(), Failure> {
 }
 
 /// The run's name as a file's; numbered where two runs have one name.
-fn file_name(answer: &Answer, place: usize) -> String {
+fn file_name(answer: &Comparison, place: usize) -> String {
     let plain = |name: &str| -> String { name.chars().map(|c| if c.is_alphanumeric() || c == '-' { c } else { '_' }).collect() };
     let names: Vec<String> = answer.runs.iter().map(|(one, _)| plain(&one.name)).collect();
     let own = names.get(place).cloned().unwrap_or_default();

@@ -1,13 +1,15 @@
 //! The answer for a person.
 
-use super::{Answer, Compared};
-use sideslip::diagnosis::gain::{ChannelGain, Estimate, Gain, Judged, Pooled};
+use crate::command::compare::{ComparedRun, Comparison};
 use sideslip::flight::channel::ControlNames;
-use sideslip::outputs::terminal::Style;
+use sideslip::io::outputs::tables::terminal::Style;
+use sideslip::postflight::validation::improvement::{
+    ChannelImprovement, Improvement, ImprovementVerdict, IntervalEstimate, PooledImprovement,
+};
 use std::fmt::Write;
 
 /// The whole answer.
-pub(super) fn text(answer: &Answer, style: Style) -> String {
+pub(super) fn text(answer: &Comparison, style: Style) -> String {
     let mut text = String::new();
     for (one, gain) in &answer.runs {
         let _ = writeln!(text, "{}: {}", style.bold(&one.name), flown(one));
@@ -28,7 +30,7 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
 }
 
 /// How far the free runs went.
-fn flown(one: &Compared) -> String {
+fn flown(one: &ComparedRun) -> String {
     let [start_s, end_s] = one.model.range_s;
     let mut said = format!("free run over {:.1} s", end_s - start_s);
     let beside = one.beside.as_ref().and_then(|beside| beside.diverged_at_s);
@@ -40,7 +42,7 @@ fn flown(one: &Compared) -> String {
     said
 }
 
-fn figures(text: &mut String, gain: &Gain, controls: ControlNames, beside: bool) {
+fn figures(text: &mut String, gain: &Improvement, controls: ControlNames, beside: bool) {
     let _ = if beside {
         writeln!(
             text,
@@ -60,7 +62,7 @@ fn figures(text: &mut String, gain: &Gain, controls: ControlNames, beside: bool)
     }
 }
 
-fn channel(text: &mut String, one: &ChannelGain, controls: ControlNames, beside: bool) {
+fn channel(text: &mut String, one: &ChannelImprovement, controls: ControlNames, beside: bool) {
     let (name, unit) = (one.channel.name(controls), one.channel.si_unit());
     let [rms, after] = one.rms;
     let [tic, tic_after] = one.theil;
@@ -84,7 +86,7 @@ fn channel(text: &mut String, one: &ChannelGain, controls: ControlNames, beside:
 }
 
 /// `pooled over p q r: 2.1 times noise`.
-fn over_noise(name: &str, pooled: &Pooled, beside: bool) -> String {
+fn over_noise(name: &str, pooled: &PooledImprovement, beside: bool) -> String {
     let [before, after] = pooled.rms;
     let over = match pooled.channels.as_slice() {
         [_] => String::new(),
@@ -95,12 +97,12 @@ fn over_noise(name: &str, pooled: &Pooled, beside: bool) -> String {
     if beside { format!("{times}, beside {:.2}: {}", after.value, ratio(&pooled.ratio)) } else { times }
 }
 
-fn ratio(ratio: &Estimate) -> String {
+fn ratio(ratio: &IntervalEstimate) -> String {
     let [low, high] = ratio.interval;
-    let judged = match ratio.judged() {
-        Judged::Gain => "",
-        Judged::NoGain => ", no gain",
-        Judged::Loss => ", worse",
+    let judged = match ratio.verdict() {
+        ImprovementVerdict::Gain => "",
+        ImprovementVerdict::NoGain => ", no gain",
+        ImprovementVerdict::Loss => ", worse",
     };
     format!("{:.3} [{low:.3} {high:.3}]{judged}", ratio.value)
 }

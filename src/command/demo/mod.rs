@@ -5,23 +5,23 @@
 //! shared memory, as any reader can. Then `diagnose` says what a Level-1 simulation of such a helicopter gets wrong in those
 //! flights, and the table of section 4 of the paper has simulation, estimate, extended model and truth side by side.
 
-mod child;
-mod closing;
-mod diagnosis;
-mod flight;
-mod live;
-mod sortie;
-mod table;
+mod child_guard;
+mod diagnosis_child;
+mod live_child;
+mod live_table;
+mod result_table;
+mod test_flight;
+mod test_run;
 
-use super::message;
-use super::output_file::{print, write_json};
-use super::stop::stopped_by_signals;
-use closing::Closing;
-use flight::{RATE_HZ, RUNS, TEST_POINTS};
+use super::terminal::output_file::{print, write_json};
+use super::terminal::stop::stopped_by_signals;
+use crate::command::message;
+use result_table::ResultTable;
 use sideslip::error::{Failure, Outcome};
-use sideslip::outputs::terminal::Style;
-use sortie::{Flown, fly};
+use sideslip::io::outputs::tables::terminal::Style;
 use std::path::PathBuf;
+use test_flight::{RATE_HZ, RUNS, TEST_POINTS};
+use test_run::{FlownRun, fly_run};
 
 const EXAMPLE: &str = "\
 Example:
@@ -68,27 +68,27 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         args.speed,
         pilot.join("; ")
     ));
-    let mut flown: Vec<[Flown; 2]> = Vec::new();
+    let mut flown: Vec<[FlownRun; 2]> = Vec::new();
     for point in &TEST_POINTS {
         let seed = args.seed.wrapping_mul(10).wrapping_add(2 * flown.len() as u64);
         message(format_args!("  {}", point.name));
         let [fit, kept] = &RUNS;
-        let fit = fly((point, fit), &args.out, (args.speed, seed), &stop)?;
-        let kept = fly((point, kept), &args.out, (args.speed, seed.wrapping_add(1)), &stop)?;
+        let fit = fly_run((point, fit), &args.out, (args.speed, seed), &stop)?;
+        let kept = fly_run((point, kept), &args.out, (args.speed, seed.wrapping_add(1)), &stop)?;
         flown.push([fit, kept]);
     }
     message(format_args!("Diagnosis of a Level-1 simulation by these flights, a minute or two:"));
-    let logs = |of: fn(&[Flown; 2]) -> &Flown| -> Vec<PathBuf> { flown.iter().map(|both| of(both).log.clone()).collect() };
-    let diagnosed = diagnosis::diagnosed(&logs(|[fit, _]| fit), &logs(|[_, kept]| kept), &args.out, &stop)?;
+    let logs = |of: fn(&[FlownRun; 2]) -> &FlownRun| -> Vec<PathBuf> { flown.iter().map(|both| of(both).log.clone()).collect() };
+    let diagnosed = diagnosis_child::diagnosed(&logs(|[fit, _]| fit), &logs(|[_, kept]| kept), &args.out, &stop)?;
     let to_standard_output = args.json.as_ref().is_some_and(|json| json.as_os_str() == "-");
     let style = if to_standard_output { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
-    let fits: Vec<&Flown> = flown.iter().map(|[fit, _]| fit).collect();
-    let mut closing = Closing { flown: &fits, answer: &diagnosed.answer, style }.to_string();
+    let fits: Vec<&FlownRun> = flown.iter().map(|[fit, _]| fit).collect();
+    let mut closing = ResultTable { flown: &fits, answer: &diagnosed.answer, style }.to_string();
     let paths = [
         ("logs", args.out.join("*/live.mcap")),
         ("numbers", diagnosed.json),
         ("words", diagnosed.said),
-        ("pages", diagnosed.pages),
+        ("pages", args.out.join("report-*.html")),
     ];
     closing.push('\n');
     paths.iter().for_each(|(what, path)| closing.push_str(&format!("{what:<8} {}\n", path.display())));
@@ -103,8 +103,4 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     }
     let lost = flown.iter().flatten().any(|one| matches!(one.outcome, Outcome::DataLost));
     Ok(if lost { Outcome::DataLost } else { Outcome::Done })
-}
-
-fn stopped_early() -> Failure {
-    Failure::Running("stopped by a signal before all was done; the log is closed".to_owned())
 }

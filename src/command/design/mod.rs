@@ -2,27 +2,28 @@
 
 mod result;
 
-use super::flight_condition::{self, FlightCondition, number};
-use super::message;
-use super::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json, write_whole};
-use super::progress::Progress;
-use super::stop::stopped_by_signals;
-use result::{Candidate, STATES, name_of, panels, to_json, to_table};
+use super::options::flight_condition;
+use super::options::flight_condition::{FlightCondition, number};
+use super::terminal::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json, write_whole};
+use super::terminal::progress_line::ProgressLine;
+use super::terminal::stop::stopped_by_signals;
+use crate::command::message;
+use result::{DesignCandidate, STATES, name_of, panels, to_json, to_table};
 use serde_json::json;
+use sideslip::dynamics::linear::with_effects;
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::control::Control;
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::effect::Effect;
+use sideslip::flight::file::model_file::ModelFile;
 use sideslip::flight::model::LinearModel;
-use sideslip::flight::model_file::ModelFile;
-use sideslip::outputs::chart::svg;
-use sideslip::outputs::text::Digits;
-use sideslip::simulation::design::information::{Parameter, outputs};
-use sideslip::simulation::design::search::{Criterion, Judged, LEAST_AMPLITUDE, Limits, Problem};
-use sideslip::simulation::design::spectrum::{energy, outline};
-use sideslip::simulation::instrument::Instruments;
-use sideslip::simulation::linear::with_effects;
+use sideslip::io::outputs::charts::chart::svg;
+use sideslip::io::outputs::words::status_text::Digits;
+use sideslip::simulation::input_design::information::{DesignParameter, outputs};
+use sideslip::simulation::input_design::search::{Criterion, DesignLimits, DesignProblem, EvaluatedInput, LEAST_AMPLITUDE};
+use sideslip::simulation::input_design::spectrum::{energy, outline};
+use sideslip::simulation::instrument::InstrumentSet;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -59,7 +60,7 @@ pub(crate) struct Args {
     derivatives: Vec<String>,
     /// What is unknown: all derivatives of the equations of those that are named, or only the named ones
     #[arg(long, value_name = "all|named", default_value = "all", hide_possible_values = true)]
-    free: Free,
+    free: FreeDerivatives,
     /// Weights of their relative variances in the criterion, in the same order [default: 1 each]
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_negative_numbers = true)]
     weights: Vec<f64>,
@@ -99,7 +100,7 @@ pub(crate) struct Args {
 
 /// What is estimated with the derivatives that are named.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Free {
+enum FreeDerivatives {
     All,
     Named,
 }
@@ -125,11 +126,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         Failure::Input(format!("--control: expected the name of a control ({names}), found `{}`", args.control))
     })?;
     let parameters = parameters(args, model, control)?;
-    let free = if args.free == Free::All { others(&parameters, control) } else { Vec::new() };
+    let free = if args.free == FreeDerivatives::All { others(&parameters, control) } else { Vec::new() };
     let criterion = criterion(args, parameters.len())?;
     let limits = limits(args)?;
-    let read = outputs(model, &Instruments::flight_quality(1.0));
-    let problem = Problem {
+    let read = outputs(model, &InstrumentSet::flight_quality(1.0));
+    let problem = DesignProblem {
         model,
         parameters: &parameters,
         free: &free,
@@ -140,12 +141,12 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         known: None,
     };
     let omegas: Vec<f64> = (1..).map(|k| SPECTRUM.1 * f64::from(k)).take_while(|omega| *omega <= SPECTRUM.0).collect();
-    let candidate = |name: &'static str, judged: Judged| {
+    let candidate = |name: &'static str, judged: EvaluatedInput| {
         let deviation = judged.spec.deviation(limits.lead_s);
         let energies: Vec<f64> = omegas.iter().map(|&omega| energy(&deviation, omega)).collect();
         let outline = outline(&omegas, &energies);
         let errors = problem.wanted(&judged.information).and_then(|information| information.standard_errors());
-        Candidate { name, errors, judged, energies, outline }
+        DesignCandidate { name, errors, judged, energies, outline }
     };
     let mut candidates = Vec::new();
     for (name, pattern) in [("step", [].as_slice()), ("doublet", &[1, 1]), ("3211", &[3, 2, 1, 1])] {
@@ -194,10 +195,10 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 }
 
 /// The best sequence, and how far the search is while it lasts.
-fn searched(problem: &Problem<'_>) -> Result<Option<Judged>, Failure> {
+fn searched(problem: &DesignProblem<'_>) -> Result<Option<EvaluatedInput>, Failure> {
     let stop = stopped_by_signals()?;
-    let (all, mut tried, mut fitting, mut progress) = (problem.sequences(), 0_u64, 0_u64, Progress::new());
-    let (mut least, mut leader, mut widest) = (f64::INFINITY, String::new(), None::<Judged>);
+    let (all, mut tried, mut fitting, mut progress) = (problem.sequences(), 0_u64, 0_u64, ProgressLine::new());
+    let (mut least, mut leader, mut widest) = (f64::INFINITY, String::new(), None::<EvaluatedInput>);
     let best = problem.search(|judged| {
         tried += 1;
         fitting += u64::from(judged.fits);
@@ -228,17 +229,17 @@ fn searched(problem: &Problem<'_>) -> Result<Option<Judged>, Failure> {
 }
 
 /// Why an input does not fit.
-fn no_room(problem: &Problem<'_>, judged: &Judged) -> String {
+fn no_room(problem: &DesignProblem<'_>, judged: &EvaluatedInput) -> String {
     let place = problem.tightest(&judged.information);
     let (state, limit) = (STATES.get(place).map_or("", |(name, _)| name), problem.limits.excursion.get(place).copied());
     format!("even with {LEAST_AMPLITUDE} rad it takes {state} beyond the limit of {}", limit.unwrap_or_default())
 }
 
 /// Every other derivative of their equations, of states and of the control that moves: what this flight could tell.
-fn others(named: &[Parameter], control: Control) -> Vec<Parameter> {
+fn others(named: &[DesignParameter], control: Control) -> Vec<DesignParameter> {
     let variables = [Variable::U, Variable::V, Variable::W, Variable::P, Variable::Q, Variable::R, control.variable()];
     let concerned = Axis::ALL.into_iter().filter(|axis| named.iter().any(|parameter| parameter.axis == *axis));
-    let all = concerned.flat_map(|axis| variables.map(|variable| Parameter { axis, variable }));
+    let all = concerned.flat_map(|axis| variables.map(|variable| DesignParameter { axis, variable }));
     all.filter(|parameter| !named.contains(parameter)).collect()
 }
 
@@ -261,17 +262,18 @@ fn changed(file: &ModelFile) -> Result<LinearModel, Failure> {
 }
 
 /// As named, or those that the control's own motion shows and the model has.
-fn parameters(args: &Args, model: &LinearModel, control: Control) -> Result<Vec<Parameter>, Failure> {
+fn parameters(args: &Args, model: &LinearModel, control: Control) -> Result<Vec<DesignParameter>, Failure> {
     if args.derivatives.is_empty() {
         let lateral = matches!(control, Control::LatCyclic | Control::Pedal);
         let (axes, variables) = match lateral {
             true => ([Axis::N, Axis::L, Axis::Y], [Variable::V, Variable::P, Variable::R]),
             false => ([Axis::M, Axis::Z, Axis::X], [Variable::U, Variable::W, Variable::Q]),
         };
-        let all = axes
-            .into_iter()
-            .flat_map(|axis| variables.into_iter().chain([control.variable()]).map(move |variable| Parameter { axis, variable }));
-        let had: Vec<Parameter> = all.filter(|&Parameter { axis, variable }| model.derivative(axis, variable) != 0.0).collect();
+        let all = axes.into_iter().flat_map(|axis| {
+            variables.into_iter().chain([control.variable()]).map(move |variable| DesignParameter { axis, variable })
+        });
+        let had: Vec<DesignParameter> =
+            all.filter(|&DesignParameter { axis, variable }| model.derivative(axis, variable) != 0.0).collect();
         return match had.is_empty() {
             true => Err(Failure::Input(format!("--control: the model has no derivative of the motion by `{}`", args.control))),
             false => Ok(had),
@@ -281,7 +283,7 @@ fn parameters(args: &Args, model: &LinearModel, control: Control) -> Result<Vec<
         let text = text.trim();
         let wrong = || Failure::Input(format!("--derivatives: expected names such as N_v or L_pedal, found `{text}`"));
         let (axis, variable) = text.split_once('_').ok_or_else(wrong)?;
-        let parameter = Parameter {
+        let parameter = DesignParameter {
             axis: Axis::from_name(axis).ok_or_else(wrong)?,
             variable: Variable::from_name(variable).ok_or_else(wrong)?,
         };
@@ -291,7 +293,7 @@ fn parameters(args: &Args, model: &LinearModel, control: Control) -> Result<Vec<
         }
         Ok(parameter)
     };
-    let named: Vec<Parameter> = args.derivatives.iter().map(parse).collect::<Result<_, _>>()?;
+    let named: Vec<DesignParameter> = args.derivatives.iter().map(parse).collect::<Result<_, _>>()?;
     for (place, parameter) in named.iter().enumerate() {
         if named.iter().take(place).any(|before| before == parameter) {
             let twice = name_of(*parameter, ControlNames::Rotorcraft);
@@ -320,7 +322,7 @@ fn criterion(args: &Args, count: usize) -> Result<Criterion, Failure> {
     }
 }
 
-fn limits(args: &Args) -> Result<Limits, Failure> {
+fn limits(args: &Args) -> Result<DesignLimits, Failure> {
     let within = |option: &str, value: f64, least: f64, most: f64| match (least..=most).contains(&value) {
         true => Ok(value),
         false => Err(Failure::Input(format!("{option}: expected {least} to {most}, found {value}"))),
@@ -344,7 +346,7 @@ fn limits(args: &Args) -> Result<Limits, Failure> {
     }
     let clocks_s = args.clocks.iter().map(|&clock| within("--clocks", clock, 0.05, 10.0)).collect::<Result<Vec<_>, _>>()?;
     within("--clock", args.clock, 0.05, 10.0)?;
-    Ok(Limits {
+    Ok(DesignLimits {
         amplitude: within("--amplitude", args.amplitude, 1e-5, 1.0)?,
         excursion,
         clocks_s,

@@ -3,12 +3,12 @@
 use serde_json::{Value, json};
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::model::LinearModel;
-use sideslip::outputs::chart::{Curve, Panel};
-use sideslip::outputs::text::{Digits, TermName, derivative_unit};
-use sideslip::simulation::design::dispersion::Uninformed;
-use sideslip::simulation::design::information::Parameter;
-use sideslip::simulation::design::search::{Judged, Limits};
-use sideslip::simulation::design::spectrum::Outline;
+use sideslip::io::outputs::charts::chart::{Curve, Panel};
+use sideslip::io::outputs::words::status_text::{DerivativeLabel, Digits, derivative_unit};
+use sideslip::simulation::input_design::dispersion::InformationError;
+use sideslip::simulation::input_design::information::DesignParameter;
+use sideslip::simulation::input_design::search::{DesignLimits, EvaluatedInput};
+use sideslip::simulation::input_design::spectrum::Outline;
 use std::fmt::Write as _;
 
 /// States by the names under which they are limited, with their usual limits: what keeps a linear model true.
@@ -16,20 +16,25 @@ pub(super) const STATES: [(&str, f64); 8] =
     [("u", 5.0), ("w", 4.0), ("q", 0.3), ("theta", 0.2), ("v", 2.5), ("p", 0.5), ("phi", 0.35), ("r", 0.3)];
 
 /// An input with its name, spectrum and worth.
-pub(super) struct Candidate {
+pub(super) struct DesignCandidate {
     pub(super) name: &'static str,
-    pub(super) judged: Judged,
-    pub(super) errors: Result<Vec<f64>, Uninformed>,
+    pub(super) judged: EvaluatedInput,
+    pub(super) errors: Result<Vec<f64>, InformationError>,
     pub(super) energies: Vec<f64>,
     pub(super) outline: Option<Outline>,
 }
 
 /// A derivative's name.
-pub(super) fn name_of(Parameter { axis, variable }: Parameter, controls: ControlNames) -> String {
-    TermName { axis, variable: Some(variable), controls }.to_string()
+pub(super) fn name_of(DesignParameter { axis, variable }: DesignParameter, controls: ControlNames) -> String {
+    DerivativeLabel { axis, variable: Some(variable), controls }.to_string()
 }
 
-pub(super) fn to_table(candidates: &[Candidate], names: &[String], parameters: &[Parameter], model: &LinearModel) -> String {
+pub(super) fn to_table(
+    candidates: &[DesignCandidate],
+    names: &[String],
+    parameters: &[DesignParameter],
+    model: &LinearModel,
+) -> String {
     let mut text = String::from("Inputs\n");
     for candidate in candidates {
         let _ = write!(text, "  {:<10} {}", candidate.name, candidate.judged.spec);
@@ -70,7 +75,7 @@ pub(super) fn to_table(candidates: &[Candidate], names: &[String], parameters: &
     }
     text.push('\n');
     for candidate in candidates {
-        if let Err(Uninformed(parameter)) = &candidate.errors {
+        if let Err(InformationError(parameter)) = &candidate.errors {
             let name = name_of(*parameter, ControlNames::Rotorcraft);
             let _ = writeln!(text, "  {}: nothing in it tells {name} from the others", candidate.name);
         }
@@ -79,13 +84,13 @@ pub(super) fn to_table(candidates: &[Candidate], names: &[String], parameters: &
 }
 
 pub(super) fn to_json(
-    candidates: &[Candidate],
+    candidates: &[DesignCandidate],
     names: &[String],
-    parameters: &[Parameter],
+    parameters: &[DesignParameter],
     model: &LinearModel,
     omegas: &[f64],
 ) -> Value {
-    let one = |candidate: &Candidate| {
+    let one = |candidate: &DesignCandidate| {
         let errors = |errors: &Vec<f64>| {
             let rows = names.iter().zip(parameters).zip(errors);
             rows.map(|((name, parameter), std)| {
@@ -107,9 +112,9 @@ pub(super) fn to_json(
     json!({"omega": omegas, "candidates": candidates.iter().map(one).collect::<Vec<Value>>()})
 }
 
-pub(super) fn panels(candidates: &[Candidate], omegas: &[f64], limits: &Limits) -> [Panel; 2] {
-    let title = |candidate: &Candidate| format!("{}: {}", candidate.name, candidate.judged.spec);
-    let input = |candidate: &Candidate| {
+pub(super) fn panels(candidates: &[DesignCandidate], omegas: &[f64], limits: &DesignLimits) -> [Panel; 2] {
+    let title = |candidate: &DesignCandidate| format!("{}: {}", candidate.name, candidate.judged.spec);
+    let input = |candidate: &DesignCandidate| {
         let deviation = candidate.judged.spec.deviation(limits.lead_s);
         let mut points = vec![(0.0, 0.0)];
         points.extend(deviation.points().iter().copied());
@@ -118,7 +123,7 @@ pub(super) fn panels(candidates: &[Candidate], omegas: &[f64], limits: &Limits) 
     };
     // A step's spectrum is that of its transient: it would hide the others. Last, so that the others keep their colours.
     let (returning, steps): (Vec<_>, Vec<_>) = candidates.iter().partition(|one| !one.judged.spec.pattern.is_empty());
-    let spectrum = |candidate: &Candidate| Curve {
+    let spectrum = |candidate: &DesignCandidate| Curve {
         name: candidate.name.to_owned(),
         points: omegas.iter().copied().zip(candidate.energies.iter().copied()).collect(),
     };

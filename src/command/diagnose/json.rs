@@ -1,17 +1,17 @@
 //! The answer as a JSON document; what is no number is null.
 
-use super::Answer;
-use super::table::borne_out;
+use super::roots::dutch_roll;
+use super::verdict::{borne_out, judged};
+use crate::command::diagnose::Answer;
 use serde_json::{Map, Value, json};
-use sideslip::diagnosis::companions::{CHANCE, Companions};
-use sideslip::diagnosis::diagnose::Ranked;
-use sideslip::diagnosis::explain::{class, manoeuvre, statement, unknown};
-use sideslip::diagnosis::gain::{Estimate, Gain, Judged, Pooled};
 use sideslip::flight::effect::Effect;
-use sideslip::flight::effect_file::DeclaredEffect;
-use sideslip::outputs::effect_json::effect_json;
-use sideslip::simulation::eigenmodes::{Eigenmodes, eigenmodes};
-use sideslip::simulation::linear::{state_matrix, with_effects};
+use sideslip::flight::file::effect_file::DeclaredEffect;
+use sideslip::io::outputs::json::effect_json::effect_json;
+use sideslip::io::outputs::words::cause_sentence::{manoeuvre, statement, unknown};
+use sideslip::io::outputs::words::set_aside::reason;
+use sideslip::postflight::diagnosis::evidence::residual_coherence::{AxisSpectrum, CHANCE};
+use sideslip::postflight::diagnosis::record::RankedCause;
+use sideslip::postflight::validation::improvement::{Improvement, IntervalEstimate, PooledImprovement};
 
 /// The whole answer.
 pub(super) fn document(answer: &Answer) -> Value {
@@ -30,7 +30,7 @@ pub(super) fn document(answer: &Answer) -> Value {
                 document.insert("held_out_ratio".to_owned(), json!(ratio.value));
                 document.insert("held_out_ratio_interval".to_owned(), json!(ratio.interval));
             }
-            let class = class(finding);
+            let class = finding.plausible();
             if let [first, second, ..] = class.as_slice() {
                 document.insert("class".to_owned(), class.iter().map(|one| ranked(answer, one)).collect());
                 document.insert("split_by".to_owned(), json!(manoeuvre(&first.effect, &second.effect)));
@@ -45,7 +45,7 @@ pub(super) fn document(answer: &Answer) -> Value {
             let unit = if one.axis.is_force() { "m/s^2" } else { "rad/s^2" };
             let mut of = json!({ "rms": one.rms, "unit": unit, "explained": one.explained, "rms_after": one.rms_after,
                 "noise": one.noise, "band_hz": [one.band_hz.0, one.band_hz.1] });
-            if let Some(own) = diagnosis.companions.iter().find(|own| own.axis == one.axis) {
+            if let Some(own) = diagnosis.spectra.iter().find(|own| own.axis == one.axis) {
                 of["spectrum"] = spectrum(own, unit);
                 of["coherence"] = json!({ "before": together(answer, own, false), "after": together(answer, own, true),
                     "level": own.level, "chance": CHANCE, "segments": own.segments });
@@ -55,7 +55,7 @@ pub(super) fn document(answer: &Answer) -> Value {
         .collect();
     let extended: Vec<Value> = answer.extension.iter().map(|one| Value::Object(effect_json(one, answer.controls))).collect();
     let set_aside: Vec<Value> =
-        diagnosis.set_aside.iter().map(|(run, why)| json!({ "run": run, "reason": why.to_string() })).collect();
+        diagnosis.set_aside.iter().map(|(run, why)| json!({ "run": run, "reason": reason(why) })).collect();
     json!({
         "verdict": verdict(answer),
         "ranking": ranking,
@@ -65,13 +65,13 @@ pub(super) fn document(answer: &Answer) -> Value {
         "extended_model": answer.extended.as_ref().map(|path| path.display().to_string()),
         "extended_effects": extended,
         "off_trim": diagnosis.off_trim.iter().map(|channel| channel.name(answer.controls)).collect::<Vec<_>>(),
-        "silent": diagnosis.silent.iter().map(|axis| axis.name()).collect::<Vec<_>>(),
+        "silent": diagnosis.unmodelled.iter().map(|axis| axis.name()).collect::<Vec<_>>(),
         "set_aside": set_aside,
     })
 }
 
 /// The strongest lines, not the whole spectrum.
-fn spectrum(own: &Companions, unit: &str) -> Value {
+fn spectrum(own: &AxisSpectrum, unit: &str) -> Value {
     let lines = own.strongest().into_iter().map(|line| {
         let at = |list: &[f64]| list.get(line).copied();
         json!({ "hz": at(&own.hz), "before": at(&own.before), "after": at(&own.after), "noise": at(&own.noise) })
@@ -80,23 +80,23 @@ fn spectrum(own: &Companions, unit: &str) -> Value {
 }
 
 /// The most coherent signal, null where none is.
-fn together(answer: &Answer, own: &Companions, after: bool) -> Value {
-    own.together(after).map_or(Value::Null, |one| {
+fn together(answer: &Answer, own: &AxisSpectrum, after: bool) -> Value {
+    own.dominant_signal(after).map_or(Value::Null, |one| {
         json!({ "signal": one.signal.name(answer.controls), "coherence": one.coherence,
             "band_hz": [one.band_hz.0, one.band_hz.1] })
     })
 }
 
-fn declared(one: &Ranked) -> DeclaredEffect {
+fn declared(one: &RankedCause) -> DeclaredEffect {
     DeclaredEffect { effect: one.effect, std: Some(one.std).filter(|std| std.is_finite()) }
 }
 
-fn ranked(answer: &Answer, one: &Ranked) -> Value {
+fn ranked(answer: &Answer, one: &RankedCause) -> Value {
     let effect = effect_json(&declared(one), answer.controls);
     json!({ "effect": effect, "probability": one.probability })
 }
 
-fn cause(answer: &Answer, one: &Ranked) -> Map<String, Value> {
+fn cause(answer: &Answer, one: &RankedCause) -> Map<String, Value> {
     let mut document = effect_json(&declared(one), answer.controls);
     document.insert("probability".to_owned(), json!(one.probability));
     document.insert("statement".to_owned(), json!(statement(one, answer.model.linear(), answer.controls)));
@@ -112,13 +112,13 @@ fn verdict(answer: &Answer) -> Value {
     match diagnosis.findings.first() {
         Some(first) => Value::Object(cause(answer, &first.cause)),
         None => {
-            let none = Ranked { effect: Effect::None, std: f64::NAN, probability: diagnosis.none.0, odds: 0.0 };
+            let none = RankedCause { effect: Effect::None, std: f64::NAN, probability: diagnosis.none.0, odds: 0.0 };
             Value::Object(cause(answer, &none))
         }
     }
 }
 
-fn gained(answer: &Answer, gain: &Gain) -> Value {
+fn gained(answer: &Answer, gain: &Improvement) -> Value {
     let mut channels = Map::new();
     for one in &gain.channels {
         let [rms_before, rms_after] = &one.rms;
@@ -138,11 +138,11 @@ fn gained(answer: &Answer, gain: &Gain) -> Value {
         }
         channels.insert(one.channel.name(answer.controls).to_owned(), of);
     }
-    let pooled = |pooled: &Option<Pooled>| {
+    let pooled = |pooled: &Option<PooledImprovement>| {
         pooled.as_ref().map_or(Value::Null, |pooled| {
             let names: Vec<&str> = pooled.channels.iter().map(|channel| channel.name(answer.controls)).collect();
             let [before, after] = &pooled.rms;
-            let mut of = json!({ "channels": names, "judged": judged(pooled.ratio.judged()) });
+            let mut of = json!({ "channels": names, "judged": judged(pooled.ratio.verdict()) });
             put(&mut of, "over_noise_before", before);
             put(&mut of, "over_noise_after", after);
             put(&mut of, "ratio", &pooled.ratio);
@@ -156,27 +156,7 @@ fn gained(answer: &Answer, gain: &Gain) -> Value {
     })
 }
 
-fn put(to: &mut Value, name: &str, estimate: &Estimate) {
+fn put(to: &mut Value, name: &str, estimate: &IntervalEstimate) {
     to[name] = json!(estimate.value);
     to[format!("{name}_interval")] = json!(estimate.interval);
-}
-
-pub(super) fn judged(judged: Judged) -> &'static str {
-    match judged {
-        Judged::Gain => "gain",
-        Judged::NoGain => "no gain",
-        Judged::Loss => "loss",
-    }
-}
-
-/// The Dutch roll of the model with its own effects and these.
-pub(super) fn dutch_roll(answer: &Answer, extension: &[DeclaredEffect]) -> Value {
-    let root = modes(answer, extension).and_then(|modes| modes.dutch_roll);
-    root.map_or(Value::Null, |root| json!({ "real": root.re, "imag": root.im }))
-}
-
-/// Its roots.
-pub(super) fn modes(answer: &Answer, extension: &[DeclaredEffect]) -> Option<Eigenmodes> {
-    let effects: Vec<Effect> = answer.model.file.effects.iter().chain(extension).map(|declared| declared.effect).collect();
-    eigenmodes(&state_matrix(&with_effects(answer.model.linear(), &effects).ok()?))
 }

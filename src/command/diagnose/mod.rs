@@ -3,22 +3,26 @@
 mod json;
 mod page;
 mod points;
+mod roots;
 mod table;
+mod verdict;
 
-use super::flight_condition::FlightCondition;
-use super::mapping_input::read_mapping;
-use super::message;
-use super::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json, write_whole};
-use super::run_condition::condition_of;
-use super::run_input::{RunInput, read_screened, refuse_two_aircraft};
-use sideslip::diagnosis::diagnose::{Diagnosis, Recorded, diagnose};
-use sideslip::diagnosis::search::Settings;
+use super::options::flight_condition::FlightCondition;
+use super::options::mapping_input::read_mapping;
+use super::recordings::run_condition::condition_of;
+use super::recordings::run_input::{RunInput, read_screened, refuse_two_aircraft};
+use super::terminal::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json, write_whole};
+use crate::command::message;
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::ControlNames;
-use sideslip::flight::effect_file::DeclaredEffect;
-use sideslip::flight::run_file::RunInfo;
-use sideslip::identification::test_point::{Condition, test_points};
-use sideslip::outputs::terminal::Style;
+use sideslip::flight::file::effect_file::DeclaredEffect;
+use sideslip::flight::file::run_file::RunInfo;
+use sideslip::io::outputs::tables::terminal::Style;
+use sideslip::io::outputs::words::set_aside::{no_diagnosis, reason};
+use sideslip::postflight::diagnosis::data::run::RecordedRun;
+use sideslip::postflight::diagnosis::diagnose::{Diagnosis, diagnose};
+use sideslip::postflight::diagnosis::search::next_cause::SearchSettings;
+use sideslip::postflight::identification::test_condition::{TestCondition, test_points};
 use sideslip::simulation::flight_model::FlightModel;
 use std::path::{Path, PathBuf};
 
@@ -78,8 +82,8 @@ struct Answer {
 
 /// The runs, for pictures.
 struct Flights<'r> {
-    fit: &'r [Recorded],
-    holdout: &'r [Recorded],
+    fit: &'r [RecordedRun],
+    holdout: &'r [RecordedRun],
 }
 
 /// Reads, diagnoses and tells.
@@ -94,8 +98,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     refuse_two_aircraft(fit.iter().chain(&holdout).zip(args.fit.iter().chain(&args.holdout)))?;
     let controls = fit.first().map_or(ControlNames::Rotorcraft, |one| one.info.geometry().controls);
     let mut losses: Vec<String> = fit.iter().chain(&holdout).flat_map(|one| one.losses.clone()).collect();
-    let recorded = |runs: Vec<RunInput>, files: &[PathBuf]| -> Vec<Recorded> {
-        let named = runs.into_iter().zip(files).map(|(one, file)| Recorded {
+    let recorded = |runs: Vec<RunInput>, files: &[PathBuf]| -> Vec<RecordedRun> {
+        let named = runs.into_iter().zip(files).map(|(one, file)| RecordedRun {
             name: name_of(&one.name, file),
             geometry: *one.info.geometry(),
             samples: one.samples,
@@ -104,13 +108,13 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     };
     refuse_twice(fit.iter().chain(&holdout).zip(args.fit.iter().chain(&args.holdout)))?;
     let (fit, holdout) = (recorded(fit, &args.fit), recorded(holdout, &args.holdout));
-    let conditions: Vec<Condition> = fit.iter().map(condition_of).collect();
+    let conditions: Vec<TestCondition> = fit.iter().map(condition_of).collect();
     let groups = test_points(&conditions);
     let left_to_runs = args.condition.is_left_to_runs(&model);
     if groups.len() > 1 && left_to_runs {
         losses.extend(points::run(args, &of_model, (&fit, &holdout), &groups, controls)?);
     } else {
-        let flown = Condition::mean(&conditions);
+        let flown = TestCondition::mean(&conditions);
         let model = if left_to_runs && !flown.is_near(&trim_of(&model)) {
             message(format_args!("the model is trimmed where it was flown: {}", points::in_words(&flown, fit.len())));
             args.condition.fly_at(of_model, flown.speed, flown.climb())?
@@ -149,7 +153,7 @@ fn refuse_twice<'r>(runs: impl Iterator<Item = (&'r RunInput, &'r PathBuf)>) -> 
 }
 
 /// The test point that a model is trimmed at.
-fn trim_of(model: &FlightModel) -> Condition {
+fn trim_of(model: &FlightModel) -> TestCondition {
     let trim = model.linear().trim;
     let speed = trim.airspeed();
     let angles = [
@@ -159,20 +163,20 @@ fn trim_of(model: &FlightModel) -> Condition {
         ("theta", trim.theta),
     ];
     let named = |name: &str| angles.iter().chain([&("phi", trim.phi)]).find(|(there, _)| *there == name).map(|(_, value)| *value);
-    Condition::of_trim(named, || f64::NAN)
+    TestCondition::of_trim(named, || f64::NAN)
 }
 
 /// Diagnoses a model by the runs of one test point.
 fn answered(
     args: &Args,
     model: FlightModel,
-    (fit, holdout): (&[Recorded], &[Recorded]),
+    (fit, holdout): (&[RecordedRun], &[RecordedRun]),
     controls: ControlNames,
     losses: &mut Vec<String>,
 ) -> Result<Answer, Failure> {
-    let settings = Settings { causes: args.causes, ..Settings::default() };
-    let diagnosis = diagnose(&model, fit, holdout, &settings).map_err(|wrong| Failure::Input(wrong.to_string()))?;
-    losses.extend(diagnosis.set_aside.iter().map(|(name, why)| format!("{name}: set aside: {why}")));
+    let settings = SearchSettings { causes: args.causes, ..SearchSettings::default() };
+    let diagnosis = diagnose(&model, fit, holdout, &settings).map_err(|wrong| Failure::Input(no_diagnosis(&wrong)))?;
+    losses.extend(diagnosis.set_aside.iter().map(|(name, why)| format!("{name}: set aside: {}", reason(why))));
     let extension = diagnosis.extension();
     let extended = args.extended.clone().filter(|_| !extension.is_empty());
     Ok(Answer { model, diagnosis, extension, controls, extended })

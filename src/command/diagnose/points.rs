@@ -1,30 +1,30 @@
 //! Several test points: the model trimmed where each was flown, a diagnosis of each, and what varies with the flight path.
 
 use super::json::document;
-use super::table;
-use super::{Answer, Args, Flights, answered, write_extended, write_page};
+use crate::command::diagnose::table;
+use crate::command::diagnose::{Answer, Args, Flights, answered, write_extended, write_page};
 use crate::command::message;
-use crate::command::output_file::{print, write_json};
-use crate::command::run_condition::condition_of;
+use crate::command::recordings::run_condition::condition_of;
+use crate::command::terminal::output_file::{print, write_json};
 use serde_json::{Value, json};
-use sideslip::diagnosis::diagnose::Recorded;
-use sideslip::diagnosis::flight_path::{AtPath, Varying, varying};
+use sideslip::dynamics::linear::with_effects;
 use sideslip::error::Failure;
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::effect::Effect;
-use sideslip::flight::effect_file::DeclaredEffect;
+use sideslip::flight::file::effect_file::DeclaredEffect;
 use sideslip::flight::model::LinearModel;
-use sideslip::identification::test_point::Condition;
-use sideslip::modes::lateral;
-use sideslip::outputs::terminal::Style;
-use sideslip::regression::record::{LateralDerivatives, Status};
-use sideslip::simulation::linear::with_effects;
+use sideslip::io::outputs::tables::terminal::Style;
+use sideslip::postflight::diagnosis::data::run::RecordedRun;
+use sideslip::postflight::diagnosis::evidence::flight_path::{ConditionDiagnosis, DerivativeTrend, varying};
+use sideslip::postflight::identification::test_condition::TestCondition;
+use sideslip::realtime::modes::lateral;
+use sideslip::realtime::regression::record::{LateralDerivatives, Status};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 /// One test point.
 struct Point {
-    condition: Condition,
+    condition: TestCondition,
     runs: Vec<String>,
     answer: Answer,
 }
@@ -33,18 +33,18 @@ struct Point {
 pub(super) fn run(
     args: &Args,
     set: &[String],
-    (fit, holdout): (&[Recorded], &[Recorded]),
+    (fit, holdout): (&[RecordedRun], &[RecordedRun]),
     groups: &[Vec<usize>],
     controls: ControlNames,
 ) -> Result<Vec<String>, Failure> {
     let (mut points, mut losses) = (Vec::new(), Vec::new());
     let mut kept_back = vec![false; holdout.len()];
     for (number, group) in groups.iter().enumerate() {
-        let own: Vec<Recorded> = group.iter().filter_map(|&place| fit.get(place)).cloned().collect();
-        let condition = Condition::mean(&own.iter().map(condition_of).collect::<Vec<_>>());
+        let own: Vec<RecordedRun> = group.iter().filter_map(|&place| fit.get(place)).cloned().collect();
+        let condition = TestCondition::mean(&own.iter().map(condition_of).collect::<Vec<_>>());
         let model = args.condition.fly_at(set.to_vec(), condition.speed, condition.climb())?;
-        let near = |run: &Recorded| condition_of(run).is_near(&condition);
-        let held: Vec<Recorded> = holdout.iter().filter(|run| near(run)).cloned().collect();
+        let near = |run: &RecordedRun| condition_of(run).is_near(&condition);
+        let held: Vec<RecordedRun> = holdout.iter().filter(|run| near(run)).cloned().collect();
         kept_back.iter_mut().zip(holdout).for_each(|(used, run)| *used |= near(run));
         message(format_args!("test point {} of {}: {}", number + 1, groups.len(), in_words(&condition, own.len())));
         let mut answer = answered(args, model, (&own, &held), controls, &mut losses)?;
@@ -57,9 +57,9 @@ pub(super) fn run(
     }
     let unused = kept_back.iter().zip(holdout).filter(|(used, _)| !**used);
     losses.extend(unused.map(|(_, run)| format!("{}: kept back for no test point: none was flown near it", run.name)));
-    let at: Vec<AtPath<'_>> = points
+    let at: Vec<ConditionDiagnosis<'_>> = points
         .iter()
-        .map(|point| AtPath {
+        .map(|point| ConditionDiagnosis {
             path_rad: point.condition.path,
             model: point.answer.model.linear(),
             tolerance: point.answer.model.file.tolerance,
@@ -77,12 +77,12 @@ fn numbered(path: &Path, number: usize) -> PathBuf {
     path.with_file_name(format!("{stem}-{}{ending}", number + 1))
 }
 
-pub(super) fn in_words(condition: &Condition, runs: usize) -> String {
+pub(super) fn in_words(condition: &TestCondition, runs: usize) -> String {
     let path_deg = condition.path.to_degrees();
     format!("{runs} run(s) at {:.1} m/s, flight path {path_deg:+.1} deg ({:+.1} m/s)", condition.speed, condition.climb())
 }
 
-fn tell(args: &Args, points: &[Point], varying: &[Varying], controls: ControlNames) -> Result<(), Failure> {
+fn tell(args: &Args, points: &[Point], varying: &[DerivativeTrend], controls: ControlNames) -> Result<(), Failure> {
     let style = if args.json.is_some() { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
     let mut text = String::new();
     for (number, point) in points.iter().enumerate() {
@@ -145,7 +145,7 @@ fn lateral_derivatives(point: &Point, controls: ControlNames) -> Value {
 }
 
 /// Derivatives against the flight path, one a line: the model's and the flight's at each test point.
-fn closing(points: &[Point], varying: &[Varying], controls: ControlNames, style: Style) -> String {
+fn closing(points: &[Point], varying: &[DerivativeTrend], controls: ControlNames, style: Style) -> String {
     let mut text = String::new();
     if varying.is_empty() {
         return text;
@@ -156,7 +156,7 @@ fn closing(points: &[Point], varying: &[Varying], controls: ControlNames, style:
     let heads: String = points.iter().map(path).collect();
     let _ = writeln!(text, "  {:<12}{heads}   a radian, more than the model's", "");
     for one in varying {
-        let cell = |held: &sideslip::diagnosis::flight_path::Held| {
+        let cell = |held: &sideslip::postflight::diagnosis::evidence::flight_path::ConditionDerivative| {
             let flight =
                 if held.off { format!("{:.4} -> {:.4} +- {:.4}", held.model, held.flight, held.std) } else { String::new() };
             format!("{flight:>30}")
@@ -171,7 +171,7 @@ fn closing(points: &[Point], varying: &[Varying], controls: ControlNames, style:
     text
 }
 
-fn of_path(one: &Varying, controls: ControlNames) -> Value {
+fn of_path(one: &DerivativeTrend, controls: ControlNames) -> Value {
     let at: Vec<Value> = one
         .at
         .iter()
@@ -183,8 +183,8 @@ fn of_path(one: &Varying, controls: ControlNames) -> Value {
 }
 
 /// The derivative that varies most surely; where none does, what is wrong at the first test point.
-fn verdict(points: &[Point], varying: &[Varying], controls: ControlNames) -> Value {
-    let sure = |one: &Varying| (one.slope.0 / one.slope.1).abs();
+fn verdict(points: &[Point], varying: &[DerivativeTrend], controls: ControlNames) -> Value {
+    let sure = |one: &DerivativeTrend| (one.slope.0 / one.slope.1).abs();
     match varying.iter().filter(|one| one.varies()).max_by(|a, b| sure(a).total_cmp(&sure(b))) {
         Some(one) => {
             let mut verdict = of_path(one, controls);

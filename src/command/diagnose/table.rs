@@ -1,32 +1,22 @@
 //! The answer for a person.
 
-use super::Answer;
-use super::json::{dutch_roll, judged};
-use sideslip::diagnosis::companions::{Companions, Together};
-use sideslip::diagnosis::diagnose::Ranked;
-use sideslip::diagnosis::explain::{class, manoeuvre, statement, unknown};
-use sideslip::diagnosis::gain::{Estimate, Judged};
-use sideslip::outputs::terminal::Style;
+use super::roots::dutch_roll;
+use super::verdict::{borne_out, judged};
+use crate::command::diagnose::Answer;
+use sideslip::io::outputs::tables::terminal::Style;
+use sideslip::io::outputs::words::cause_sentence::{manoeuvre, statement, unknown};
+use sideslip::postflight::diagnosis::evidence::residual_coherence::{AxisSpectrum, DominantSignal};
+use sideslip::postflight::diagnosis::record::RankedCause;
 use std::fmt::Write;
 
 /// Of more causes than these each has a line only.
 const MANY: usize = 5;
 
-/// What the runs kept back say of one cause: the error with it over that without it.
-pub(super) fn borne_out(ratio: &Estimate) -> &'static str {
-    match ratio.judged() {
-        _ if ratio.is_hardly_a_change() => "hardly seen there",
-        Judged::Gain => "borne out",
-        Judged::NoGain => "neither borne out nor refuted",
-        Judged::Loss => "refuted",
-    }
-}
-
 /// Findings, what remains, the gain.
 pub(super) fn text(answer: &Answer, style: Style) -> String {
     let mut text = String::new();
     let diagnosis = &answer.diagnosis;
-    let say = |one: &Ranked| statement(one, answer.model.linear(), answer.controls);
+    let say = |one: &RankedCause| statement(one, answer.model.linear(), answer.controls);
     if let Some(one) = &diagnosis.unknown {
         let _ = writeln!(text, "{}", style.bold(format_args!("Unknown: {}", unknown(one))));
         if !diagnosis.findings.is_empty() {
@@ -53,7 +43,7 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
                 ratio.value
             );
         }
-        let class = class(finding);
+        let class = finding.plausible();
         if let [first, second, ..] = class.as_slice() {
             for rival in class.iter().skip(1) {
                 let _ = writeln!(text, "     or else {} ({:.2})", say(rival), rival.probability);
@@ -66,8 +56,8 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
         let words = "forces are taken about their own, and biases of controls cannot be told";
         let _ = writeln!(text, "  note: runs do not begin in the model's trim ({}): {words}", names.join(", "));
     }
-    if !diagnosis.silent.is_empty() {
-        let names: Vec<&str> = diagnosis.silent.iter().map(|axis| axis.name()).collect();
+    if !diagnosis.unmodelled.is_empty() {
+        let names: Vec<&str> = diagnosis.unmodelled.iter().map(|axis| axis.name()).collect();
         let words = "the motion there is taken as it was measured";
         let _ = writeln!(text, "  note: the model says nothing of {}: {words}", names.join(", "));
     }
@@ -86,7 +76,7 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
             one.noise
         );
     }
-    for own in &diagnosis.companions {
+    for own in &diagnosis.spectra {
         if let Some(line) = companion(answer, own) {
             let _ = writeln!(text, "  {line}");
         }
@@ -101,7 +91,7 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
                 before.value,
                 after.value,
                 pooled.ratio.value,
-                judged(pooled.ratio.judged())
+                judged(pooled.ratio.verdict())
             );
         }
         for (which, diverged) in pairs.iter().enumerate().flat_map(|(run, (before, after))| {
@@ -131,13 +121,13 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
 }
 
 /// `N goes with pedal (coherence 0.93, 0.25-1.50 Hz), after with nothing`; nothing where there is nothing to say.
-fn companion(answer: &Answer, own: &Companions) -> Option<String> {
-    let said = |one: &Together| {
+fn companion(answer: &Answer, own: &AxisSpectrum) -> Option<String> {
+    let said = |one: &DominantSignal| {
         let (low, high) = one.band_hz;
         format!("{} (coherence {:.2}, {low:.2}-{high:.2} Hz)", one.signal.name(answer.controls), one.coherence)
     };
     let axis = own.axis.name();
-    match (own.together(false), own.together(true)) {
+    match (own.dominant_signal(false), own.dominant_signal(true)) {
         (None, None) => None,
         (Some(before), None) => Some(format!("{axis} goes with {}, after that with nothing", said(&before))),
         (None, Some(after)) => Some(format!("{axis} goes with nothing before, then with {}", said(&after))),

@@ -1,32 +1,31 @@
 //! `sideslip estimate`: samples out of shared memory through the pipeline; estimates back into it and into a log.
 
-pub(crate) mod outlet;
-mod run;
-mod voice;
+mod console;
+mod live_run;
 
-use super::estimation_options::{EstimationOptions, OutputError};
-use super::model_beside::ModelBeside;
-use super::output_file::write_json;
-use super::stop::{stopped_by_signals, supervised};
-use super::{patience, root_path};
-use outlet::Outlet;
-use run::{Asked, Ended, LiveRun};
-use sideslip::bus::clock::monotonic_ns;
-use sideslip::bus::payload::{SAMPLE_TO_ACKNOWLEDGE, SamplePayload, THE_END};
-use sideslip::bus::root::Role;
-use sideslip::bus::run_head::read_head;
-use sideslip::bus::service::{Bus, Subscriber};
+use super::options::estimation_options::{EstimationOptions, OutputErrorSchedule};
+use super::options::live_diagnosis_options::LiveDiagnosisModel;
+use super::terminal::output_file::write_json;
+use super::terminal::stop::{stopped_by_signals, supervised};
+use crate::command::{patience, root_path};
+use console::ConsoleThread;
+use live_run::{FinishedLiveRun, LiveRun, LiveRunSetup};
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::ControlNames;
-use sideslip::flight::log_head::LogHead;
+use sideslip::flight::file::log_head::LogHead;
 use sideslip::flight::run::RunGeometry;
-use sideslip::outputs::derivatives_json::derivatives_json;
-use sideslip::outputs::terminal::Style;
-use sideslip::pipeline::{Config, Pipeline};
+use sideslip::io::bus::clock::monotonic_ns;
+use sideslip::io::bus::payload::{SAMPLE_TO_ACKNOWLEDGE, SamplePayload, THE_END};
+use sideslip::io::bus::root::BusRole;
+use sideslip::io::bus::run_head::read_head;
+use sideslip::io::bus::service::{Bus, Subscriber};
+use sideslip::io::outputs::json::derivatives_json::derivatives_json;
+use sideslip::io::outputs::tables::terminal::Style;
+use sideslip::live::estimate_publisher::EstimatePublisher;
+use sideslip::realtime::pipeline::{Config, Pipeline};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-use voice::Voice;
 
 const EXAMPLE: &str = "\
 Example, in three terminals:
@@ -84,36 +83,46 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let config = args.estimation.config();
     // A wrong setting is the call's fault, not the first run's.
     Pipeline::new(&config, RunGeometry::default()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
-    let model = args.estimation.model_beside()?;
+    let model = args.estimation.live_diagnosis_model()?;
     let mut bus = Bus::enter(&root_path(args.root.as_ref()))?;
-    let _role = bus.take_within(Role::Estimator, patience(args.supervised))?;
-    let outlet = Outlet::new(&bus)?;
+    let _role = bus.take_within(BusRole::Estimator, patience(args.supervised))?;
+    let publisher = EstimatePublisher::new(&bus)?;
     let samples = bus.subscriber()?;
-    let voice = Voice::start()?;
-    let mut station =
-        Station { args, config, model, bus: &bus, samples, outlet, voice, run: None, incarnation: None, ended: Vec::new() };
-    let worked = station.work(&stop);
-    let closed = station.end_run();
-    let answered = station.answer();
+    let console = ConsoleThread::start()?;
+    let mut process = EstimatorProcess {
+        args,
+        config,
+        model,
+        bus: &bus,
+        samples,
+        publisher,
+        console,
+        run: None,
+        incarnation: None,
+        ended: Vec::new(),
+    };
+    let worked = process.work(&stop);
+    let closed = process.end_run();
+    let answered = process.answer();
     worked.and(closed)?;
     answered
 }
 
 /// The estimator at its place.
-struct Station<'a> {
+struct EstimatorProcess<'a> {
     args: &'a Args,
     config: Config,
-    model: Option<ModelBeside>,
+    model: Option<LiveDiagnosisModel>,
     bus: &'a Bus,
     samples: Subscriber<SamplePayload>,
-    outlet: Outlet,
-    voice: Voice,
+    publisher: EstimatePublisher,
+    console: ConsoleThread,
     run: Option<LiveRun>,
     incarnation: Option<u64>,
-    ended: Vec<Ended>,
+    ended: Vec<FinishedLiveRun>,
 }
 
-impl Station<'_> {
+impl EstimatorProcess<'_> {
     fn work(&mut self, stop: &AtomicBool) -> Result<(), Failure> {
         let mut heard = Instant::now();
         while !stop.load(Ordering::Relaxed) {
@@ -123,7 +132,7 @@ impl Station<'_> {
                     heard = Instant::now();
                 }
                 None => {
-                    self.outlet.meet()?;
+                    self.publisher.meet()?;
                     std::thread::sleep(if heard.elapsed() < QUIET { LOOK } else { LOOK_QUIET });
                 }
             }
@@ -143,53 +152,53 @@ impl Station<'_> {
                 self.telemetry_began(sample)?;
             }
             if let Some(run) = &mut self.run {
-                run.sample(sample, &mut self.outlet)?;
+                run.sample(sample, &mut self.publisher)?;
                 let waited = monotonic_ns().saturating_sub(sample.header.published_ns);
                 if Duration::from_nanos(waited) > BACKLOG {
                     run.let_the_log_catch_up();
                 }
             }
         }
-        Ok(self.outlet.taken(sample)?)
+        Ok(self.publisher.taken(sample)?)
     }
 
     /// The first sample of a life of the telemetry: the run goes on, or another begins.
     fn telemetry_began(&mut self, sample: &SamplePayload) -> Result<(), Failure> {
         let incarnation = sample.header.incarnation;
         let head = read_head(self.bus.root(), incarnation)?.unwrap_or_else(|| {
-            let what = "sideslip: telemetry says nothing of its run; instruments are taken to be at the centre of mass";
-            self.voice.say(what.to_owned());
+            let what = "sideslip: telemetry has no run header; instruments are assumed at the centre of mass";
+            self.console.message(what.to_owned());
             LogHead::every_channel(String::new(), ControlNames::Rotorcraft)
         });
         let known = self.incarnation.replace(incarnation).is_some();
         if self.run.as_ref().is_some_and(|run| run.goes_on_with(&head, sample.header.time_s)) {
             if known {
-                self.voice.say("sideslip: telemetry began again; the run goes on".to_owned());
+                self.console.message("sideslip: telemetry began again; the run goes on".to_owned());
             }
             return Ok(());
         }
         self.end_run()?;
-        let when = self.args.estimation.output_error(OutputError::Streaming);
+        let when = self.args.estimation.output_error_schedule(OutputErrorSchedule::Streaming);
         let telemetry_waits = sample.kind == SAMPLE_TO_ACKNOWLEDGE;
-        let asked = Asked {
+        let setup = LiveRunSetup {
             config: &self.config,
             output_error: when,
             model: self.model.as_ref(),
             out: self.args.out.as_deref(),
             telemetry_waits,
         };
-        self.run = Some(LiveRun::begin(head, &asked, &self.voice)?);
+        self.run = Some(LiveRun::begin(head, &setup, &self.console)?);
         Ok(())
     }
 
     /// Ends the run that there is, and prints what it came to.
     fn end_run(&mut self) -> Result<(), Failure> {
         let Some(run) = self.run.take() else { return Ok(()) };
-        let ended = run.end(&mut self.outlet)?;
+        let ended = run.end(&mut self.publisher)?;
         if self.to_standard_output() {
-            self.voice.say(ended.table(Style::of_stream(&std::io::stderr())).trim_end_matches('\n').to_owned());
+            self.console.message(ended.table(Style::of_stream(&std::io::stderr())).trim_end_matches('\n').to_owned());
         } else {
-            self.voice.answer(ended.table(Style::of_stream(&std::io::stdout())));
+            self.console.answer(ended.table(Style::of_stream(&std::io::stdout())));
         }
         if self.ended.len() == RUNS_KEPT {
             self.ended.remove(0);
@@ -204,11 +213,11 @@ impl Station<'_> {
 
     fn answer(self) -> Result<Outcome, Failure> {
         if let Some(json) = &self.args.json {
-            let estimates: Vec<_> = self.ended.iter().map(Ended::estimates).collect();
+            let estimates: Vec<_> = self.ended.iter().map(FinishedLiveRun::estimates).collect();
             let text = derivatives_json(&estimates).map_err(|error| Failure::Running(error.to_string()))?;
             write_json(json, &text)?;
         }
-        let mut losses: Vec<String> = self.ended.iter().flat_map(Ended::losses).collect();
+        let mut losses: Vec<String> = self.ended.iter().flat_map(FinishedLiveRun::losses).collect();
         let (missed, stale) = (self.samples.missed(), self.samples.stale());
         if missed > 0 {
             losses.push(format!("{missed} samples were overwritten in shared memory before the estimator took them"));
@@ -217,9 +226,9 @@ impl Station<'_> {
             losses.push(format!("{stale} samples of an earlier telemetry came after those of a later one and were dropped"));
         }
         for loss in &losses {
-            self.voice.say(format!("sideslip: {loss}"));
+            self.console.message(format!("sideslip: {loss}"));
         }
-        self.voice.finish(LAST_WORDS);
+        self.console.finish(LAST_WORDS);
         Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })
     }
 }

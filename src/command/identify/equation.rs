@@ -2,14 +2,15 @@
 
 use serde_json::{Value, json};
 use sideslip::error::Failure;
-use sideslip::identification::columns::Columns;
-use sideslip::outputs::terminal::{Style, measured};
-use sideslip::regression::structure::collinearity::Collinearity;
-use sideslip::regression::structure::design::{Bias, Candidate, Design};
-use sideslip::regression::structure::expression::Expression;
-use sideslip::regression::structure::fit::Term;
-use sideslip::regression::structure::stepwise::{Change, Reason, Rules, Selection, select};
-use sideslip::regression::structure::table::Table;
+use sideslip::io::outputs::tables::terminal::{Style, measured};
+use sideslip::postflight::equation_error::collinearity::Collinearity;
+use sideslip::postflight::equation_error::design::{Bias, CandidateTerm, Design};
+use sideslip::postflight::equation_error::expression::Expression;
+use sideslip::postflight::equation_error::fit::TermEstimate;
+use sideslip::postflight::equation_error::step::TermChange;
+use sideslip::postflight::equation_error::stepwise::{RejectionReason, Selection, StepwiseRules, select};
+use sideslip::postflight::equation_error::table::RegressionTable;
+use sideslip::postflight::identification::columns::Columns;
 use std::fmt::Write;
 
 /// An equation that was selected.
@@ -26,18 +27,18 @@ impl Equation {
         if candidates.is_empty() {
             return Err(wrong("--response", &"expected --candidates beside it, such as alpha,q,elevator,alpha*elevator"));
         }
-        let mut table = Table::new();
+        let mut table = RegressionTable::new();
         for run in runs {
             let names = run.names().iter().filter_map(|name| Some((name.as_str(), run.raw(name).ok()?)));
             let columns: Vec<(&str, &[f64])> = names.collect();
             table.add_record(&run.times_s, &columns).map_err(|error| Failure::Input(format!("{}: {error}", run.run)))?;
         }
         let response = Expression::parse(response).map_err(|error| wrong("--response", &error))?;
-        let candidates = candidates.iter().map(|text| Candidate::offered(text)).collect::<Result<Vec<_>, _>>();
+        let candidates = candidates.iter().map(|text| CandidateTerm::offered(text)).collect::<Result<Vec<_>, _>>();
         let candidates = candidates.map_err(|error| wrong("--candidates", &error))?;
         let design = Design::new(&table, &response, &candidates, &table.whole(), Bias::EachRecord);
         let design = design.map_err(|error| wrong("--response, --candidates", &error))?;
-        let rules = Rules::for_candidates(candidates.len());
+        let rules = StepwiseRules::for_candidates(candidates.len());
         let selection = select(&design, &rules).map_err(|error| wrong("--candidates", &error))?;
         let places: Vec<usize> = selection.fit.terms.iter().map(|term| term.place).collect();
         let collinearity = Collinearity::of(&design, &places);
@@ -50,14 +51,14 @@ impl Equation {
 
     /// For a person: every step, the equation, what cannot be told apart, and why the others are not in.
     pub(super) fn text(&self, style: Style) -> String {
-        let Selection { steps, kept, fit, refused, collapse } = &self.selection;
+        let Selection { steps, kept, fit, rejected, collapse } = &self.selection;
         let mut text = format!("{}: stepwise regression, {} samples\n", style.bold(&fit.response), fit.quality.samples);
         let _ = writeln!(text, "  {:<4} {:<26} {:>7} {:>10} {:>11} {:>11}", "step", "", "R2", "F total", "PSE", "PRESS");
         for (count, step) in steps.iter().enumerate() {
             let what = match step.change {
-                Change::Begun => "bias".to_owned(),
-                Change::Entered(place) => format!("+ {}", self.name(place)),
-                Change::Left(place) => format!("- {}", self.name(place)),
+                TermChange::Begun => "bias".to_owned(),
+                TermChange::Entered(place) => format!("+ {}", self.name(place)),
+                TermChange::Left(place) => format!("- {}", self.name(place)),
             };
             let mark = if count == *kept { "*" } else { " " };
             let q = &step.quality;
@@ -68,7 +69,7 @@ impl Equation {
             );
         }
         let _ = writeln!(text, "  {:<18} {:>12} {:>10} {:>10} {:>12}", "term", "value", "s.e.", "partial F", "as in 1987");
-        for Term { name, value, std, f, f_white, .. } in &fit.terms {
+        for TermEstimate { name, value, std, f, f_white, .. } in &fit.terms {
             let (value, std) = measured(*value, *std);
             let _ = writeln!(text, "  {:<18} {value:>12} {std:>10} {f:>10.1} {f_white:>12.1}", style.bold(name));
         }
@@ -80,7 +81,7 @@ impl Equation {
             let (names, index) = (names.join(", "), group.index);
             let _ = writeln!(text, "  NOT told apart: {names} (condition index {index:.0}); {} would", group.split_by);
         }
-        let out = refused.iter().map(|one| format!("{} ({})", self.name(one.place), reason(&one.reason)));
+        let out = rejected.iter().map(|one| format!("{} ({})", self.name(one.place), reason(&one.reason)));
         let out: Vec<String> = out.collect();
         if !out.is_empty() {
             let _ = writeln!(text, "  not in: {}", out.join("; "));
@@ -90,9 +91,9 @@ impl Equation {
 
     /// For a program.
     pub(super) fn document(&self) -> Value {
-        let Selection { steps, kept, fit, refused, collapse } = &self.selection;
-        let terms = |terms: &[Term]| -> Vec<Value> {
-            let one = |term: &Term| {
+        let Selection { steps, kept, fit, rejected, collapse } = &self.selection;
+        let terms = |terms: &[TermEstimate]| -> Vec<Value> {
+            let one = |term: &TermEstimate| {
                 json!({ "name": term.name, "value": term.value, "std": term.std, "std_white": term.std_white,
                         "partial_f": term.f, "partial_f_white": term.f_white })
             };
@@ -100,9 +101,9 @@ impl Equation {
         };
         let steps = steps.iter().map(|step| {
             let change = match step.change {
-                Change::Begun => json!({ "begun": true }),
-                Change::Entered(place) => json!({ "entered": self.name(place) }),
-                Change::Left(place) => json!({ "left": self.name(place) }),
+                TermChange::Begun => json!({ "begun": true }),
+                TermChange::Entered(place) => json!({ "entered": self.name(place) }),
+                TermChange::Left(place) => json!({ "left": self.name(place) }),
             };
             let q = &step.quality;
             json!({ "change": change, "terms": terms(&step.terms), "r2": q.r_squared, "f_total": q.f_total, "pse": q.pse,
@@ -123,20 +124,20 @@ impl Equation {
             "samples": fit.quality.samples,
             "collapse": collapse.as_ref().map(ToString::to_string),
             "not_told_apart": groups.collect::<Vec<_>>(),
-            "not_in": refused.iter().map(|one| json!({ "name": self.name(one.place), "reason": reason(&one.reason) })).collect::<Vec<_>>(),
+            "not_in": rejected.iter().map(|one| json!({ "name": self.name(one.place), "reason": reason(&one.reason) })).collect::<Vec<_>>(),
         }})
     }
 }
 
-fn reason(reason: &Reason) -> String {
+fn reason(reason: &RejectionReason) -> String {
     match reason {
-        Reason::Still => "does not move".to_owned(),
-        Reason::Explained(part) => format!("{:.1} % of it is in the others", 100.0 * part),
-        Reason::Rise(rise) => format!("R2 would rise by {rise:.4}"),
-        Reason::PartialF(f) => format!("partial F {f:.1}"),
-        Reason::Predicts => "it predicts no better".to_owned(),
-        Reason::Left(step) => format!("left at step {step}"),
-        Reason::Collapse => "collapse".to_owned(),
-        Reason::Ended => "not tried".to_owned(),
+        RejectionReason::Still => "does not move".to_owned(),
+        RejectionReason::Explained(part) => format!("{:.1} % of it is in the others", 100.0 * part),
+        RejectionReason::Rise(rise) => format!("R2 would rise by {rise:.4}"),
+        RejectionReason::PartialF(f) => format!("partial F {f:.1}"),
+        RejectionReason::Predicts => "it predicts no better".to_owned(),
+        RejectionReason::Left(step) => format!("left at step {step}"),
+        RejectionReason::Collapse => "collapse".to_owned(),
+        RejectionReason::Ended => "not tried".to_owned(),
     }
 }

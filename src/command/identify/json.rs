@@ -1,12 +1,13 @@
 //! The answer as a JSON document: what each run says by itself, and what output error says of all.
 
 use serde_json::{Map, Value, json};
-use sideslip::identification::identify::{Flown, Identified};
-use sideslip::identification::prediction::Score;
-use sideslip::identification::roots::Root;
+use sideslip::postflight::identification::identify::IdentificationResult;
+use sideslip::postflight::identification::roots::IdentifiedRoot;
+use sideslip::postflight::identification::run_prediction::RunPrediction;
+use sideslip::postflight::validation::prediction::PredictionScore;
 
 /// `runs` as `replay` writes them, `output_error` and `modes` over all runs.
-pub(super) fn document(identified: &Identified, by_run: &str) -> Result<Value, serde_json::Error> {
+pub(super) fn document(identified: &IdentificationResult, by_run: &str) -> Result<Value, serde_json::Error> {
     let mut document: Value = serde_json::from_str(by_run)?;
     document["output_error"] = output_error(identified);
     document["modes"] = modes(identified);
@@ -15,7 +16,7 @@ pub(super) fn document(identified: &Identified, by_run: &str) -> Result<Value, s
     Ok(document)
 }
 
-pub(super) fn output_error(identified: &Identified) -> Value {
+pub(super) fn output_error(identified: &IdentificationResult) -> Value {
     let (fitted, structure) = (&identified.fitted, &identified.linear.structure);
     let names = identified.linear.derivatives.iter().map(|(axis, variable)| format!("{axis}_{variable}"));
     let numbers = fitted.theta.iter().zip(&fitted.std).zip(&fitted.std_cramer_rao).zip(&identified.starts);
@@ -26,7 +27,7 @@ pub(super) fn output_error(identified: &Identified) -> Value {
         })
         .collect();
     let name = |place: usize| identified.linear.name(place);
-    let doubts = identified.linear.doubts.iter().enumerate().map(|(place, doubt)| {
+    let doubts = identified.linear.instrument_parameters.iter().enumerate().map(|(place, doubt)| {
         let at = |values: &[f64]| values.get(identified.linear.derivatives.len() + place).copied();
         json!({ "name": doubt.name, "value": at(&fitted.theta), "std": at(&fitted.std), "prior": doubt.prior_mean, "prior_std": doubt.prior_std, "runs": "all" })
     });
@@ -35,14 +36,15 @@ pub(super) fn output_error(identified: &Identified) -> Value {
     let correlated: Vec<Value> =
         pairs.map(|&(one, other, rho)| json!({ "pair": [name(one), name(other)], "rho": rho })).collect();
     for (run, flown) in fitted.runs.iter().zip(&identified.fit) {
-        let constants = structure.states.iter().zip(run.own.state_bias.iter().zip(&run.own_std.state_bias));
+        let constants = structure.states.iter().zip(run.run_parameters.state_bias.iter().zip(&run.run_parameters_std.state_bias));
         for (state, (value, std)) in constants {
-            let axis = sideslip::identification::linear::axis(state).map_or_else(|| state.clone(), String::from);
+            let axis =
+                sideslip::postflight::identification::model_variables::axis(state).map_or_else(|| state.clone(), String::from);
             parameters.push(json!({ "name": format!("{axis}_0"), "value": value, "std": std, "runs": flown.run }));
         }
     }
     let disturbed = identified.disturbed.as_ref().map(|found| {
-        let gust = |gust: &sideslip::regression::filter_error::Gust| {
+        let gust = |gust: &sideslip::postflight::output_error::filter_error::Gust| {
             json!({ "state": structure.states.get(gust.state), "density": gust.density, "std_log_density": gust.std_log })
         };
         let parts = structure.outputs.iter().zip(&found.disturbed).map(|(name, part)| (name.clone(), json!(part)));
@@ -66,15 +68,15 @@ pub(super) fn output_error(identified: &Identified) -> Value {
     })
 }
 
-pub(super) fn prediction(identified: &Identified, flown: &Flown) -> Value {
+pub(super) fn prediction(identified: &IdentificationResult, flown: &RunPrediction) -> Value {
     let outputs = identified.linear.structure.outputs.iter().zip(&flown.scores);
     let channels: Map<String, Value> =
         outputs.map(|(name, score)| (name.clone(), score.as_ref().map_or(Value::Null, score_json))).collect();
     json!({ "run": flown.run, "channels": channels })
 }
 
-fn score_json(score: &Score) -> Value {
-    let line = |line: &sideslip::identification::prediction::Line| json!({ "omega": line.omega, "amplitude": line.amplitude, "at_twice_the_response": line.at_twice_the_response });
+fn score_json(score: &PredictionScore) -> Value {
+    let line = |line: &sideslip::postflight::validation::prediction::ResidualLine| json!({ "omega": line.omega, "amplitude": line.amplitude, "at_twice_the_response": line.at_twice_the_response });
     json!({
         "rms": score.rms,
         "vaf": score.vaf,
@@ -86,7 +88,7 @@ fn score_json(score: &Score) -> Value {
     })
 }
 
-pub(super) fn modes(identified: &Identified) -> Value {
+pub(super) fn modes(identified: &IdentificationResult) -> Value {
     let roots = match &identified.modes {
         Ok(roots) => roots,
         Err(reason) => return json!({ "reason": reason }),
@@ -107,7 +109,7 @@ pub(super) fn modes(identified: &Identified) -> Value {
     Value::Object(modes)
 }
 
-fn root_json(root: &Root) -> Value {
+fn root_json(root: &IdentifiedRoot) -> Value {
     if root.imag > 0.0 {
         json!({
             "real": root.real, "imag": root.imag, "omega": root.omega, "zeta": root.zeta,

@@ -1,42 +1,45 @@
 //! `sideslip identify`: derivatives and modes from whole runs, after the flight.
 
 mod equation;
-mod frequency;
+mod frequency_domain;
 mod json;
-mod points;
-mod points_chart;
-mod points_text;
-mod read;
 mod refusals;
 mod report;
-mod simulated;
+mod run_columns;
+mod run_pipeline;
 mod table;
+mod test_point_chart;
+mod test_point_result;
+mod test_point_text;
+mod trimmed_models;
 
-use super::flight_condition::number;
-use super::mapping_input::read_mapping;
-use super::message;
-use super::output_file::{print, refuse_to_overwrite, write_json, write_whole};
-use super::replay::run::{Files, From, Played, Run};
-use super::stop::stopped_by_signals;
-use ::replay::Pace;
+use super::options::flight_condition::number;
+use super::options::mapping_input::read_mapping;
+use super::recordings::run_result::RunResult;
+use super::terminal::output_file::{print, refuse_to_overwrite, write_json, write_whole};
+use super::terminal::stop::stopped_by_signals;
+use crate::command::message;
 use equation::Equation;
-use frequency::{Domain, InBand};
-use points::{TestPoint, test_point};
-use read::read;
+use frequency_domain::{Domain, FrequencyDomainResult};
 use refusals::{not_identified, refuse_slow_rates, refuse_twice};
+use run_columns::read_columns;
+use run_pipeline::through_pipeline;
 use sideslip::error::{Failure, Outcome};
-use sideslip::identification::columns::Columns;
-use sideslip::identification::identify::{Instruments, Method, Wanted, identify, usual_choice};
-use sideslip::identification::linear::Choice;
-use sideslip::identification::test_point::{Condition, test_points};
-use sideslip::outputs::derivatives_json::derivatives_json;
-use sideslip::outputs::terminal::Style;
-use sideslip::pipeline::Config;
-use sideslip::regression::frequency::band::Band;
-use sideslip::regression::output_error::Settings;
-use sideslip::telemetry::mavlink::mapping::Config as Mapping;
-use simulated::Models;
+use sideslip::io::outputs::json::derivatives_json::derivatives_json;
+use sideslip::io::outputs::tables::terminal::Style;
+use sideslip::io::telemetry::mavlink::mapping::MavlinkConfig as Mapping;
+use sideslip::postflight::identification::columns::Columns;
+use sideslip::postflight::identification::identify::{
+    FitMethod, IdentificationRequest, InstrumentTreatment, identify, usual_choice,
+};
+use sideslip::postflight::identification::model_variables::ModelVariables;
+use sideslip::postflight::identification::test_condition::{TestCondition, test_points};
+use sideslip::postflight::output_error::FitSettings;
+use sideslip::realtime::pipeline::Config;
+use sideslip::realtime::regression::frequency::band::Band;
 use std::path::PathBuf;
+use test_point_result::{TestPointResult, test_point};
+use trimmed_models::TrimmedModels;
 
 const EXAMPLE: &str = "\
 Example:
@@ -59,7 +62,7 @@ of the fit are those of a free run.
 Exit status: 0 done; 1 failed while running; 2 the call or a recording is wrong; 3 done, with rows skipped. With --json - the
 table goes to standard error.";
 
-/// Identify a linear model from runs: derivatives with standard errors, modes, prediction of runs kept back
+/// Identify a linear model from runs: derivatives with standard errors, modes, prediction of hold-out runs
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct Args {
@@ -88,7 +91,7 @@ pub(crate) struct Args {
     /// How the parameters are found: by output-error; or by filter-error, where gusts and the noise of recorded controls disturb
     /// the states
     #[arg(long, value_name = "METHOD", value_parser = method, default_value = "output-error", conflicts_with = "response")]
-    method: Method,
+    method: FitMethod,
     /// A recording to be predicted and not fitted; repeatable
     #[arg(long, value_name = "RUN")]
     holdout: Vec<PathBuf>,
@@ -113,7 +116,7 @@ pub(crate) struct Args {
     #[arg(long, value_enum, default_value_t = Domain::Time, conflicts_with = "response")]
     domain: Domain,
     /// The band of --domain frequency, Hz [default: 0.1:1.5]
-    #[arg(long, value_name = "LOW:HIGH", value_parser = frequency::band, conflicts_with = "response")]
+    #[arg(long, value_name = "LOW:HIGH", value_parser = frequency_domain::band, conflicts_with = "response")]
     band: Option<Band>,
     /// Which message gives which channel, for recordings of MAVLink (TOML)
     #[arg(long, value_name = "FILE")]
@@ -127,10 +130,10 @@ pub(crate) struct Args {
     out: Option<PathBuf>,
 }
 
-fn method(text: &str) -> Result<Method, String> {
+fn method(text: &str) -> Result<FitMethod, String> {
     match text {
-        "output-error" => Ok(Method::OutputError),
-        "filter-error" => Ok(Method::FilterError),
+        "output-error" => Ok(FitMethod::OutputError),
+        "filter-error" => Ok(FitMethod::FilterError),
         _ => Err("expected output-error or filter-error".to_owned()),
     }
 }
@@ -148,10 +151,10 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if let Some(both) = args.holdout.iter().find(|file| args.files.contains(file)) {
         return Err(Failure::file(both, "--holdout: expected a run that is not fitted, found it among them"));
     }
-    let band = frequency::asked(args.domain, args.band)?;
+    let band = frequency_domain::asked(args.domain, args.band)?;
     let mapping = read_mapping(args.config.as_deref())?;
     let read_all = |files: &[PathBuf]| {
-        files.iter().map(|file| read(file, &args.set, &mapping, args.trim_window)).collect::<Result<Vec<_>, _>>()
+        files.iter().map(|file| read_columns(file, &args.set, &mapping, args.trim_window)).collect::<Result<Vec<_>, _>>()
     };
     let (runs, mut losses): (Vec<_>, Vec<_>) = read_all(&args.files)?.into_iter().unzip();
     let (holdout, lost): (Vec<_>, Vec<_>) = read_all(&args.holdout)?.into_iter().unzip();
@@ -171,27 +174,27 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     }
     let choice = choice(args, usual_choice(&runs));
     refuse_slow_rates(&all, &choice)?;
-    let instruments = if args.doubt_instruments { Instruments::Doubted } else { Instruments::Believed };
-    let in_band = band.map(|band| InBand::of(&runs, &choice, band));
-    let wanted = Wanted { choice, only: None, instruments, method: args.method };
+    let instruments = if args.doubt_instruments { InstrumentTreatment::Estimated } else { InstrumentTreatment::Trusted };
+    let in_band = band.map(|band| FrequencyDomainResult::of(&runs, &choice, band));
+    let wanted = IdentificationRequest { choice, only: None, instruments, method: args.method };
     let (sideslips, lost): (Vec<_>, Vec<_>) = read_all(&args.sideslips)?.into_iter().unzip();
     losses.extend(lost);
-    let conditions: Vec<Condition> = runs.iter().map(Condition::of).collect();
+    let conditions: Vec<TestCondition> = runs.iter().map(TestCondition::of).collect();
     let groups = test_points(&conditions);
     if groups.len() > 1 || !args.model.is_empty() || !sideslips.is_empty() {
         let points = by_test_point(args, &runs, &holdout, &sideslips, &groups, &wanted)?;
-        let by_run = ByRun::of(args, &mapping, band)?;
+        let by_run = PipelineResults::of(args, &mapping, band)?;
         let mut document =
-            points_text::document(&points, &by_run.json()?).map_err(|error| Failure::Running(error.to_string()))?;
-        let besides = by_run.besides(in_band.as_ref(), &mut document, style);
-        say(&format!("{}{besides}", points_text::text(&points, style)), to_standard_output)?;
+            test_point_text::document(&points, &by_run.json()?).map_err(|error| Failure::Running(error.to_string()))?;
+        let besides = by_run.frequency_part(in_band.as_ref(), &mut document, style);
+        say(&format!("{}{besides}", test_point_text::text(&points, style)), to_standard_output)?;
         if let Some(json) = &args.json {
             write_json(json, &format!("{document:#}\n"))?;
         }
         if let Some(folder) = &args.out {
             std::fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
             write_json(&folder.join("derivatives.json"), &format!("{document:#}\n"))?;
-            let page = points_chart::page(&points, in_band.as_ref()).map_err(|error| Failure::Running(error.to_string()))?;
+            let page = test_point_chart::page(&points, in_band.as_ref()).map_err(|error| Failure::Running(error.to_string()))?;
             write_whole(&folder.join("report.html"), |file| file.write_all(page.as_bytes()))?;
             for (name, (group, point)) in report::model_names(&groups, &runs).into_iter().zip(groups.iter().zip(&points)) {
                 if let Some(model) = report::model(&point.identified, &of_group(group, &runs)) {
@@ -201,11 +204,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         }
         return Ok(ended(losses));
     }
-    let identified = identify(&runs, &holdout, wanted, &Settings::default()).map_err(not_identified)?;
+    let identified = identify(&runs, &holdout, wanted, &FitSettings::default()).map_err(not_identified)?;
 
-    let by_run = ByRun::of(args, &mapping, band)?;
+    let by_run = PipelineResults::of(args, &mapping, band)?;
     let mut document = json::document(&identified, &by_run.json()?).map_err(|error| Failure::Running(error.to_string()))?;
-    let besides = by_run.besides(in_band.as_ref(), &mut document, style);
+    let besides = by_run.frequency_part(in_band.as_ref(), &mut document, style);
 
     say(&format!("{}{besides}", table::text(&identified, style)), to_standard_output)?;
     if let Some(json) = &args.json {
@@ -223,40 +226,36 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(ended(losses))
 }
 
-/// What each run says by itself.
-struct ByRun {
-    played: Vec<Played>,
+/// Each run by itself through the pipeline of `replay`.
+struct PipelineResults {
+    runs: Vec<RunResult>,
     in_band: bool,
 }
 
-impl ByRun {
-    /// Every run through the pipeline of `replay`.
+impl PipelineResults {
     fn of(args: &Args, mapping: &Mapping, band: Option<Band>) -> Result<Self, Failure> {
         let mut config = Config::default();
         config.estimation.trim_window_s = args.trim_window;
         if let Some(band) = band {
-            frequency::whole_record(&mut config, band);
+            frequency_domain::whole_record(&mut config, band);
         }
         let stop = stopped_by_signals()?;
-        let mut played = Vec::new();
-        for file in &args.files {
-            let files = Files { log: None, smoothed: None };
-            played.push(Run::open(file, &args.set, &config, mapping)?.play(&From::File, Pace::Max, &files, &stop)?);
-        }
-        Ok(ByRun { played, in_band: band.is_some() })
+        let through = |file: &PathBuf| through_pipeline(file, &args.set, &config, mapping, &stop);
+        let runs = args.files.iter().map(through).collect::<Result<Vec<_>, _>>()?;
+        Ok(PipelineResults { runs, in_band: band.is_some() })
     }
 
     fn json(&self) -> Result<String, Failure> {
-        let told = |run| if self.in_band { Played::estimates_in_band(run) } else { Played::estimates(run) };
-        let estimates: Vec<_> = self.played.iter().map(told).collect();
+        let estimates = |run| if self.in_band { RunResult::estimates_in_band(run) } else { RunResult::estimates(run) };
+        let estimates: Vec<_> = self.runs.iter().map(estimates).collect();
         derivatives_json(&estimates).map_err(|error| Failure::Running(error.to_string()))
     }
 
     /// What the frequency domain says besides: into the document, and for a person.
-    fn besides(&self, in_band: Option<&InBand>, document: &mut serde_json::Value, style: Style) -> String {
+    fn frequency_part(&self, in_band: Option<&FrequencyDomainResult>, document: &mut serde_json::Value, style: Style) -> String {
         let Some(in_band) = in_band else { return String::new() };
         in_band.put(document);
-        format!("\n{}", in_band.text(&self.played, style))
+        format!("\n{}", in_band.text(&self.runs, style))
     }
 }
 
@@ -272,16 +271,16 @@ fn by_test_point(
     holdout: &[Columns],
     sideslips: &[Columns],
     groups: &[Vec<usize>],
-    wanted: &Wanted,
-) -> Result<Vec<TestPoint>, Failure> {
-    let models = Models::new(&args.model, args.density);
+    wanted: &IdentificationRequest,
+) -> Result<Vec<TestPointResult>, Failure> {
+    let models = TrimmedModels::new(&args.model, args.density);
     let of = |group: &[usize]| of_group(group, runs);
-    let conditions: Vec<Condition> =
-        groups.iter().map(|group| Condition::mean(&of(group).iter().map(Condition::of).collect::<Vec<_>>())).collect();
-    let at = |run: &Columns, place: usize| conditions.get(place).is_some_and(|one| one.is_near(&Condition::of(run)));
+    let conditions: Vec<TestCondition> =
+        groups.iter().map(|group| TestCondition::mean(&of(group).iter().map(TestCondition::of).collect::<Vec<_>>())).collect();
+    let at = |run: &Columns, place: usize| conditions.get(place).is_some_and(|one| one.is_near(&TestCondition::of(run)));
     for (option, others) in [("--holdout", holdout), ("--sideslips", sideslips)] {
         if let Some(run) = others.iter().find(|run| !(0..conditions.len()).any(|place| at(run, place))) {
-            let Condition { speed, path, .. } = Condition::of(run);
+            let TestCondition { speed, path, .. } = TestCondition::of(run);
             return Err(Failure::Input(format!(
                 "{option}: `{}` was flown at {speed:.1} m/s on a path of {:.1} degrees; expected a run of a test point that is fitted",
                 run.run,
@@ -290,7 +289,7 @@ fn by_test_point(
         }
     }
     let one = |(place, group): (usize, &Vec<usize>)| {
-        let condition = conditions.get(place).copied().unwrap_or_else(|| Condition::mean(&[]));
+        let condition = conditions.get(place).copied().unwrap_or_else(|| TestCondition::mean(&[]));
         let kept: Vec<Columns> = holdout.iter().filter(|run| at(run, place)).cloned().collect();
         let held: Vec<&Columns> = sideslips.iter().filter(|run| at(run, place)).collect();
         test_point(&of(group), &kept, &held, wanted, models.at(&condition)?)
@@ -317,10 +316,10 @@ fn ended(losses: Vec<Vec<String>>) -> Outcome {
 }
 
 /// What was asked for, and the usual where nothing was.
-fn choice(args: &Args, usual: Choice) -> Choice {
+fn choice(args: &Args, usual: ModelVariables) -> ModelVariables {
     if args.states.is_empty() {
         let or = |asked: &[String], usual: Vec<String>| if asked.is_empty() { usual } else { asked.to_vec() };
-        return Choice {
+        return ModelVariables {
             states: usual.states,
             inputs: or(&args.inputs, usual.inputs),
             outputs: or(&args.outputs, usual.outputs),
@@ -334,5 +333,5 @@ fn choice(args: &Args, usual: Choice) -> Choice {
     });
     let outputs = if args.outputs.is_empty() { measured.collect() } else { args.outputs.clone() };
     let inputs = if args.inputs.is_empty() { usual.inputs } else { args.inputs.clone() };
-    Choice { states: args.states.clone(), inputs, outputs }
+    ModelVariables { states: args.states.clone(), inputs, outputs }
 }

@@ -1,11 +1,11 @@
 //! Runs that no derivatives are told from, and what is said of a search that fails.
 
 use sideslip::error::Failure;
-use sideslip::identification::columns::Columns;
-use sideslip::identification::identify::NotIdentified;
-use sideslip::identification::linear::Choice;
-use sideslip::pipeline::Config;
-use sideslip::regression::output_error::Refused;
+use sideslip::postflight::identification::columns::Columns;
+use sideslip::postflight::identification::identify::IdentificationError;
+use sideslip::postflight::identification::model_variables::ModelVariables;
+use sideslip::postflight::output_error::OutputErrorFitError;
+use sideslip::realtime::pipeline::Config;
 use std::path::PathBuf;
 
 /// A run that is there twice would count twice, and one that is fitted foretells itself.
@@ -20,7 +20,7 @@ pub(super) fn refuse_twice(runs: &[(&PathBuf, &Columns)]) -> Result<(), Failure>
 }
 
 /// Derivatives need fast rates.
-pub(super) fn refuse_slow_rates(runs: &[(&PathBuf, &Columns)], choice: &Choice) -> Result<(), Failure> {
+pub(super) fn refuse_slow_rates(runs: &[(&PathBuf, &Columns)], choice: &ModelVariables) -> Result<(), Failure> {
     let least_hz = Config::DEFAULT.regression.rate_min_hz;
     for (file, run) in runs {
         for name in choice.states.iter().filter(|name| matches!(name.as_str(), "p" | "q" | "r")) {
@@ -38,9 +38,11 @@ pub(super) fn refuse_slow_rates(runs: &[(&PathBuf, &Columns)], choice: &Choice) 
 }
 
 /// A search that comes to nothing is no wrong call.
-pub(super) fn not_identified(wrong: NotIdentified) -> Failure {
+pub(super) fn not_identified(wrong: IdentificationError) -> Failure {
     match wrong {
-        NotIdentified::Fit(Refused::Singular { .. } | Refused::Diverges { .. }) => Failure::Running(wrong.to_string()),
+        IdentificationError::Fit(OutputErrorFitError::Singular { .. } | OutputErrorFitError::Diverges { .. }) => {
+            Failure::Running(wrong.to_string())
+        }
         _ => Failure::Input(wrong.to_string()),
     }
 }

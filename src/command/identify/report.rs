@@ -1,19 +1,20 @@
 //! `report.html` and `model.toml`: the pictures and the model of an identification.
 
-use super::frequency::InBand;
-use super::table;
+use super::frequency_domain::FrequencyDomainResult;
+use crate::command::identify::table;
 use sideslip::flight::derivative::{AXES, Axis, VARIABLES, Variable};
+use sideslip::flight::file::model_file::ModelFile;
 use sideslip::flight::model::{LinearModel, Trim};
-use sideslip::flight::model_file::ModelFile;
-use sideslip::identification::columns::Columns;
-use sideslip::identification::identify::{Flown, Identified};
-use sideslip::outputs::chart::{ChartError, Curve, Panel, svg};
-use sideslip::outputs::page::{FOOT, escaped, head};
-use sideslip::outputs::terminal::Style;
+use sideslip::io::outputs::charts::chart::{ChartError, Curve, Panel, svg};
+use sideslip::io::outputs::html::page::{FOOT, escaped, head};
+use sideslip::io::outputs::tables::terminal::Style;
+use sideslip::postflight::identification::columns::Columns;
+use sideslip::postflight::identification::identify::IdentificationResult;
+use sideslip::postflight::identification::run_prediction::RunPrediction;
 use std::fmt::Write;
 
 /// A page without scripts, fonts or network: the table, and every run beside its model.
-pub(super) fn page(identified: &Identified, in_band: Option<&InBand>) -> Result<String, ChartError> {
+pub(super) fn page(identified: &IdentificationResult, in_band: Option<&FrequencyDomainResult>) -> Result<String, ChartError> {
     let mut page = head("Identification");
     let _ = writeln!(page, "<h1>Identification</h1>\n<pre>{}</pre>", escaped(&table::text(identified, Style::Plain)));
     runs_section(&mut page, identified)?;
@@ -23,7 +24,7 @@ pub(super) fn page(identified: &Identified, in_band: Option<&InBand>) -> Result<
 }
 
 /// Every run beside its model.
-pub(super) fn runs_section(page: &mut String, identified: &Identified) -> Result<(), ChartError> {
+pub(super) fn runs_section(page: &mut String, identified: &IdentificationResult) -> Result<(), ChartError> {
     let kinds = [("fitted", &identified.fit), ("predicted, not fitted", &identified.holdout)];
     for (how, flown) in kinds.iter().flat_map(|(how, runs)| runs.iter().map(move |run| (how, run))) {
         let _ = writeln!(page, "<h2>{} ({how})</h2>\n{}", escaped(&flown.run), svg(&panels(identified, flown))?);
@@ -31,7 +32,7 @@ pub(super) fn runs_section(page: &mut String, identified: &Identified) -> Result
     Ok(())
 }
 
-fn panels(identified: &Identified, flown: &Flown) -> Vec<Panel> {
+fn panels(identified: &IdentificationResult, flown: &RunPrediction) -> Vec<Panel> {
     let names = &identified.linear.structure.outputs;
     let series = names.iter().zip(flown.record.outputs.iter().zip(&flown.predicted));
     series
@@ -76,9 +77,9 @@ pub(super) fn model_names(groups: &[Vec<usize>], runs: &[Columns]) -> Vec<String
 }
 
 /// The model as a file that `simulate` flies; `None` where a derivative's variable is none of a model file's.
-pub(super) fn model(identified: &Identified, runs: &[Columns]) -> Option<String> {
+pub(super) fn model(identified: &IdentificationResult, runs: &[Columns]) -> Option<String> {
     let (linear, theta) = (&identified.linear, &identified.fitted.theta);
-    let datum = linear.datum;
+    let reference_trim = linear.reference_trim;
     let mean = |name: &str| {
         let known: Vec<f64> = runs.iter().filter_map(|run| run.trim(name).ok()).collect();
         if known.is_empty() { 0.0 } else { known.iter().sum::<f64>() / known.len() as f64 }
@@ -87,20 +88,20 @@ pub(super) fn model(identified: &Identified, runs: &[Columns]) -> Option<String>
         let names = runs.first().map(|run| control.name(run.geometry.controls)).unwrap_or_default();
         mean(names)
     });
-    let [u, v, w] = datum.velocity();
-    let trim = Trim { u, v, w, phi: datum.phi, theta: datum.theta, rotor_speed: None, controls };
+    let [u, v, w] = reference_trim.velocity();
+    let trim = Trim { u, v, w, phi: reference_trim.phi, theta: reference_trim.theta, rotor_speed: None, controls };
     let mut model = LinearModel::about(trim);
     let mut stds = [[0.0; VARIABLES]; AXES];
     for (((axis, variable), value), std) in linear.derivatives.iter().zip(theta).zip(&identified.fitted.std) {
         // Flow angles are velocities over airspeed; their own rows are over airspeed, too.
         let row = if linear.choice.states.iter().any(|state| matches!((state.as_str(), axis), ("beta", 'Y') | ("alpha", 'Z'))) {
-            datum.airspeed
+            reference_trim.airspeed
         } else {
             1.0
         };
         let (name, column) = match variable.as_str() {
-            "beta" => ("v", 1.0 / datum.airspeed),
-            "alpha" => ("w", 1.0 / datum.airspeed),
+            "beta" => ("v", 1.0 / reference_trim.airspeed),
+            "alpha" => ("w", 1.0 / reference_trim.airspeed),
             own => (own, 1.0),
         };
         let axis = Axis::from_name(&axis.to_string())?;

@@ -1,9 +1,10 @@
 //! The answer for a person.
 
-use sideslip::identification::doubts::Doubt;
-use sideslip::identification::identify::{Flown, Identified};
-use sideslip::identification::roots::Root;
-use sideslip::outputs::terminal::{Style, measured};
+use sideslip::io::outputs::tables::terminal::{Style, measured};
+use sideslip::postflight::identification::identification_model::InstrumentParameter;
+use sideslip::postflight::identification::identify::IdentificationResult;
+use sideslip::postflight::identification::roots::IdentifiedRoot;
+use sideslip::postflight::identification::run_prediction::RunPrediction;
 use std::fmt::Write;
 
 /// Correlation above which two derivatives are not told apart: what their model leaves out moves both far.
@@ -13,7 +14,7 @@ const INSEPARABLE: f64 = 0.97;
 const TOLD: f64 = 0.8;
 
 /// Derivatives, modes, fit and prediction.
-pub(super) fn text(identified: &Identified, style: Style) -> String {
+pub(super) fn text(identified: &IdentificationResult, style: Style) -> String {
     let (linear, fitted) = (&identified.linear, &identified.fitted);
     let structure = &linear.structure;
     let mut text = String::new();
@@ -35,7 +36,7 @@ pub(super) fn text(identified: &Identified, style: Style) -> String {
         let name = style.bold(format_args!("{:<14}", format!("{axis}_{variable}")));
         let bound = at(&fitted.std_cramer_rao);
         let start = at(&identified.starts);
-        let told = if fitted.does_not_belong.contains(&place) { "  not told apart from zero" } else { "" };
+        let told = if fitted.insignificant.contains(&place) { "  not told apart from zero" } else { "" };
         let _ = writeln!(text, "  {name} {value:>12} {std:>10}   {bound:>10.2e}  {start:>10.4}{told}");
     }
     let name = |place: usize| linear.name(place);
@@ -54,10 +55,10 @@ pub(super) fn text(identified: &Identified, style: Style) -> String {
         let pairs = hard.drain(..).map(|&(one, other, rho)| format!("{} {} ({rho:.2})", name(one), name(other)));
         let _ = writeln!(text, "  hard to part (correlation): {}", pairs.collect::<Vec<_>>().join(", "));
     }
-    for (place, doubt) in linear.doubts.iter().enumerate() {
+    for (place, doubt) in linear.instrument_parameters.iter().enumerate() {
         let at = |values: &[f64]| values.get(linear.derivatives.len() + place).copied().unwrap_or(f64::NAN);
         let (value, std) = measured(at(&fitted.theta), at(&fitted.std));
-        let Doubt { name, prior_mean, prior_std, unit } = doubt;
+        let InstrumentParameter { name, prior_mean, prior_std, unit } = doubt;
         // Whether lag or delay is seen at steps only; most runs tell nothing of most outputs.
         if name.starts_with("lag_part") && !(at(&fitted.std) < TOLD * prior_std) {
             continue;
@@ -100,12 +101,12 @@ pub(super) fn text(identified: &Identified, style: Style) -> String {
 }
 
 /// The method that answers.
-pub(super) fn method(identified: &Identified) -> &'static str {
+pub(super) fn method(identified: &IdentificationResult) -> &'static str {
     if identified.disturbed.is_some() { "filter error" } else { "output error" }
 }
 
 /// Gusts, and how much of what an output does not do as foretold is theirs and the inputs' noise.
-fn disturbed(text: &mut String, identified: &Identified) {
+fn disturbed(text: &mut String, identified: &IdentificationResult) {
     let Some(found) = &identified.disturbed else { return };
     let structure = &identified.linear.structure;
     let gusts: Vec<String> = found
@@ -124,7 +125,7 @@ fn disturbed(text: &mut String, identified: &Identified) {
 }
 
 /// Whether a mode grows, with its probability.
-pub(super) fn stability(root: &Root) -> String {
+pub(super) fn stability(root: &IdentifiedRoot) -> String {
     let word = if root.real > 0.0 { "UNSTABLE" } else { "stable" };
     let shown = match root.probability_unstable {
         small if small < 0.001 => "below 0.001".to_owned(),
@@ -134,7 +135,7 @@ pub(super) fn stability(root: &Root) -> String {
     format!("{word}, probability of instability {shown}")
 }
 
-fn scores(text: &mut String, how: &str, flown: &Flown, identified: &Identified) {
+fn scores(text: &mut String, how: &str, flown: &RunPrediction, identified: &IdentificationResult) {
     let _ = write!(text, "{} ({how}):", flown.run);
     for (name, score) in identified.linear.structure.outputs.iter().zip(&flown.scores) {
         match score {

@@ -1,10 +1,10 @@
 //! What a live vehicle's clock is known to be, from one telemetry to the next that takes its place.
 
-use super::super::message;
-use sideslip::bus::root::Root;
-use sideslip::bus::run_head::{read_vehicle, write_vehicle};
-use sideslip::telemetry::mavlink::senders::Sender;
-use sideslip::telemetry::mavlink::witness::Remembered;
+use crate::command::message;
+use sideslip::io::bus::root::BusRoot;
+use sideslip::io::bus::run_head::{read_vehicle, write_vehicle};
+use sideslip::io::telemetry::mavlink::clock_monitor::SavedClock;
+use sideslip::io::telemetry::mavlink::senders::Sender;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
@@ -20,7 +20,7 @@ pub(super) struct VehicleFile {
 
 impl VehicleFile {
     /// What the telemetry before this one knew; what cannot be understood is said and not used.
-    pub(super) fn read(root: &Root) -> Option<(Sender, Remembered)> {
+    pub(super) fn read(root: &BusRoot) -> Option<(Sender, SavedClock)> {
         let numbers = match read_vehicle(root) {
             Ok(numbers) => numbers?,
             Err(wrong) => {
@@ -36,7 +36,7 @@ impl VehicleFile {
     }
 
     /// Writes it down where that is due; a failure is said once, for it costs no more than a run that is split later.
-    pub(super) fn write(&mut self, root: &Root, vehicle: Sender, clock: &Remembered) {
+    pub(super) fn write(&mut self, root: &BusRoot, vehicle: Sender, clock: &SavedClock) {
         if self.written.is_some_and(|written| written.elapsed() < EVERY) {
             return;
         }
@@ -55,7 +55,7 @@ impl VehicleFile {
     }
 }
 
-fn numbers(vehicle: Sender, clock: &Remembered) -> BTreeMap<&'static str, i64> {
+fn numbers(vehicle: Sender, clock: &SavedClock) -> BTreeMap<&'static str, i64> {
     BTreeMap::from([
         ("system", i64::from(vehicle.system)),
         ("component", i64::from(vehicle.component)),
@@ -68,11 +68,11 @@ fn numbers(vehicle: Sender, clock: &Remembered) -> BTreeMap<&'static str, i64> {
     ])
 }
 
-fn understood(numbers: &BTreeMap<String, i64>) -> Option<(Sender, Remembered)> {
+fn understood(numbers: &BTreeMap<String, i64>) -> Option<(Sender, SavedClock)> {
     let number = |name: &str| numbers.get(name).copied();
     let time = |name: &str| number(name).filter(|us| us.unsigned_abs() < 1 << 56);
     let vehicle = Sender { system: u8::try_from(number("system")?).ok()?, component: u8::try_from(number("component")?).ok()? };
-    let clock = Remembered {
+    let clock = SavedClock {
         boot: u32::try_from(number("boot")?).ok()?,
         segment_us: time("segment_us")?,
         newest_us: time("newest_us")?,
@@ -90,7 +90,7 @@ mod tests {
     #[test]
     fn what_is_written_is_understood_and_what_is_out_of_range_is_not() {
         let vehicle = Sender { system: 1, component: 7 };
-        let clock = Remembered { boot: 3, segment_us: -5, newest_us: 6, heard_us: 7, offset_us: 8, first_offset_us: -9 };
+        let clock = SavedClock { boot: 3, segment_us: -5, newest_us: 6, heard_us: 7, offset_us: 8, first_offset_us: -9 };
         let written: BTreeMap<String, i64> =
             numbers(vehicle, &clock).into_iter().map(|(name, number)| (name.to_owned(), number)).collect();
         assert_eq!(understood(&written), Some((vehicle, clock)));

@@ -5,9 +5,9 @@
 //! that stands still says nothing about its own derivatives; the Dutch roll needs L, N and Y with respect to v, p and r.
 
 use super::survey::Survey;
-use sideslip::estimation::record::Aid;
 use sideslip::flight::channel::{Channel, ControlNames};
 use sideslip::flight::derivative::{Axis, Variable};
+use sideslip::realtime::estimation::record::Aid;
 
 /// The slowest rates that derivatives are estimated from, Hz.
 const RATE_MIN_HZ: f64 = 8.0;
@@ -18,7 +18,7 @@ const EXCURSION_MIN: f64 = 0.01;
 
 /// Whether something can be estimated; if not, or not wholly, why.
 #[derive(Debug)]
-pub(super) struct Answer<T> {
+pub(super) struct Feasibility<T> {
     /// Of what.
     pub(super) what: T,
     /// Whether it can.
@@ -27,30 +27,30 @@ pub(super) struct Answer<T> {
     pub(super) reasons: Vec<String>,
 }
 
-impl<T> Answer<T> {
+impl<T> Feasibility<T> {
     fn from_obstacles(what: T, reasons: Vec<String>) -> Self {
-        Answer { what, possible: reasons.is_empty(), reasons }
+        Feasibility { what, possible: reasons.is_empty(), reasons }
     }
 }
 
 /// What can be estimated.
 #[derive(Debug)]
-pub(super) struct Estimable {
+pub(super) struct EstimableQuantities {
     /// The state.
-    pub(super) state: Answer<()>,
+    pub(super) state: Feasibility<()>,
     /// The channels that aid it.
     pub(super) aids: Vec<&'static str>,
     /// The channels that would.
     pub(super) aids_missing: Vec<&'static str>,
     /// The derivatives of each axis.
-    pub(super) axes: Vec<Answer<Axis>>,
+    pub(super) axes: Vec<Feasibility<Axis>>,
     /// What derivatives can be taken with respect to.
-    pub(super) variables: Vec<Answer<Variable>>,
+    pub(super) variables: Vec<Feasibility<Variable>>,
     /// The Dutch roll.
-    pub(super) dutch_roll: Answer<()>,
+    pub(super) dutch_roll: Feasibility<()>,
 }
 
-impl Estimable {
+impl EstimableQuantities {
     /// Judges a survey; `controls` says how the controls are called.
     pub(super) fn of(survey: &Survey, controls: ControlNames) -> Self {
         let missing = |channels: &[Channel]| -> Option<String> {
@@ -84,7 +84,7 @@ impl Estimable {
             if moments.is_empty() {
                 reasons.extend(accelerometer.and_then(|channel| too_slow(&[channel])));
             }
-            Answer::from_obstacles(axis, reasons)
+            Feasibility::from_obstacles(axis, reasons)
         };
         let variable = |variable: Variable| {
             let needs: &[Channel] = match variable {
@@ -98,7 +98,7 @@ impl Estimable {
             };
             let Some(channel) = variable.control_channel() else {
                 let reason = missing(needs).map(|missing| unobserved(variable, &missing));
-                return Answer::from_obstacles(variable, reason.into_iter().collect());
+                return Feasibility::from_obstacles(variable, reason.into_iter().collect());
             };
             let excursion = survey.of(channel).and_then(|control| control.range).map(|(least, greatest)| greatest - least);
             let (possible, reason) = match excursion {
@@ -109,7 +109,7 @@ impl Estimable {
                 }
                 Some(_) => (true, None),
             };
-            Answer { what: variable, possible, reasons: reason.into_iter().collect() }
+            Feasibility { what: variable, possible, reasons: reason.into_iter().collect() }
         };
 
         let axes: Vec<_> = Axis::ALL.into_iter().map(axis).collect();
@@ -118,9 +118,9 @@ impl Estimable {
         let v_unobserved = variables.iter().filter(|answer| answer.what == Variable::V).flat_map(|answer| &answer.reasons);
         obstacles.extend(v_unobserved.cloned());
         obstacles.extend(missing(&[Channel::Ay]).map(|missing| format!("{missing}: Y_v, and so its damping, stays unknown")));
-        let mut dutch_roll = Answer::from_obstacles((), obstacles);
+        let mut dutch_roll = Feasibility::from_obstacles((), obstacles);
         let lateral = [Variable::LatCyclic, Variable::Pedal];
-        let excites = |answer: &Answer<Variable>| lateral.contains(&answer.what) && answer.reasons.is_empty();
+        let excites = |answer: &Feasibility<Variable>| lateral.contains(&answer.what) && answer.reasons.is_empty();
         if !variables.iter().any(excites) {
             let names = lateral.map(|variable| variable.name(controls)).join(" nor ");
             dutch_roll.reasons.push(format!("neither {names} moves enough: only gusts or a free motion can excite it"));
@@ -131,8 +131,8 @@ impl Estimable {
         if with.is_empty() {
             state_obstacles.push("no aid at all".into());
         }
-        Estimable {
-            state: Answer::from_obstacles((), state_obstacles),
+        EstimableQuantities {
+            state: Feasibility::from_obstacles((), state_obstacles),
             aids: names(with),
             aids_missing: names(without),
             axes,
@@ -155,13 +155,13 @@ fn unobserved(variable: Variable, missing: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sideslip::flight::run_file::Column;
-    use sideslip::telemetry::record::Sample;
-    use sideslip::telemetry::recording::Row;
+    use sideslip::flight::file::run_file::RecordingColumn;
+    use sideslip::flight::sample::Sample;
+    use sideslip::io::telemetry::record::RecordingRow;
 
     /// A hundred samples of every named channel at that rate; all move but those in `still`.
-    fn judged(names: &str, rate_hz: f64, still: &[Channel]) -> Estimable {
-        let columns: Vec<Column> = names.split(' ').map(|name| Column::new(name, None).unwrap()).collect();
+    fn judged(names: &str, rate_hz: f64, still: &[Channel]) -> EstimableQuantities {
+        let columns: Vec<RecordingColumn> = names.split(' ').map(|name| RecordingColumn::new(name, None).unwrap()).collect();
         let mut survey = Survey::new(&columns);
         for step in 0..100_u32 {
             let mut sample = Sample::new(f64::from(step) / rate_hz);
@@ -169,9 +169,9 @@ mod tests {
                 let (channel, _) = Channel::from_name(name).unwrap();
                 sample.set(channel, if still.contains(&channel) { 0.1 } else { f64::from(step) });
             }
-            survey.add(&Row { number: 1, sample, others: Vec::new() });
+            survey.add(&RecordingRow { number: 1, sample, others: Vec::new() });
         }
-        Estimable::of(&survey, ControlNames::FixedWing)
+        EstimableQuantities::of(&survey, ControlNames::FixedWing)
     }
 
     const ALL: &str = "ax ay az p q r phi theta psi tas alpha beta altitude elevator aileron throttle rudder";

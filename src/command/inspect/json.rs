@@ -1,16 +1,16 @@
 //! The answer of `inspect` for a program: SI units, `null` where there is no number.
 
-use super::estimable::{Answer, Estimable};
+use super::estimable::{EstimableQuantities, Feasibility};
 use super::survey::{ColumnSurvey, Survey};
 use serde_json::{Map, Value, json};
-use sideslip::flight::run_file::Target;
-use sideslip::telemetry::mavlink::recording::Traffic;
-use sideslip::telemetry::mavlink::senders::{Sender, SenderTally};
-use sideslip::telemetry::recording::Recording;
+use sideslip::flight::file::run_file::RecordingTarget;
+use sideslip::io::telemetry::mavlink::recording::Traffic;
+use sideslip::io::telemetry::mavlink::senders::{Sender, SenderTally};
+use sideslip::io::telemetry::recording::Recording;
 use std::path::Path;
 
 /// The whole answer.
-pub(super) fn document(file: &Path, recording: &Recording, survey: &Survey, estimable: &Estimable) -> Value {
+pub(super) fn document(file: &Path, recording: &Recording, survey: &Survey, estimable: &EstimableQuantities) -> Value {
     let controls = recording.info().geometry().controls;
     let times = &survey.times;
     let skipped = recording.skipped();
@@ -78,7 +78,7 @@ fn channel(survey: &ColumnSurvey) -> Value {
     let column = &survey.column;
     json!({
         "name": column.name,
-        "known": !matches!(column.target, Target::Other),
+        "known": !matches!(column.target, RecordingTarget::Other),
         "unit": column.inner_unit(),
         "unit_in_file": column.unit_text,
         "samples": survey.samples,
@@ -92,7 +92,7 @@ fn channel(survey: &ColumnSurvey) -> Value {
     })
 }
 
-fn answer<T>(answer: &Answer<T>) -> Value {
+fn answer<T>(answer: &Feasibility<T>) -> Value {
     json!({"possible": answer.possible, "reasons": answer.reasons})
 }
 

@@ -6,12 +6,12 @@ mod survey;
 mod table;
 mod traffic;
 
-use super::mapping_input::read_mapping;
-use super::message;
-use super::output_file::{print, refuse_to_overwrite, write_json};
-use estimable::Estimable;
+use super::options::mapping_input::read_mapping;
+use super::terminal::output_file::{print, refuse_to_overwrite, write_json};
+use crate::command::message;
+use estimable::EstimableQuantities;
 use sideslip::error::{Failure, Outcome};
-use sideslip::telemetry::recording::Recording;
+use sideslip::io::telemetry::recording::Recording;
 use std::path::PathBuf;
 use survey::Survey;
 
@@ -47,7 +47,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     while let Some(row) = recording.next_row()? {
         survey.add(row);
     }
-    let estimable = Estimable::of(&survey, recording.info().geometry().controls);
+    let estimable = EstimableQuantities::of(&survey, recording.info().geometry().controls);
     let table = table::text(&args.file, &recording, &survey, &estimable);
     match &args.json {
         None => print(&table)?,

@@ -4,8 +4,8 @@
 //! The rate is 1 / the median interval. A gap is an interval longer than five medians and than half a second.
 
 use sideslip::flight::channel::Channel;
-use sideslip::flight::run_file::{Column, Target};
-use sideslip::telemetry::recording::Row;
+use sideslip::flight::file::run_file::{RecordingColumn, RecordingTarget};
+use sideslip::io::telemetry::record::RecordingRow;
 use std::collections::BTreeMap;
 
 /// Shorter intervals are no gaps, s.
@@ -106,7 +106,7 @@ impl Times {
 #[derive(Debug)]
 pub(super) struct ColumnSurvey {
     /// The column.
-    pub(super) column: Column,
+    pub(super) column: RecordingColumn,
     /// How many cells were not empty.
     pub(super) samples: u64,
     /// How many of them were NaN or infinite.
@@ -138,8 +138,8 @@ impl ColumnSurvey {
     /// The channel, where the column is known.
     pub(super) fn channel(&self) -> Option<Channel> {
         match self.column.target {
-            Target::Known { channel, .. } => Some(channel),
-            Target::Time { .. } | Target::Other => None,
+            RecordingTarget::Known { channel, .. } => Some(channel),
+            RecordingTarget::Time { .. } | RecordingTarget::Other => None,
         }
     }
 }
@@ -156,19 +156,20 @@ pub(super) struct Survey {
 }
 
 impl Survey {
-    pub(super) fn new(columns: &[Column]) -> Self {
-        let survey = |column: &Column| ColumnSurvey {
+    pub(super) fn new(columns: &[RecordingColumn]) -> Self {
+        let survey = |column: &RecordingColumn| ColumnSurvey {
             column: column.clone(),
             samples: 0,
             not_finite: 0,
             range: None,
             times: Times::default(),
         };
-        let columns = columns.iter().filter(|column| !matches!(column.target, Target::Time { .. })).map(survey).collect();
+        let columns =
+            columns.iter().filter(|column| !matches!(column.target, RecordingTarget::Time { .. })).map(survey).collect();
         Survey { rows: 0, times: Times::default(), columns }
     }
 
-    pub(super) fn add(&mut self, row: &Row) {
+    pub(super) fn add(&mut self, row: &RecordingRow) {
         let time_s = row.sample.time_s;
         self.rows += 1;
         self.times.add(time_s);

@@ -1,13 +1,13 @@
 //! The answer of `inspect` for a person: aligned text, values in the units of the file.
 
-use super::estimable::{Answer, Estimable};
+use super::estimable::{EstimableQuantities, Feasibility};
 use super::survey::{ColumnSurvey, Survey};
-use super::traffic;
+use crate::command::inspect::traffic;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::derivative::Axis;
-use sideslip::flight::run_file::Target;
+use sideslip::flight::file::run_file::RecordingTarget;
+use sideslip::io::telemetry::recording::Recording;
 use sideslip::simulation::flight_model::CONDITION;
-use sideslip::telemetry::recording::Recording;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use std::path::Path;
 const GAPS_SHOWN: usize = 5;
 
 /// The whole table.
-pub(super) fn text(file: &Path, recording: &Recording, survey: &Survey, estimable: &Estimable) -> String {
+pub(super) fn text(file: &Path, recording: &Recording, survey: &Survey, estimable: &EstimableQuantities) -> String {
     let mut lines = vec![format!("{}: {}, {}", file.display(), recording.format(), counted(survey.rows, "row"))];
     lines.extend(run_lines(recording));
     lines.extend(time_lines(survey));
@@ -125,8 +125,8 @@ fn channel_lines(recording: &Recording, survey: &Survey) -> Vec<String> {
 fn cells(recording: &Recording, survey: &ColumnSurvey) -> [String; 9] {
     let column = &survey.column;
     let factor = match column.target {
-        Target::Time { factor } | Target::Known { factor, .. } => factor,
-        Target::Other => 1.0,
+        RecordingTarget::Time { factor } | RecordingTarget::Known { factor, .. } => factor,
+        RecordingTarget::Other => 1.0,
     };
     let (least, greatest) = survey
         .range
@@ -167,7 +167,7 @@ fn note(recording: &Recording, survey: &ColumnSurvey) -> String {
     }
 }
 
-fn estimable_lines(recording: &Recording, estimable: &Estimable) -> Vec<String> {
+fn estimable_lines(recording: &Recording, estimable: &EstimableQuantities) -> Vec<String> {
     let controls = recording.info().geometry().controls;
     let mut lines = vec!["  What the channels allow to estimate".into()];
     let mut entry = |title: &str, said: Vec<String>| {
@@ -182,7 +182,7 @@ fn estimable_lines(recording: &Recording, estimable: &Estimable) -> Vec<String> 
         entry("  without", listed(&estimable.aids_missing));
     }
     for (force, title) in [(true, "X Y Z"), (false, "L M N")] {
-        let axes: Vec<&Answer<Axis>> = estimable.axes.iter().filter(|axis| axis.what.is_force() == force).collect();
+        let axes: Vec<&Feasibility<Axis>> = estimable.axes.iter().filter(|axis| axis.what.is_force() == force).collect();
         match axes.first() {
             Some(first) if axes.iter().all(|axis| axis.reasons == first.reasons) => entry(title, verdict(first)),
             _ => axes.iter().for_each(|axis| entry(axis.what.name(), verdict(axis))),
@@ -204,7 +204,7 @@ fn listed(names: &[&str]) -> Vec<String> {
 }
 
 /// Yes or no with the first reason, then a line for each further one.
-fn verdict<T>(answer: &Answer<T>) -> Vec<String> {
+fn verdict<T>(answer: &Feasibility<T>) -> Vec<String> {
     let word = if answer.possible { "yes" } else { "no" };
     match answer.reasons.split_first() {
         None => vec![word.into()],

@@ -1,6 +1,6 @@
 //! Who sent which messages, for a person: a line of sums, then each sender with its messages by name.
 
-use sideslip::telemetry::mavlink::recording::Traffic;
+use sideslip::io::telemetry::mavlink::recording::Traffic;
 use std::fmt::Write;
 
 /// How wide a line of messages may become, characters.

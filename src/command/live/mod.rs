@@ -4,23 +4,23 @@
 //! ends, so that they outlive it in no case: closed on purpose in order (telemetry first, so that the run has its end and
 //! the log its last sample), or by the system where the supervisor was killed.
 
-mod child;
+mod supervised_process;
 
-use super::estimation_options::EstimationOptions;
-use super::ingest::Source;
-use super::stop::{stopped_by_signals, supervised};
-use super::{message, root_path};
+use super::options::estimation_options::EstimationOptions;
+use super::options::telemetry_source::TelemetrySource;
+use super::terminal::stop::{stopped_by_signals, supervised};
+use crate::command::{message, root_path};
 use ::replay::Pace;
-use child::{Child, Died};
-use sideslip::bus::error::BusError;
-use sideslip::bus::payload::{SamplePayload, TakenPayload};
-use sideslip::bus::root::Role;
-use sideslip::bus::run_head::play_anew;
-use sideslip::bus::service::{Bus, Subscriber};
 use sideslip::error::{Failure, Outcome};
+use sideslip::io::bus::error::BusError;
+use sideslip::io::bus::payload::{AcknowledgementPayload, SamplePayload};
+use sideslip::io::bus::root::BusRole;
+use sideslip::io::bus::run_head::play_anew;
+use sideslip::io::bus::service::{Bus, Subscriber};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
+use supervised_process::{ProcessExit, SupervisedProcess};
 
 const EXAMPLE: &str = "\
 Example:
@@ -82,9 +82,9 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     let stop = stopped_by_signals()?;
     supervised(args.supervised, &stop)?;
-    let source = args.source.parse::<Source>().map_err(|what| Failure::Input(format!("--source: {what}")))?;
+    let source = args.source.parse::<TelemetrySource>().map_err(|what| Failure::Input(format!("--source: {what}")))?;
     let mut bus = Bus::enter(&root_path(args.root.as_ref()))?;
-    let _role = bus.take(Role::Supervisor)?;
+    let _role = bus.take(BusRole::Supervisor)?;
     wait_for_orphans(&bus, &stop)?;
     play_anew(bus.root());
     if let Some(out) = &args.out {
@@ -92,11 +92,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     }
     // The socket is the supervisor's: what arrives while telemetry is away waits in it.
     let held = match &source {
-        Source::Link(url) => url.hold().map_err(|wrong| Failure::Running(wrong.to_string()))?,
-        Source::File(_) => None,
+        TelemetrySource::Link(url) => url.hold().map_err(|wrong| Failure::Running(wrong.to_string()))?,
+        TelemetrySource::File(_) => None,
     };
-    let mut estimate = Child::new("estimate", estimate_call(args, bus.root().path(), &source), None);
-    let mut ingest = Child::new("ingest", ingest_call(args, bus.root().path()), held);
+    let mut estimate = SupervisedProcess::new("estimate", estimate_call(args, bus.root().path(), &source), None);
+    let mut ingest = SupervisedProcess::new("ingest", ingest_call(args, bus.root().path()), held);
     estimate.start()?;
     ingest.start()?;
     let ended = watch(&bus, &mut estimate, &mut ingest, &stop);
@@ -125,7 +125,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 fn wait_for_orphans(bus: &Bus, stop: &AtomicBool) -> Result<(), Failure> {
     let begun = Instant::now();
     let mut said = false;
-    for role in [Role::Telemetry, Role::Estimator] {
+    for role in [BusRole::Telemetry, BusRole::Estimator] {
         loop {
             match bus.root().take(role) {
                 Ok(_) => break,
@@ -163,12 +163,12 @@ fn ingest_call(args: &Args, root: &Path) -> Vec<String> {
     call
 }
 
-fn estimate_call(args: &Args, root: &Path, source: &Source) -> Vec<String> {
+fn estimate_call(args: &Args, root: &Path, source: &TelemetrySource) -> Vec<String> {
     let mut call = vec!["--root".to_owned(), root.display().to_string()];
     if let Some(out) = &args.out {
         let name = match source {
-            Source::File(recording) => recording.with_extension("mcap").file_name().map(PathBuf::from),
-            Source::Link(_) => None,
+            TelemetrySource::File(recording) => recording.with_extension("mcap").file_name().map(PathBuf::from),
+            TelemetrySource::Link(_) => None,
         };
         call.extend(["--out".to_owned(), out.join(name.unwrap_or_else(|| "live.mcap".into())).display().to_string()]);
     }
@@ -180,20 +180,20 @@ fn estimate_call(args: &Args, root: &Path, source: &Source) -> Vec<String> {
 }
 
 /// Whether the estimator does anything: samples go in, signs of life come out.
-struct Pulse {
+struct EstimatorWatchdog {
     samples: Subscriber<SamplePayload>,
-    taken: Subscriber<TakenPayload>,
+    taken: Subscriber<AcknowledgementPayload>,
     /// Samples since its last sign of life, and when the first of them came.
     unanswered: Option<(u32, Instant)>,
 }
 
-impl Pulse {
+impl EstimatorWatchdog {
     fn of(bus: &Bus) -> Result<Self, Failure> {
-        Ok(Pulse { samples: bus.subscriber()?, taken: bus.subscriber()?, unanswered: None })
+        Ok(EstimatorWatchdog { samples: bus.subscriber()?, taken: bus.subscriber()?, unanswered: None })
     }
 
     /// Whether so many samples have come for so long without a sign of life that it cannot be alive.
-    fn is_still(&mut self) -> Result<bool, Failure> {
+    fn is_hung(&mut self) -> Result<bool, Failure> {
         while self.samples.receive()?.is_some() {
             let (count, since) = self.unanswered.unwrap_or((0, Instant::now()));
             self.unanswered = Some((count.saturating_add(1), since));
@@ -206,21 +206,21 @@ impl Pulse {
 }
 
 /// Starts again what dies or hangs, until telemetry has ended by itself or it is stopped.
-fn watch(bus: &Bus, estimate: &mut Child, ingest: &mut Child, stop: &AtomicBool) -> Result<(), Failure> {
-    let mut pulse = Pulse::of(bus)?;
+fn watch(bus: &Bus, estimate: &mut SupervisedProcess, ingest: &mut SupervisedProcess, stop: &AtomicBool) -> Result<(), Failure> {
+    let mut watchdog = EstimatorWatchdog::of(bus)?;
     while !stop.load(Ordering::Relaxed) {
         for child in [&mut *estimate, &mut *ingest] {
             match child.look()? {
                 None => {}
-                Some(Died::Finished) if child.name() == "ingest" => return Ok(()),
-                Some(Died::WrongCall) => return Err(Failure::Input(format!("{} cannot start", child.name()))),
-                Some(Died::Finished | Died::Killed) => bus.clear_the_dead(),
+                Some(ProcessExit::Finished) if child.name() == "ingest" => return Ok(()),
+                Some(ProcessExit::WrongCall) => return Err(Failure::Input(format!("{} cannot start", child.name()))),
+                Some(ProcessExit::Finished | ProcessExit::Killed) => bus.clear_the_dead(),
             }
             child.start_when_due()?;
         }
-        if pulse.is_still()? && estimate.age() >= STILL {
+        if watchdog.is_hung()? && estimate.age() >= STILL {
             estimate.kill("takes samples no more");
-            pulse.unanswered = None;
+            watchdog.unanswered = None;
         }
         std::thread::sleep(LOOK);
     }

@@ -1,20 +1,20 @@
 //! `sideslip replay`: recordings through the very pipeline that runs live, at their own pace or as fast as it goes.
 
-mod from_bus;
-pub(crate) mod log;
-pub(super) mod run;
-pub(crate) mod sink;
-mod smoothed;
+mod bus_source;
+mod output_per_recording;
+mod replayed_run;
+mod smoothed_file;
 
-use super::estimation_options::{EstimationOptions, OutputError};
-use super::mapping_input::read_mapping;
-use super::message;
-use super::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json};
-use super::stop::stopped_by_signals;
-use run::{Files, From, Played, Run};
+use super::options::estimation_options::{EstimationOptions, OutputErrorSchedule};
+use super::options::mapping_input::read_mapping;
+use super::terminal::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json};
+use super::terminal::stop::stopped_by_signals;
+use crate::command::message;
+use output_per_recording::{LOGS, make_directory};
+use replayed_run::{ReplayFiles, ReplayRun, ReplaySource, ReplayedRun};
 use sideslip::error::{Failure, Outcome};
-use sideslip::outputs::derivatives_json::derivatives_json;
-use sideslip::outputs::terminal::Style;
+use sideslip::io::outputs::json::derivatives_json::derivatives_json;
+use sideslip::io::outputs::tables::terminal::Style;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
@@ -73,8 +73,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     if let Some(json) = args.json.as_ref().filter(|_| !to_standard_output) {
         refuse_to_overwrite("--json", json, &args.files)?;
     }
-    let logs = log::LOGS.places(args.out.as_deref(), &args.files)?;
-    let states = smoothed::STATES.places(args.smoothed.as_deref(), &args.files)?;
+    let logs = LOGS.places(args.out.as_deref(), &args.files)?;
+    let states = smoothed_file::STATES.places(args.smoothed.as_deref(), &args.files)?;
     for file in states.iter().flatten() {
         if logs.iter().flatten().chain(args.json.as_ref()).any(|other| same_place(other, file)) {
             return Err(Failure::file(file, "--smoothed: expected another file than that of --out or --json, found the same"));
@@ -87,20 +87,24 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         return Err(Failure::file(json, "--json: expected another file than the log of --out, found the same"));
     }
     let mapping = read_mapping(args.config.as_deref())?;
-    let model = args.estimation.model_beside()?;
-    let output_error = args.estimation.output_error(OutputError::Manoeuvre);
+    let model = args.estimation.live_diagnosis_model()?;
+    let output_error = args.estimation.output_error_schedule(OutputErrorSchedule::Manoeuvre);
     let open = |file: &PathBuf| {
-        Ok(Run::open(file, &args.set, &config, &mapping)?.with_output_error(output_error).held_against(model.as_ref()))
+        Ok(ReplayRun::open(file, &args.set, &config, &mapping)?.with_output_error(output_error).with_diagnosis(model.as_ref()))
     };
     let runs = args.files.iter().map(open).collect::<Result<Vec<_>, Failure>>()?;
-    log::make_directory(args.out.as_deref(), &logs)?;
-    log::make_directory(args.smoothed.as_deref(), &states)?;
+    make_directory(args.out.as_deref(), &logs)?;
+    make_directory(args.smoothed.as_deref(), &states)?;
     let stop = stopped_by_signals()?;
     let mut played = Vec::with_capacity(runs.len());
     for ((run, log), states) in runs.into_iter().zip(logs).zip(states) {
         let answer = {
-            let from = if args.bus { From::Bus { overrides: &args.set, config: args.config.as_deref() } } else { From::File };
-            run.play(&from, args.speed, &Files { log: log.as_deref(), smoothed: states.as_deref() }, &stop)?
+            let from = if args.bus {
+                ReplaySource::Bus { overrides: &args.set, config: args.config.as_deref() }
+            } else {
+                ReplaySource::File
+            };
+            run.play(&from, args.speed, &ReplayFiles { log: log.as_deref(), smoothed: states.as_deref() }, &stop)?
         };
         let style = if to_standard_output { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
         let gap = if played.is_empty() { "" } else { "\n" };
@@ -116,11 +120,11 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         }
     }
     if let Some(json) = &args.json {
-        let estimates: Vec<_> = played.iter().map(Played::estimates).collect();
+        let estimates: Vec<_> = played.iter().map(ReplayedRun::estimates).collect();
         let text = derivatives_json(&estimates).map_err(|error| Failure::Running(error.to_string()))?;
         write_json(json, &text)?;
     }
-    let losses: Vec<String> = played.iter().flat_map(Played::losses).collect();
+    let losses: Vec<String> = played.iter().flat_map(ReplayedRun::losses).collect();
     for loss in &losses {
         message(format_args!("sideslip: {loss}"));
     }

@@ -17,9 +17,9 @@ use super::engine::Engine;
 use super::fin::Fin;
 use super::flapping::Flap;
 use super::fuselage::Fuselage;
-use super::hub::{Hub, Place};
-use super::inflow::{Guess, uniform};
-use super::inner::Options;
+use super::hub::{Hub, HubPosition};
+use super::inflow::{InflowGuess, uniform};
+use super::internal_states::Options;
 use super::rotor::{MainRotor, ReadyRotor, RotorPoint, RotorStates};
 use super::tail_rotor::{ReadyTail, TailRotor};
 use super::tailplane::Tailplane;
@@ -28,7 +28,7 @@ use crate::flight::derivative::AXES;
 
 /// Mass, inertia and centre of mass, SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Body {
+pub struct MassProperties {
     /// Mass, kg.
     pub mass: f64,
     /// Moment of inertia about x, kg m^2.
@@ -58,7 +58,7 @@ pub struct Perturbation {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Level1 {
     /// Mass and inertia.
-    pub body: Body,
+    pub body: MassProperties,
     /// Which geometry the hub has.
     pub hub: Hub,
     /// The main rotor.
@@ -98,7 +98,7 @@ pub struct Situation {
 
 /// What the aircraft does about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Response {
+pub struct AircraftResponse {
     /// Specific force (m/s^2) and angular acceleration (rad/s^2) by axis.
     pub accelerations: [f64; AXES],
     /// Torque that both rotors take, at the main rotor, N m.
@@ -111,14 +111,14 @@ pub struct Response {
     pub inflow: f64,
     pub(crate) rotor: RotorPoint,
     /// Inflows of both rotors.
-    pub(crate) inflows: Guess,
+    pub(crate) inflows: InflowGuess,
 }
 
 /// An aircraft with what its data come to, computed once for all the instants of a flight.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Equations<'a> {
     aircraft: &'a Level1,
-    pub(crate) place: Place,
+    pub(crate) place: HubPosition,
     rotor: ReadyRotor,
     tail: ReadyTail,
     /// Arms of fin and tailplane behind the centre of mass, m.
@@ -132,9 +132,9 @@ pub(crate) struct Equations<'a> {
 }
 
 impl Level1 {
-    pub(crate) fn place(&self) -> Place {
+    pub(crate) fn place(&self) -> HubPosition {
         let (sin, cos) = libm::sincos(self.main_rotor.shaft_tilt);
-        Place {
+        HubPosition {
             geometry: self.hub,
             sigma: self.main_rotor.direction,
             height: self.main_rotor.height,
@@ -144,8 +144,8 @@ impl Level1 {
     }
 
     /// Everything that is not the motion at once: the plain model, whatever the options.
-    pub fn respond(&self, situation: &Situation) -> Response {
-        self.equations().sum(situation, RotorStates::default(), None, Guess::NONE)
+    pub fn respond(&self, situation: &Situation) -> AircraftResponse {
+        self.equations().sum(situation, RotorStates::default(), None, InflowGuess::NONE)
     }
 
     pub(crate) fn equations(&self) -> Equations<'_> {
@@ -167,7 +167,7 @@ impl Level1 {
     /// c of [`crate::flight::effect::Effect::RotorReaction`] where rotor speed is a state: (2) of the shaft's torque by (4), the
     /// shaft tilted as the hub's (4) has it.
     pub fn reaction(&self) -> f64 {
-        let (Body { ixx, izz, ixz, .. }, (sin, cos)) = (self.body, libm::sincos(self.main_rotor.shaft_tilt));
+        let (MassProperties { ixx, izz, ixz, .. }, (sin, cos)) = (self.body, libm::sincos(self.main_rotor.shaft_tilt));
         let yaw = (ixx * cos - ixz * sin) / (ixx * izz - ixz * ixz);
         if self.options.governed { self.main_rotor.direction * self.engine.inertia * yaw } else { 0.0 }
     }
@@ -176,7 +176,13 @@ impl Level1 {
 impl Equations<'_> {
     /// (1) to (3), with the torque that the engine delivers (4); the inflows are looked for from `guess` on.
     #[inline]
-    pub(crate) fn sum(&self, met: &Situation, states: RotorStates, delivered: Option<f64>, guess: Guess) -> Response {
+    pub(crate) fn sum(
+        &self,
+        met: &Situation,
+        states: RotorStates,
+        delivered: Option<f64>,
+        guess: InflowGuess,
+    ) -> AircraftResponse {
         let Situation { velocity, rates, blade, rotor_speed, density } = *met;
         let [p, q, r] = rates;
         let Equations { aircraft: Level1 { body, tail_rotor, fin, tailplane, fuselage, .. }, place, .. } = self;
@@ -226,13 +232,13 @@ impl Equations<'_> {
         n += (body.ixx - body.iyy) * p * q - body.ixz * q * r;
         m += (body.izz - body.ixx) * p * r + body.ixz * (r * r - p * p);
         let (per_mass, [ixx, ixz, izz]) = (self.per_mass, self.inverse);
-        Response {
+        AircraftResponse {
             accelerations: [x * per_mass, y * per_mass, z * per_mass, izz * l + ixz * n, m * self.per_iyy, ixx * n + ixz * l],
             torque,
             thrust: -rotor.loads.force[2],
             flap: rotor.flap,
             inflow: rotor.inflow,
-            inflows: Guess { main: rotor.inflow, tail: tail.inflow },
+            inflows: InflowGuess { main: rotor.inflow, tail: tail.inflow },
             rotor,
         }
     }

@@ -4,9 +4,9 @@
 //! response and the inner rates. The order in which one acts on the next: actuators give the pitch, the pitch with flap and
 //! inflow the loads, the loads with what effects add the accelerations, and those drive flap and rotor speed.
 
-use super::aircraft::{Equations, Response, Situation};
-use super::inflow::Guess;
-use super::inner::{Flapping, Inner};
+use super::aircraft::{AircraftResponse, Equations, Situation};
+use super::inflow::InflowGuess;
+use super::internal_states::{Flapping, InternalStates};
 use super::rotor::RotorStates;
 use super::trim::Trimmed;
 use crate::flight::control::CONTROLS;
@@ -15,9 +15,9 @@ use crate::flight::derivative::AXES;
 /// What one instant comes to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Instant {
-    pub(crate) response: Response,
+    pub(crate) response: AircraftResponse,
     /// Rates of the inner states a second.
-    pub(crate) rates: Inner,
+    pub(crate) rates: InternalStates,
     /// Pitch behind the actuators, rad.
     pub(crate) blade: [f64; CONTROLS],
     /// Speed of the main rotor, rad/s.
@@ -31,13 +31,13 @@ impl Trimmed {
     pub(crate) fn instant(
         &self,
         equations: &Equations<'_>,
-        (situation, inner, guess): (&Situation, &Inner, Guess),
+        (situation, inner, guess): (&Situation, &InternalStates, InflowGuess),
         effectiveness: &[f64; CONTROLS],
         added: impl FnOnce([f64; CONTROLS], f64) -> Option<[f64; AXES]>,
     ) -> Instant {
         let aircraft = &self.aircraft;
         let (options, mut met) = (aircraft.options, *situation);
-        let mut rates = Inner::default();
+        let mut rates = InternalStates::default();
         if options.actuators {
             let ways = situation.blade.into_iter().zip(inner.blade);
             for ((rate, actuator), (asked, position)) in rates.blade.iter_mut().zip(&aircraft.actuators).zip(ways) {

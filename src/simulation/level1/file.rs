@@ -1,30 +1,30 @@
 //! The `[level1]` table of a model file: an aircraft, its options and the flight that it is trimmed for.
 //!
-//! Consumes the table; produces [`Declared`]. Every key is required, but the engine's torque limit, and no other allowed,
+//! Consumes the table; produces [`DeclaredAircraft`]. Every key is required, but the engine's torque limit, and no other allowed,
 //! so that nothing of one helicopter is silently another's; what is wrong is named with its line and column.
 
 use super::actuator::Actuator;
-use super::aircraft::{Body, Level1, Perturbation};
+use super::aircraft::{Level1, MassProperties, Perturbation};
 use super::engine::Engine;
 use super::fin::Fin;
-use super::fuselage::{Fuselage, Lines};
+use super::fuselage::{Fuselage, PiecewiseLines};
 use super::hub::Hub;
-use super::inner::{Flapping, Options};
+use super::internal_states::{Flapping, Options};
 use super::rotor::MainRotor;
 use super::tail_rotor::TailRotor;
 use super::tailplane::Tailplane;
-use super::trim::Condition;
+use super::trim::TrimCondition;
 use crate::flight::channel::ControlNames;
 use crate::flight::control::Control;
-use crate::flight::document::{Entry, Misread, Table};
+use crate::flight::file::toml_reader::{TomlEntry, TomlError, TomlTable};
 
 /// What a `[level1]` table declares.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Declared {
+pub struct DeclaredAircraft {
     /// The aircraft with its options.
     pub aircraft: Level1,
     /// The flight condition where nobody asks for another.
-    pub condition: Condition,
+    pub condition: TrimCondition,
 }
 
 const PARTS: [&str; 11] = [
@@ -48,9 +48,9 @@ pub const OPTIONS: [&str; 6] = ["hub", "flapping", "inflow", "rotor_speed", "act
 pub(crate) const TORQUE_LIMIT: &str = "torque_limit";
 
 /// Reads the table.
-pub(crate) fn read(table: &Table<'_>) -> Result<Declared, Misread> {
+pub(crate) fn read(table: &TomlTable<'_>) -> Result<DeclaredAircraft, TomlError> {
     table.allow_only(&PARTS)?;
-    let part = |name: &str, keys: &[&str]| -> Result<Table<'_>, Misread> {
+    let part = |name: &str, keys: &[&str]| -> Result<TomlTable<'_>, TomlError> {
         let part = table.require(name)?.table(&format!("[level1.{name}]"))?;
         part.allow_only(keys)?;
         Ok(part)
@@ -70,28 +70,28 @@ pub(crate) fn read(table: &Table<'_>) -> Result<Declared, Misread> {
         options: read_options(&options)?,
     };
     let flight = part("flight", &["speed", "climb", "sideslip", "density"])?;
-    let condition = Condition {
+    let condition = TrimCondition {
         speed: not_negative(&flight, "speed")?,
         climb: number(&flight, "climb")?,
         sideslip: number(&flight, "sideslip")?,
         density: positive(&flight, "density")?,
     };
-    Ok(Declared { aircraft, condition })
+    Ok(DeclaredAircraft { aircraft, condition })
 }
 
-fn number(table: &Table<'_>, key: &str) -> Result<f64, Misread> {
+fn number(table: &TomlTable<'_>, key: &str) -> Result<f64, TomlError> {
     table.require(key)?.number()
 }
 
-fn positive(table: &Table<'_>, key: &str) -> Result<f64, Misread> {
+fn positive(table: &TomlTable<'_>, key: &str) -> Result<f64, TomlError> {
     table.require(key)?.positive()
 }
 
-fn not_negative(table: &Table<'_>, key: &str) -> Result<f64, Misread> {
+fn not_negative(table: &TomlTable<'_>, key: &str) -> Result<f64, TomlError> {
     table.require(key)?.not_negative()
 }
 
-fn choose<T: Copy>(table: &Table<'_>, key: &str, choices: &[(&str, T)]) -> Result<T, Misread> {
+fn choose<T: Copy>(table: &TomlTable<'_>, key: &str, choices: &[(&str, T)]) -> Result<T, TomlError> {
     let entry = table.require(key)?;
     match choices.iter().find(|(name, _)| entry.text() == Ok(*name)) {
         Some(&(_, choice)) => Ok(choice),
@@ -99,7 +99,7 @@ fn choose<T: Copy>(table: &Table<'_>, key: &str, choices: &[(&str, T)]) -> Resul
     }
 }
 
-fn read_options(table: &Table<'_>) -> Result<Options, Misread> {
+fn read_options(table: &TomlTable<'_>) -> Result<Options, TomlError> {
     let flapping =
         [("quasi_steady", Flapping::QuasiSteady), ("first_order", Flapping::FirstOrder), ("second_order", Flapping::SecondOrder)];
     Ok(Options {
@@ -111,8 +111,8 @@ fn read_options(table: &Table<'_>) -> Result<Options, Misread> {
     })
 }
 
-fn body(table: &Table<'_>) -> Result<Body, Misread> {
-    let body = Body {
+fn body(table: &TomlTable<'_>) -> Result<MassProperties, TomlError> {
+    let body = MassProperties {
         mass: positive(table, "mass")?,
         ixx: positive(table, "ixx")?,
         iyy: positive(table, "iyy")?,
@@ -143,7 +143,7 @@ const MAIN_ROTOR: [&str; 13] = [
     "height",
 ];
 
-fn main_rotor(table: &Table<'_>) -> Result<MainRotor, Misread> {
+fn main_rotor(table: &TomlTable<'_>) -> Result<MainRotor, TomlError> {
     Ok(MainRotor {
         direction: choose(table, "rotation", &[("clockwise", -1.0), ("anticlockwise", 1.0)])?,
         radius: positive(table, "radius")?,
@@ -176,7 +176,7 @@ const TAIL_ROTOR: [&str; 12] = [
     "downwash",
 ];
 
-fn tail_rotor(table: &Table<'_>) -> Result<TailRotor, Misread> {
+fn tail_rotor(table: &TomlTable<'_>) -> Result<TailRotor, TomlError> {
     Ok(TailRotor {
         radius: positive(table, "radius")?,
         gearing: positive(table, "gearing")?,
@@ -194,7 +194,7 @@ fn tail_rotor(table: &Table<'_>) -> Result<TailRotor, Misread> {
 }
 
 /// A positive coupling would raise pitch with flap: the disc could run away, and the inflow's equation lose its slope.
-fn coupling(table: &Table<'_>) -> Result<f64, Misread> {
+fn coupling(table: &TomlTable<'_>) -> Result<f64, TomlError> {
     let entry = table.require("pitch_flap_coupling")?;
     match entry.number()? {
         value if value <= 0.0 => Ok(value),
@@ -202,7 +202,7 @@ fn coupling(table: &Table<'_>) -> Result<f64, Misread> {
     }
 }
 
-fn fin(table: &Table<'_>) -> Result<Fin, Misread> {
+fn fin(table: &TomlTable<'_>) -> Result<Fin, TomlError> {
     Ok(Fin {
         area: not_negative(table, "area")?,
         aft: number(table, "aft")?,
@@ -215,7 +215,7 @@ fn fin(table: &Table<'_>) -> Result<Fin, Misread> {
     })
 }
 
-fn tailplane(table: &Table<'_>) -> Result<Tailplane, Misread> {
+fn tailplane(table: &TomlTable<'_>) -> Result<Tailplane, TomlError> {
     Ok(Tailplane {
         area: not_negative(table, "area")?,
         aft: number(table, "aft")?,
@@ -248,13 +248,13 @@ const FUSELAGE: [&str; 18] = [
     "far_n",
 ];
 
-fn fuselage(table: &Table<'_>) -> Result<Fuselage, Misread> {
+fn fuselage(table: &TomlTable<'_>) -> Result<Fuselage, TomlError> {
     let (near_limit, far_limit) = (positive(table, "near_limit_deg")?, positive(table, "far_limit_deg")?);
     if !(far_limit > near_limit) {
         let what = format_args!("expected more than near_limit_deg ({near_limit}), found {far_limit}");
         return Err(table.require("far_limit_deg")?.misread(what));
     }
-    let near = |key: &str| -> Result<[f64; 4], Misread> { table.require(key)?.numbers() };
+    let near = |key: &str| -> Result<[f64; 4], TomlError> { table.require(key)?.numbers() };
     let far = |key: &str| lines(&table.require(key)?);
     Ok(Fuselage {
         plan_area: not_negative(table, "plan_area")?,
@@ -270,7 +270,7 @@ fn fuselage(table: &Table<'_>) -> Result<Fuselage, Misread> {
 }
 
 /// Points whose angles, degrees, increase.
-fn lines(entry: &Entry<'_>) -> Result<Lines, Misread> {
+fn lines(entry: &TomlEntry<'_>) -> Result<PiecewiseLines, TomlError> {
     let points = entry.pairs()?;
     for ([before, _], [angle, _]) in points.iter().zip(points.iter().skip(1)) {
         if !(angle > before) {
@@ -283,7 +283,7 @@ fn lines(entry: &Entry<'_>) -> Result<Lines, Misread> {
     Ok(points.into_iter().map(|[angle, value]| [angle.to_radians(), value]).collect())
 }
 
-fn engine(table: &Table<'_>) -> Result<Engine, Misread> {
+fn engine(table: &TomlTable<'_>) -> Result<Engine, TomlError> {
     Ok(Engine {
         full_torque: positive(table, "full_torque")?,
         droop: positive(table, "droop")?,
@@ -295,7 +295,7 @@ fn engine(table: &Table<'_>) -> Result<Engine, Misread> {
     })
 }
 
-fn actuators(table: &Table<'_>) -> Result<[Actuator; 4], Misread> {
+fn actuators(table: &TomlTable<'_>) -> Result<[Actuator; 4], TomlError> {
     let mut actuators = [Actuator { tau: 0.0, rate: 0.0 }; 4];
     for (control, place) in Control::ALL.into_iter().zip(&mut actuators) {
         let name = control.name(ControlNames::Rotorcraft);
@@ -306,7 +306,7 @@ fn actuators(table: &Table<'_>) -> Result<[Actuator; 4], Misread> {
     Ok(actuators)
 }
 
-fn perturbation(table: &Table<'_>) -> Result<Perturbation, Misread> {
+fn perturbation(table: &TomlTable<'_>) -> Result<Perturbation, TomlError> {
     Ok(Perturbation {
         velocity: positive(table, "velocity")?,
         rate: positive(table, "rate")?,

@@ -18,7 +18,7 @@
 
 /// What drives the flap, wind axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Drive {
+pub(crate) struct FlapDrive {
     /// Advance ratio in the hub's plane.
     pub(crate) mu: f64,
     /// Collective, and the twist from root to tip, rad.
@@ -71,7 +71,7 @@ impl Flap {
     }
 }
 
-impl Drive {
+impl FlapDrive {
     /// e and 1/gamma.
     #[inline]
     fn spring(&self) -> (f64, f64) {
@@ -82,7 +82,7 @@ impl Drive {
     /// (1) to (3).
     #[inline]
     pub(crate) fn rows(&self, flap: Flap) -> [f64; 3] {
-        let Drive { mu, theta0, twist, theta1s, theta1c, through, lambda1c, p, q, lambda_beta2, .. } = *self;
+        let FlapDrive { mu, theta0, twist, theta1s, theta1c, through, lambda1c, p, q, lambda_beta2, .. } = *self;
         let (mu2, (e, per_lock)) = (mu * mu, self.spring());
         [
             (1.0 + mu2) * theta0
@@ -142,8 +142,8 @@ impl Drive {
 mod tests {
     use super::*;
 
-    fn drive() -> Drive {
-        Drive {
+    fn drive() -> FlapDrive {
+        FlapDrive {
             mu: 0.25,
             theta0: 0.25,
             twist: -0.14,

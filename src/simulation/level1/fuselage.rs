@@ -13,7 +13,7 @@
 use super::hub::angle;
 
 /// A line of straight pieces through points, angle (rad) and coefficient.
-pub type Lines = Vec<[f64; 2]>;
+pub type PiecewiseLines = Vec<[f64; 2]>;
 
 /// Data of the fuselage, SI.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,7 +35,7 @@ pub struct Fuselage {
     /// Coefficients of (1) by rising power: X Z M of incidence, Y N of sideslip, N and N m.
     pub near: [[f64; 4]; 5],
     /// (2), in the same order.
-    pub far: [Lines; 5],
+    pub far: [PiecewiseLines; 5],
 }
 
 impl Fuselage {
@@ -59,7 +59,7 @@ impl Fuselage {
         let far = 0.5 * density * speed2;
         let (plan, side) = (far * self.plan_area, far * self.side_area);
         let [far_x, far_z, far_m, far_y, far_n] = &self.far;
-        let by = |angle: f64, polynomial: &[f64; 4], lines: &Lines, scale: f64| {
+        let by = |angle: f64, polynomial: &[f64; 4], lines: &PiecewiseLines, scale: f64| {
             let part = self.far_part(angle);
             let close = (1.0 - part) * near * power_sum(polynomial, angle.clamp(-most, most));
             close + if part > 0.0 { part * scale * along(lines, angle) } else { 0.0 }
@@ -83,7 +83,7 @@ fn power_sum([c0, c1, c2, c3]: &[f64; 4], x: f64) -> f64 {
 }
 
 /// The line at that angle; level beyond its ends.
-fn along(lines: &Lines, angle: f64) -> f64 {
+fn along(lines: &PiecewiseLines, angle: f64) -> f64 {
     let after = lines.partition_point(|[at, _]| *at <= angle);
     match (after.checked_sub(1).and_then(|before| lines.get(before)), lines.get(after)) {
         (Some([x0, y0]), Some([x1, y1])) => y0 + (y1 - y0) * ((angle - x0) / (x1 - x0)),

@@ -46,7 +46,7 @@ pub(crate) fn angle(y: f64, x: f64) -> f64 {
 
 /// Where the hub stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Place {
+pub(crate) struct HubPosition {
     pub(crate) geometry: Hub,
     /// 1 anticlockwise, -1 clockwise, seen from above.
     pub(crate) sigma: f64,
@@ -76,7 +76,7 @@ pub(crate) struct HubLoads {
     pub(crate) moment: [f64; 3],
 }
 
-impl Place {
+impl HubPosition {
     /// (1) to (3).
     #[inline]
     pub(crate) fn motion(&self, [u, v, w]: [f64; 3], [p, q, r]: [f64; 3]) -> HubMotion {
@@ -133,8 +133,8 @@ mod tests {
         [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
     }
 
-    fn place(geometry: Hub, sigma: f64) -> Place {
-        Place { geometry, sigma, height: 2.1, cg_forward: 0.4, tilt: (0.1f64.cos(), 0.1f64.sin()) }
+    fn place(geometry: Hub, sigma: f64) -> HubPosition {
+        HubPosition { geometry, sigma, height: 2.1, cg_forward: 0.4, tilt: (0.1f64.cos(), 0.1f64.sin()) }
     }
 
     #[test]
@@ -173,7 +173,7 @@ mod tests {
 
     #[test]
     fn without_tilt_and_offset_both_geometries_agree() {
-        let plain = |geometry| Place { cg_forward: 0.0, tilt: (1.0, 0.0), ..place(geometry, -1.0) };
+        let plain = |geometry| HubPosition { cg_forward: 0.0, tilt: (1.0, 0.0), ..place(geometry, -1.0) };
         let (published, exact) = (plain(Hub::Published), plain(Hub::Exact));
         let (velocity, rates) = ([40.0, 3.0, -2.0], [0.3, -0.2, 0.5]);
         assert_eq!(published.motion(velocity, rates), exact.motion(velocity, rates));

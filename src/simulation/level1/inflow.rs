@@ -24,21 +24,21 @@ const SHORT: f64 = 0.05;
 
 /// Inflows of both rotors from which the next solution of (1) sets out; any others lead to the same, after more steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Guess {
+pub(crate) struct InflowGuess {
     /// lambda of the main rotor.
     pub(crate) main: f64,
     /// lambda of the tail rotor.
     pub(crate) tail: f64,
 }
 
-impl Guess {
+impl InflowGuess {
     /// Nothing is known: a cold start.
-    pub(crate) const NONE: Guess = Guess { main: f64::NAN, tail: f64::NAN };
+    pub(crate) const NONE: InflowGuess = InflowGuess { main: f64::NAN, tail: f64::NAN };
 }
 
 /// What (1) holds between.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Balance {
+pub(crate) struct MomentumBalance {
     /// mu^2.
     pub(crate) mu2: f64,
     /// mu_z.
@@ -48,7 +48,7 @@ pub(crate) struct Balance {
     pub(crate) c1: f64,
 }
 
-impl Balance {
+impl MomentumBalance {
     /// The lambda of (1), looked for from that guess on. Its sign is that of c0. NaN where there is none: for numbers that are
     /// not finite, and for c1 of zero or less (a tail rotor far faster than it can fly, whose blades would thrust the more the
     /// more air comes through).
@@ -62,13 +62,14 @@ impl Balance {
     #[inline]
     fn upright(self) -> (Self, f64) {
         let sign = if self.c0 < 0.0 { -1.0 } else { 1.0 };
-        (Balance { mu_z: sign * self.mu_z, c0: sign * self.c0, ..self }, sign)
+        (MomentumBalance { mu_z: sign * self.mu_z, c0: sign * self.c0, ..self }, sign)
     }
 }
 
-/// [`Balance::uniform`] of rotors that know nothing of each other, side by side: what one waits for the other is not kept by.
+/// [`MomentumBalance::uniform`] of rotors that know nothing of each other, side by side: what one waits for the other is not
+/// kept by.
 #[inline]
-pub(crate) fn uniform<const N: usize>(balances: [Balance; N], guesses: [f64; N]) -> [f64; N] {
+pub(crate) fn uniform<const N: usize>(balances: [MomentumBalance; N], guesses: [f64; N]) -> [f64; N] {
     let mut lambdas = near(&balances, &guesses);
     for ((lambda, balance), guess) in lambdas.iter_mut().zip(balances).zip(guesses) {
         if lambda.is_nan() {
@@ -86,10 +87,10 @@ pub(crate) fn uniform<const N: usize>(balances: [Balance; N], guesses: [f64; N])
 /// and what follows is about the last term times 2 s (1/lambda + |k|). Between zero and c0/c1 a root of f is one of (1), and
 /// below zero inflow and in edgewise flow the only one.
 #[inline]
-fn near<const N: usize>(balances: &[Balance; N], guesses: &[f64; N]) -> [f64; N] {
+fn near<const N: usize>(balances: &[MomentumBalance; N], guesses: &[f64; N]) -> [f64; N] {
     let mut found = [f64::NAN; N];
     for ((found, &balance), &guess) in found.iter_mut().zip(balances).zip(guesses) {
-        let (Balance { mu2, mu_z, c0, c1 }, sign) = balance.upright();
+        let (MomentumBalance { mu2, mu_z, c0, c1 }, sign) = balance.upright();
         let lambda = sign * guess;
         let (d, right) = (lambda - mu_z, c0 - c1 * lambda);
         let (r2, lambda2, along) = (mu2 + d * d, lambda * lambda, lambda * d);
@@ -115,8 +116,8 @@ fn near<const N: usize>(balances: &[Balance; N], guesses: &[f64; N]) -> [f64; N]
 /// The root by as many steps as it takes.
 #[cold]
 #[inline(never)]
-fn far(balance: Balance, guess: f64) -> f64 {
-    let (Balance { mu2, mu_z, c0, c1 }, sign) = balance.upright();
+fn far(balance: MomentumBalance, guess: f64) -> f64 {
+    let (MomentumBalance { mu2, mu_z, c0, c1 }, sign) = balance.upright();
     let guess = sign * guess;
     if !(c1 > 0.0 && c1.is_finite()) {
         return f64::NAN;
@@ -204,7 +205,7 @@ mod tests {
     use super::*;
 
     fn solved(mu2: f64, mu_z: f64, (c0, c1): (f64, f64), guess: f64) -> f64 {
-        Balance { mu2, mu_z, c0, c1 }.uniform(guess)
+        MomentumBalance { mu2, mu_z, c0, c1 }.uniform(guess)
     }
 
     #[test]

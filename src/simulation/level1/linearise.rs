@@ -11,8 +11,8 @@
 //! The whole system's states are u w q theta v p phi r and the active inner ones; its eigenvalues show rotor and engine modes.
 
 use super::aircraft::{Equations, Situation};
-use super::inflow::Guess;
-use super::inner::{INNER, Inner};
+use super::inflow::InflowGuess;
+use super::internal_states::{INNER, InternalStates};
 use super::trim::{Trimmed, situation};
 use crate::flight::control::CONTROLS;
 use crate::flight::derivative::{AXES, Axis, Variable};
@@ -50,18 +50,6 @@ impl Trimmed {
             self.aircraft.respond(&met).accelerations
         });
         model
-    }
-
-    /// Which differences [`Trimmed::linear`] takes, in words.
-    pub fn perturbation_used(&self) -> String {
-        let sizes = self.aircraft.perturbation;
-        match self.aircraft.options.finite_perturbation {
-            true => format!(
-                "differences over +-{} m/s, +-{} rad/s, +-{} rad; --set perturbation=small gives the tangent",
-                sizes.velocity, sizes.rate, sizes.control
-            ),
-            false => "the tangent (small perturbations)".to_owned(),
-        }
     }
 
     /// The situation of the trim.
@@ -148,7 +136,10 @@ impl Trimmed {
     fn whole_rates(&self, equations: &Equations<'_>, state: &[f64; WHOLE]) -> [f64; WHOLE] {
         let [u, w, q, theta, v, p, phi, r, inner @ ..] = *state;
         let met = Situation { velocity: [u, v, w], rates: [p, q, r], ..self.situation() };
-        let instant = self.instant(equations, (&met, &Inner::from_vector(inner), Guess::NONE), &[1.0; CONTROLS], |_, _| None);
+        let instant =
+            self.instant(equations, (&met, &InternalStates::from_vector(inner), InflowGuess::NONE), &[1.0; CONTROLS], |_, _| {
+                None
+            });
         let [ax, ay, az, dp, dq, dr] = instant.response.accelerations;
         let motion = Motion { velocity: met.velocity, rates: met.rates, attitude: [phi, theta, 0.0], altitude: 0.0 };
         let change = motion.rate_of_change([ax, ay, az], [dp, dq, dr]);

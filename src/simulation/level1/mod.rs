@@ -8,7 +8,7 @@
 //! (`trim`).
 //!
 //! One file an element: [`hub`], `inflow`, [`flapping`], [`rotor`], [`tail_rotor`], [`fin`], [`tailplane`], [`fuselage`],
-//! [`engine`], [`actuator`]; [`aircraft`] sums them up, [`inner`] holds the states beside the
+//! [`engine`], [`actuator`]; [`aircraft`] sums them up, [`internal_states`] holds the states beside the
 //! motion, `dynamics` their rates.
 
 pub mod actuator;
@@ -17,20 +17,19 @@ pub(crate) mod dynamics;
 pub mod engine;
 pub mod file;
 pub mod fin;
+#[cfg(test)]
+mod first_principles_tests;
 pub mod flapping;
 pub mod fuselage;
 pub mod hub;
 pub(crate) mod inflow;
-pub mod inner;
+pub mod internal_states;
+#[cfg(test)]
+mod level1_tests;
 pub mod linearise;
+#[cfg(test)]
+mod power_tests;
 pub mod rotor;
 pub mod tail_rotor;
 pub mod tailplane;
 pub mod trim;
-
-#[cfg(test)]
-mod checks;
-#[cfg(test)]
-mod first_principles;
-#[cfg(test)]
-mod power;

@@ -15,9 +15,9 @@
 //! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, ch. 3, and what its appendix 4B was found to be computed
 //! with; (6) with the apparent mass of D. M. Pitt and D. A. Peters, Vertica 5, 1981.
 
-use super::flapping::{Drive, Flap};
+use super::flapping::{Flap, FlapDrive};
 use super::hub::{HubLoads, HubMotion};
-use super::inflow::{Balance, harmonic};
+use super::inflow::{MomentumBalance, harmonic};
 use core::f64::consts::PI;
 
 /// Data of the main rotor, SI.
@@ -84,7 +84,7 @@ pub(crate) struct RotorPoint {
     /// C_T.
     pub(crate) thrust_coefficient: f64,
     /// What drives the flap, wind axes.
-    pub(crate) drive: Drive,
+    pub(crate) drive: FlapDrive,
     /// Cosine and sine of the wind's azimuth.
     pub(crate) wind: (f64, f64),
 }
@@ -204,9 +204,9 @@ impl ReadyRotor {
 
     /// (2).
     #[inline]
-    pub(crate) fn balance(&self, flow: &RotorFlow) -> Balance {
+    pub(crate) fn balance(&self, flow: &RotorFlow) -> MomentumBalance {
         let (half, mu_z) = (self.half, flow.mu_z);
-        Balance { mu2: flow.mu * flow.mu, mu_z, c0: half * (flow.still + 0.5 * mu_z), c1: 0.5 * half }
+        MomentumBalance { mu2: flow.mu * flow.mu, mu_z, c0: half * (flow.still + 0.5 * mu_z), c1: 0.5 * half }
     }
 
     /// Mean induced velocity, m/s, of that inflow.
@@ -226,7 +226,7 @@ impl ReadyRotor {
         let inflow_rate = (thrust_coefficient - 2.0 * lambda0 * speed) * (1.0 / APPARENT_MASS);
 
         let lambda1c = harmonic(mu, mu_z, lambda0, speed);
-        let drive = Drive { mu, theta0, twist: self.twist, theta1s, theta1c, through, lambda1c, p, q, lock, lambda_beta2 };
+        let drive = FlapDrive { mu, theta0, twist: self.twist, theta1s, theta1c, through, lambda1c, p, q, lock, lambda_beta2 };
         let flap_w = flow.states.flap.map_or_else(|| drive.quasi_steady(), |flap| flap.to_wind(wind));
         let flap = flow.states.flap.unwrap_or_else(|| flap_w.to_hub(wind));
 

@@ -12,7 +12,7 @@
 //! that the fin leaves. (2) is linear in lambda, so (3) is the straight line that `inflow` takes.
 //! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, ch. 3.
 
-use super::inflow::Balance;
+use super::inflow::MomentumBalance;
 use core::f64::consts::PI;
 
 /// Data of the tail rotor, SI.
@@ -92,7 +92,7 @@ impl TailRotor {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TailFlow {
     /// (3): the thrust coefficient is c0 - c1 lambda.
-    pub(crate) balance: Balance,
+    pub(crate) balance: MomentumBalance,
     /// Omega_T R_T.
     tip: f64,
     density: f64,
@@ -130,14 +130,14 @@ impl ReadyTail {
         let by_pitch = 1.0 / 3.0 + 0.5 * mu2;
         // C_T = half (by_pitch feathered pitch + flow (mu_z - lambda)).
         let flow = by_pitch * feathered * coupling * (4.0 / 3.0) + 0.5;
-        let balance = Balance { mu2, mu_z, c0: half * (by_pitch * feathered * pitch + flow * mu_z), c1: half * flow };
+        let balance = MomentumBalance { mu2, mu_z, c0: half * (by_pitch * feathered * pitch + flow * mu_z), c1: half * flow };
         TailFlow { balance, tip, density }
     }
 
     /// (3) to (5) with that inflow.
     #[inline]
     pub(crate) fn loads(&self, flow: &TailFlow, lambda: f64) -> TailPoint {
-        let (data, TailFlow { balance: Balance { mu2, mu_z, c0, c1 }, tip, density }) = (&self.data, *flow);
+        let (data, TailFlow { balance: MomentumBalance { mu2, mu_z, c0, c1 }, tip, density }) = (&self.data, *flow);
         let thrust_coefficient = c0 - c1 * lambda;
         let scale = density * tip * tip * self.area;
         let delta = data.drag_0 + data.drag_2 * thrust_coefficient * thrust_coefficient;

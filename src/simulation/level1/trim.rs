@@ -11,7 +11,7 @@
 //! attitudes and blade pitch beyond what the equations hold for ([`MOST_ATTITUDE`], [`MOST_PITCH`]).
 
 use super::aircraft::{Level1, Situation};
-use super::inner::Inner;
+use super::internal_states::InternalStates;
 use crate::flight::control::{CONTROLS, Control};
 use crate::flight::model::Trim;
 use crate::simulation::motion::Motion;
@@ -31,7 +31,7 @@ pub const MOST_PITCH: f64 = 0.6;
 
 /// The flight that is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Condition {
+pub struct TrimCondition {
     /// True airspeed, m/s.
     pub speed: f64,
     /// Climb rate, m/s.
@@ -48,11 +48,11 @@ pub struct Trimmed {
     /// The aircraft.
     pub aircraft: Level1,
     /// The flight that was asked for.
-    pub condition: Condition,
+    pub condition: TrimCondition,
     /// Velocity, attitude and controls.
     pub trim: Trim,
     /// Inner states.
-    pub inner: Inner,
+    pub inner: InternalStates,
     /// Speed at which the governor asks for no torque, rad/s.
     pub datum: f64,
     /// Largest acceleration left, m/s^2 or rad/s^2.
@@ -61,7 +61,7 @@ pub struct Trimmed {
 
 /// Why there is no trim.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum NoTrim {
+pub enum TrimError {
     /// A condition that is none.
     #[error("expected {expected}, found {found}")]
     Condition {
@@ -77,7 +77,7 @@ pub enum NoTrim {
     )]
     NotFound {
         /// The condition.
-        condition: Condition,
+        condition: TrimCondition,
         /// Largest acceleration left.
         left: f64,
     },
@@ -86,10 +86,10 @@ pub enum NoTrim {
         "no trim at {:.2} m/s, climb {:.2} m/s, sideslip {:.3} rad, {:.3} kg/m^3: the inflow of a rotor has no solution there",
         .0.speed, .0.climb, .0.sideslip, .0.density
     )]
-    NoInflow(Condition),
+    NoInflow(TrimCondition),
     /// No attitude gives that sideslip on that path.
     #[error("no trim: a path of {:.2} m/s with climb {:.2} m/s is too steep for a sideslip of {:.3} rad", .0.speed, .0.climb, .0.sideslip)]
-    TooSteep(Condition),
+    TooSteep(TrimCondition),
     /// The rotors take more torque than the governed engine has, or drive it.
     #[error(
         "no trim at {:.2} m/s, climb {:.2} m/s, sideslip {:.3} rad, {:.3} kg/m^3: its rotors take {:.0} N m at their nominal speed, and the engine gives from 0 to {:.0} N m",
@@ -97,7 +97,7 @@ pub enum NoTrim {
     )]
     Torque {
         /// The condition.
-        condition: Condition,
+        condition: TrimCondition,
         /// Torque at the main rotor, N m.
         found: f64,
         /// Its bound.
@@ -110,7 +110,7 @@ pub enum NoTrim {
     )]
     Beyond {
         /// The condition.
-        condition: Condition,
+        condition: TrimCondition,
         /// Which quantity.
         what: &'static str,
         /// Its value.
@@ -126,13 +126,13 @@ type Unknowns = SVector<f64, 6>;
 const UNKNOWNS: [&str; 6] =
     ["a bank of", "a pitch attitude of", "a lon_cyclic of", "a lat_cyclic of", "a collective of", "a pedal of"];
 
-impl Condition {
+impl TrimCondition {
     /// Airspeed flown, m/s: the climb rate where that exceeds the airspeed asked for.
     pub fn airspeed(&self) -> f64 {
         self.speed.max(libm::fabs(self.climb))
     }
 
-    fn check(&self) -> Result<(), NoTrim> {
+    fn check(&self) -> Result<(), TrimError> {
         let ranges = [
             (self.speed, (0.0..=1000.0).contains(&self.speed), "an airspeed from 0 to 1000 m/s"),
             (self.climb, libm::fabs(self.climb) <= 1000.0, "a climb rate from -1000 to 1000 m/s"),
@@ -140,7 +140,7 @@ impl Condition {
             (self.density, (0.1..=1.6).contains(&self.density), "--density from 0.1 to 1.6 kg/m^3"),
         ];
         match ranges.into_iter().find(|(_, good, _)| !good) {
-            Some((found, _, expected)) => Err(NoTrim::Condition { expected, found }),
+            Some((found, _, expected)) => Err(TrimError::Condition { expected, found }),
             None => Ok(()),
         }
     }
@@ -177,9 +177,9 @@ impl Condition {
     }
 
     /// On the way from `other` (part 0) to here (part 1).
-    fn between(&self, other: &Condition, part: f64) -> Condition {
+    fn between(&self, other: &TrimCondition, part: f64) -> TrimCondition {
         let mix = |from: f64, to: f64| from + part * (to - from);
-        Condition {
+        TrimCondition {
             speed: mix(other.speed, self.speed),
             climb: mix(other.climb, self.climb),
             sideslip: mix(other.sideslip, self.sideslip),
@@ -192,8 +192,8 @@ impl Level1 {
     /// The trim at that condition, from a cold start.
     ///
     /// # Errors
-    /// [`NoTrim`] where the condition is none, no trim is found, or one only beyond what equations or engine hold for.
-    pub fn trim(&self, condition: Condition) -> Result<Trimmed, NoTrim> {
+    /// [`TrimError`] where the condition is none, no trim is found, or one only beyond what equations or engine hold for.
+    pub fn trim(&self, condition: TrimCondition) -> Result<Trimmed, TrimError> {
         condition.check()?;
         let cold = Unknowns::from([0.0, 0.0, 0.0, 0.0, 0.2, 0.0]);
         let (mut found, mut left) = self.newton(&condition, cold);
@@ -202,43 +202,43 @@ impl Level1 {
         }
         if left == f64::INFINITY {
             let has_velocity = condition.velocity(0.0, 0.0).is_some();
-            return Err(if has_velocity { NoTrim::NoInflow(condition) } else { NoTrim::TooSteep(condition) });
+            return Err(if has_velocity { TrimError::NoInflow(condition) } else { TrimError::TooSteep(condition) });
         }
         if !(left < TOLERANCE) {
-            return Err(NoTrim::NotFound { condition, left });
+            return Err(TrimError::NotFound { condition, left });
         }
         for (place, (what, &value)) in UNKNOWNS.into_iter().zip(found.iter()).enumerate() {
             let most = if place < 2 { MOST_ATTITUDE } else { MOST_PITCH };
             if !(libm::fabs(value) <= most) {
-                return Err(NoTrim::Beyond { condition, what, found: value, most });
+                return Err(TrimError::Beyond { condition, what, found: value, most });
             }
         }
         let [phi, theta, controls @ ..] = <[f64; 6]>::from(found);
-        let velocity = condition.velocity(phi, theta).ok_or(NoTrim::TooSteep(condition))?;
+        let velocity = condition.velocity(phi, theta).ok_or(TrimError::TooSteep(condition))?;
         let [u, v, w] = velocity;
         let rotor_speed = self.main_rotor.speed;
         let trim = Trim { u, v, w, phi, theta, rotor_speed: Some(rotor_speed), controls };
         let response = self.respond(&situation(velocity, [0.0; 3], controls, rotor_speed, condition.density));
         let (found, most) = (response.torque, self.engine.most());
         if self.options.governed && !(found >= 0.0 && found <= most) {
-            return Err(NoTrim::Torque { condition, found, most });
+            return Err(TrimError::Torque { condition, found, most });
         }
-        let inner = Inner {
+        let inner = InternalStates {
             flap: response.flap,
             inflow: response.inflow,
             rotor_speed,
             torque: response.torque,
             blade: controls,
-            ..Inner::default()
+            ..InternalStates::default()
         };
         let datum = rotor_speed + response.torque / self.engine.gain(rotor_speed);
         Ok(Trimmed { aircraft: self.clone(), condition, trim, inner, datum, residual: left })
     }
 
     /// Conditions from hover to the one that is asked for, in steps that shrink where one fails.
-    fn along_a_path(&self, condition: &Condition, cold: Unknowns) -> Option<(Unknowns, f64)> {
+    fn along_a_path(&self, condition: &TrimCondition, cold: Unknowns) -> Option<(Unknowns, f64)> {
         const SHORTEST: f64 = 1e-3;
-        let hover = Condition { speed: 0.0, climb: 0.0, sideslip: 0.0, density: condition.density };
+        let hover = TrimCondition { speed: 0.0, climb: 0.0, sideslip: 0.0, density: condition.density };
         let (mut state, left) = self.newton(&hover, cold);
         if !(left < TOLERANCE) {
             return None;
@@ -261,7 +261,7 @@ impl Level1 {
     }
 
     /// Newton's method from that state; gives the state with the smallest accelerations, and the largest of those.
-    fn newton(&self, condition: &Condition, start: Unknowns) -> (Unknowns, f64) {
+    fn newton(&self, condition: &TrimCondition, start: Unknowns) -> (Unknowns, f64) {
         const ITERATIONS: usize = 60;
         const DIFFERENCE: f64 = 1e-6;
         const LONGEST: f64 = 0.2;
@@ -306,7 +306,7 @@ impl Level1 {
     }
 
     /// The six accelerations that a trim makes vanish; `None` where the condition has no such attitude.
-    fn accelerations(&self, condition: &Condition, state: &Unknowns) -> Option<SVector<f64, 6>> {
+    fn accelerations(&self, condition: &TrimCondition, state: &Unknowns) -> Option<SVector<f64, 6>> {
         let [phi, theta, controls @ ..] = <[f64; 6]>::from(*state);
         let velocity = condition.velocity(phi, theta)?;
         let response = self.respond(&situation(velocity, [0.0; 3], controls, self.main_rotor.speed, condition.density));

@@ -11,7 +11,7 @@ mod processor_clock;
 
 use processor_clock::Clock;
 use sideslip::flight::control::Control;
-use sideslip::simulation::flight_model::{Asked, FlightModel};
+use sideslip::simulation::flight_model::{FlightModel, FlightRequest};
 use sideslip::simulation::fly::{Flight, uniform_times};
 use sideslip::simulation::input::InputSpec;
 use std::hint::black_box;
@@ -23,7 +23,7 @@ const FLIGHT_S: f64 = 20.0;
 const MEASURED_S: f64 = 2.0;
 
 fn main() {
-    let model = FlightModel::puma(&Asked::default()).unwrap();
+    let model = FlightModel::puma(&FlightRequest::default()).unwrap();
     let mut flight = Flight { times_s: uniform_times(0.0, FLIGHT_S, 256.0).unwrap(), ..model.flight() };
     let pedal = &mut flight.inputs.controls[Control::Pedal.index()];
     *pedal = pedal.plus(1.0, &InputSpec::parse("pedal:3211:0.01:0.7").unwrap().deviation(1.0));

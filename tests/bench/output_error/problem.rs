@@ -1,6 +1,6 @@
 //! The problem that is timed: 17 derivatives of a lateral model from 30 s at 100 Hz, 4 states, 2 inputs, 5 outputs.
 
-use sideslip::regression::output_error::{Entry, Own, Parameter, Record, Structure, predict};
+use sideslip::postflight::output_error::{FitParameter, InputOutputRecord, MatrixEntry, ModelStructure, RunParameters, predict};
 
 /// Names and true values, SI and radians.
 pub(crate) const TRUTH: [(&str, f64); 17] = [
@@ -29,13 +29,13 @@ const INTERVAL_S: f64 = 0.01;
 const NOISE: [f64; 5] = [0.002, 0.004, 0.002, 0.002, 0.03];
 
 /// States beta, p, r, phi; inputs aileron, rudder.
-pub(crate) fn structure() -> Structure {
+pub(crate) fn structure() -> ModelStructure {
     let name = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
-    let free = Entry::free;
-    let fixed = Entry::fixed;
-    let yaw = Entry { fixed: -1.0, terms: vec![(2, 1.0)] };
+    let free = MatrixEntry::free;
+    let fixed = MatrixEntry::fixed;
+    let yaw = MatrixEntry { fixed: -1.0, terms: vec![(2, 1.0)] };
     let unit = |at: usize| (0..4).map(|i| fixed(f64::from(u8::from(i == at)))).collect::<Vec<_>>();
-    Structure {
+    ModelStructure {
         states: name(&["beta", "p", "r", "phi"]),
         inputs: name(&["aileron", "rudder"]),
         outputs: name(&["beta", "p", "r", "phi", "ay"]),
@@ -55,23 +55,23 @@ pub(crate) fn structure() -> Structure {
 }
 
 /// The truth, begun away from it as a regression might: each off by up to 30 %.
-pub(crate) fn parameters() -> Vec<Parameter> {
+pub(crate) fn parameters() -> Vec<FitParameter> {
     let off = |j: usize| 1.0 + 0.3 * libm::sin(2.3 * j as f64 + 1.0);
     let named = TRUTH.iter().enumerate();
-    named.map(|(j, (name, value))| Parameter { name: (*name).to_owned(), start: value * off(j), prior: None }).collect()
+    named.map(|(j, (name, value))| FitParameter { name: (*name).to_owned(), start: value * off(j), prior: None }).collect()
 }
 
 /// Doublet on the aileron and 3211 on the rudder with their edges rounded by sampling, then white noise on the outputs.
-pub(crate) fn record() -> Record {
+pub(crate) fn record() -> InputOutputRecord {
     let times_s: Vec<f64> = (0..SAMPLES).map(|k| k as f64 * INTERVAL_S).collect();
     let steps = |edges: &[(f64, f64)], t: f64| edges.iter().rev().find(|(from, _)| t >= *from).map_or(0.0, |(_, value)| *value);
     let rudder = [(1.0, 0.05), (3.1, -0.05), (4.5, 0.05), (5.2, -0.05), (5.9, 0.0), (20.0, 0.03), (21.0, -0.03), (22.0, 0.0)];
     let aileron = [(10.0, 0.04), (11.5, -0.04), (13.0, 0.0), (16.0, -0.03), (17.0, 0.03), (18.0, 0.0)];
     let inputs =
         vec![times_s.iter().map(|&t| steps(&aileron, t)).collect(), times_s.iter().map(|&t| steps(&rudder, t)).collect()];
-    let mut record = Record { times_s, inputs, outputs: vec![vec![f64::NAN; SAMPLES]; 5] };
+    let mut record = InputOutputRecord { times_s, inputs, outputs: vec![vec![f64::NAN; SAMPLES]; 5] };
     let theta: Vec<f64> = TRUTH.iter().map(|(_, value)| *value).collect();
-    let own = Own { initial_state: vec![0.0; 4], state_bias: vec![0.0; 4], output_bias: vec![0.0; 5] };
+    let own = RunParameters { initial_state: vec![0.0; 4], state_bias: vec![0.0; 4], output_bias: vec![0.0; 5] };
     record.outputs = predict(&structure(), &theta, &[], &record, &own).unwrap();
     let mut seed = 0x2545_f491_4f6c_dd1d_u64;
     let mut uniform = || {

@@ -11,7 +11,7 @@ mod problem;
 mod processor_clock;
 
 use processor_clock::Clock;
-use sideslip::regression::output_error::{Settings, fit};
+use sideslip::postflight::output_error::{FitSettings, fit};
 use std::fmt::Write as _;
 use std::hint::black_box;
 use std::time::Instant;
@@ -31,7 +31,7 @@ fn main() {
         }
         std::fs::write(path, text).unwrap();
     }
-    let settings = Settings::default();
+    let settings = FitSettings::default();
     let records = [record];
     let once = || fit(black_box(&structure), &parameters, &[], black_box(&records), &settings).unwrap();
     let fitted = once();

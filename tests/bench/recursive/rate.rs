@@ -6,7 +6,7 @@
 #![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark stops where its data are wrong, and prints")]
 
 use sideslip::num::sweep::Swept;
-use sideslip::regression::information::Information;
+use sideslip::realtime::regression::information::Information;
 use std::fmt::Write;
 use std::hint::black_box;
 use std::time::Instant;

@@ -5,11 +5,11 @@
 
 #![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark stops where its data are wrong, and prints")]
 
-use sideslip::regression::structure::design::{Bias, Candidate, Design};
-use sideslip::regression::structure::expression::Expression;
-use sideslip::regression::structure::stepwise::{Rules, select};
-use sideslip::regression::structure::subset::best_subsets;
-use sideslip::regression::structure::table::Table;
+use sideslip::postflight::equation_error::design::{Bias, CandidateTerm, Design};
+use sideslip::postflight::equation_error::expression::Expression;
+use sideslip::postflight::equation_error::stepwise::{StepwiseRules, select};
+use sideslip::postflight::equation_error::subset::best_subsets;
+use sideslip::postflight::equation_error::table::RegressionTable;
 use std::fmt::Write;
 use std::hint::black_box;
 use std::time::Instant;
@@ -66,12 +66,12 @@ fn main() {
     }
     let borrowed: Vec<(&str, &[f64])> = columns.iter().map(|(name, values)| (name.as_str(), values.as_slice())).collect();
     let time_s: Vec<f64> = (0..ROWS).map(|k| 0.04 * k as f64).collect();
-    let mut table = Table::new();
+    let mut table = RegressionTable::new();
     table.add_record(&time_s, &borrowed).unwrap();
-    let candidates: Vec<Candidate> = (0..CANDIDATES).map(|j| Candidate::offered(&format!("x{j}")).unwrap()).collect();
+    let candidates: Vec<CandidateTerm> = (0..CANDIDATES).map(|j| CandidateTerm::offered(&format!("x{j}")).unwrap()).collect();
     let (response, mask) = (Expression::parse("y").unwrap(), table.whole());
     let design = || Design::new(black_box(&table), &response, &candidates, &mask, Bias::Shared).unwrap();
-    let rules = Rules::for_candidates(CANDIDATES);
+    let rules = StepwiseRules::for_candidates(CANDIDATES);
     let found = best_subsets(&design()).unwrap();
     let selection = select(&design(), &rules).unwrap();
     println!("design_us {:.1}", median(|| drop(black_box(design()))));

@@ -1,14 +1,16 @@
 //! The answer in words at the head of the page, and at its foot what the data cannot tell.
 
-use super::super::{Answer, Flights};
-use super::words;
-use sideslip::diagnosis::diagnose::{Finding, Ranked};
-use sideslip::diagnosis::explain::{class, manoeuvre, statement, unknown};
-use sideslip::diagnosis::gain::Judged;
-use sideslip::outputs::page::escaped;
+use crate::command::diagnose::page::words;
+use crate::command::diagnose::{Answer, Flights};
+use sideslip::io::outputs::html::page::escaped;
+use sideslip::io::outputs::words::cause_sentence::{manoeuvre, statement, unknown};
+use sideslip::io::outputs::words::set_aside::reason;
+use sideslip::postflight::diagnosis::diagnose::Finding;
+use sideslip::postflight::diagnosis::record::RankedCause;
+use sideslip::postflight::validation::improvement::ImprovementVerdict;
 use std::fmt::Write;
 
-/// One sentence a cause, with what else it may be, and what it is worth on runs kept back.
+/// One sentence a cause, with what else it may be, and its improvement on hold-out runs.
 pub(super) fn section(page: &mut String, answer: &Answer) {
     let diagnosis = &answer.diagnosis;
     page.push_str("<section class=\"answer\">\n");
@@ -36,14 +38,14 @@ pub(super) fn section(page: &mut String, answer: &Answer) {
 }
 
 /// The sentence that the terminal says, too.
-pub(super) fn said(answer: &Answer, one: &Ranked) -> String {
+pub(super) fn said(answer: &Answer, one: &RankedCause) -> String {
     words(&statement(one, answer.model.linear(), answer.controls))
 }
 
 fn cause(page: &mut String, answer: &Answer, finding: &Finding) {
     let probability = finding.cause.probability;
     let _ = write!(page, "<li><span class=\"cause\">{}</span> (probability {probability:.2})", said(answer, &finding.cause));
-    let class = class(finding);
+    let class = finding.plausible();
     if let [first, second, ..] = class.as_slice() {
         page.push_str("<br>These data do not rule out:<ul>");
         for rival in class.iter().skip(1) {
@@ -56,7 +58,7 @@ fn cause(page: &mut String, answer: &Answer, finding: &Finding) {
     page.push_str("</li>\n");
 }
 
-/// What the runs that were kept back make of it.
+/// The improvement on the hold-out runs.
 fn worth(page: &mut String, answer: &Answer) {
     let diagnosis = &answer.diagnosis;
     let Some(pooled) = diagnosis.gain.as_ref().and_then(|(gain, _)| gain.pooled.as_ref()) else {
@@ -69,10 +71,10 @@ fn worth(page: &mut String, answer: &Answer) {
         return;
     }
     let [low, high] = pooled.ratio.interval;
-    let judged = match pooled.ratio.judged() {
-        Judged::Gain => "a gain",
-        Judged::NoGain => "no gain",
-        Judged::Loss => "worse",
+    let judged = match pooled.ratio.verdict() {
+        ImprovementVerdict::Gain => "a gain",
+        ImprovementVerdict::NoGain => "no gain",
+        ImprovementVerdict::Loss => "worse",
     };
     let _ = write!(
         page,
@@ -91,7 +93,7 @@ pub(super) fn limits(page: &mut String, answer: &Answer, flights: &Flights<'_>) 
     let diagnosis = &answer.diagnosis;
     page.push_str("<h2>What these data cannot tell</h2>\n<ul class=\"limits\">\n");
     for (run, why) in &diagnosis.set_aside {
-        let _ = writeln!(page, "<li>{} was set aside: {}.</li>", escaped(run), escaped(&why.to_string()));
+        let _ = writeln!(page, "<li>{} was set aside: {}.</li>", escaped(run), escaped(&reason(why)));
     }
     if !diagnosis.off_trim.is_empty() {
         let names: Vec<&str> = diagnosis.off_trim.iter().map(|channel| channel.name(answer.controls)).collect();
@@ -109,11 +111,11 @@ pub(super) fn limits(page: &mut String, answer: &Answer, flights: &Flights<'_>) 
          <li>Probabilities are among the effects that a model file can have; where none of them fits, the answer is unknown.</li>"
     );
     for finding in &diagnosis.findings {
-        if class(finding).len() > 1 {
+        if finding.plausible().len() > 1 {
             let _ = writeln!(
                 page,
                 "<li>Which of {} it is, of the cause: {}.</li>",
-                class(finding).len(),
+                finding.plausible().len(),
                 said(answer, &finding.cause)
             );
         }

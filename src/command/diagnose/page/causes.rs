@@ -1,12 +1,12 @@
-//! Each cause's evidence: the residual against what the cause says that it goes with, and how it ranks among its rivals.
+//! Each cause's evidence: the residual over its regressor, and how it ranks among its rivals.
 
-use super::super::Answer;
 use super::answer::said;
-use super::{axis_unit, curve, plot, variable_unit};
-use sideslip::diagnosis::against::{Against, MEAN_S, On, Regressor};
-use sideslip::diagnosis::companions::Signal;
-use sideslip::diagnosis::diagnose::Ranked;
-use sideslip::outputs::chart::{ChartError, Figure, Mark, Marks, Panel};
+use crate::command::diagnose::Answer;
+use crate::command::diagnose::page::{axis_unit, curve, plot, variable_unit};
+use sideslip::io::outputs::charts::chart::{ChartError, Figure, Mark, Marks, Panel};
+use sideslip::postflight::diagnosis::evidence::regressor_plot::{MEAN_S, Ordinate, Regressor, RegressorPlot};
+use sideslip::postflight::diagnosis::evidence::residual_coherence::Signal;
+use sideslip::postflight::diagnosis::record::RankedCause;
 use std::fmt::Write;
 
 /// Rivals that are drawn.
@@ -20,8 +20,8 @@ pub(super) fn section(page: &mut String, answer: &Answer) -> Result<(), ChartErr
     let diagnosis = &answer.diagnosis;
     for (place, finding) in diagnosis.findings.iter().enumerate() {
         let _ = writeln!(page, "<h2>Evidence for cause {}</h2>\n<p>{}</p>", place + 1, said(answer, &finding.cause));
-        if let Some(against) = &finding.against {
-            scatter(page, answer, against)?;
+        if let Some(plot_data) = &finding.regressor_plot {
+            scatter(page, answer, plot_data)?;
         }
         ranking(page, answer, &finding.ranking);
     }
@@ -33,7 +33,7 @@ pub(super) fn section(page: &mut String, answer: &Answer) -> Result<(), ChartErr
 }
 
 /// Log odds as bars.
-fn ranking(page: &mut String, answer: &Answer, ranking: &[Ranked]) {
+fn ranking(page: &mut String, answer: &Answer, ranking: &[RankedCause]) {
     let most = ranking.iter().map(|one| libm::fabs(one.odds)).fold(1e-9, f64::max);
     page.push_str(
         "<h3>Ranking</h3>\n<p class=\"faint\">Bars: logarithm of the odds against no cause, which charges every cause for its \
@@ -56,13 +56,13 @@ fn ranking(page: &mut String, answer: &Answer, ranking: &[Ranked]) {
     page.push_str("</table></div>\n");
 }
 
-fn scatter(page: &mut String, answer: &Answer, against: &Against) -> Result<(), ChartError> {
+fn scatter(page: &mut String, answer: &Answer, plot_data: &RegressorPlot) -> Result<(), ChartError> {
     let names = answer.controls;
-    let (y, unit) = match against.on {
-        On::Axis(axis) => (format!("residual {}", axis.name()), axis_unit(axis)),
-        On::Channel(channel) => (format!("{}, read less expected", channel.name(names)), channel.si_unit()),
+    let (y, unit) = match plot_data.ordinate {
+        Ordinate::Axis(axis) => (format!("residual {}", axis.name()), axis_unit(axis)),
+        Ordinate::Channel(channel) => (format!("{}, read less expected", channel.name(names)), channel.si_unit()),
     };
-    let x = match against.regressor {
+    let x = match plot_data.regressor {
         Regressor::Signal(Signal::Of(variable)) => {
             format!("{}, deviation from trim, {}", variable.name(names), variable_unit(variable))
         }
@@ -74,8 +74,8 @@ fn scatter(page: &mut String, answer: &Answer, against: &Against) -> Result<(), 
         Regressor::Added => format!("what the cause adds, {unit}"),
         Regressor::Time => "time, s".to_owned(),
     };
-    let (low, high) = range(&against.before);
-    let (at_zero, slope) = against.line;
+    let (low, high) = range(&plot_data.before);
+    let (at_zero, slope) = plot_data.line;
     let line = vec![(low, at_zero + slope * low), (high, at_zero + slope * high)];
     let _ = writeln!(
         page,
@@ -84,8 +84,8 @@ fn scatter(page: &mut String, answer: &Answer, against: &Against) -> Result<(), 
          and the right one on zero.</p>\n<div class=\"side\">"
     );
     for (title, points, name, line) in [
-        ("Without the cause", &against.before, "the cause's line", line),
-        ("With the cause", &against.after, "zero", vec![(low, 0.0), (high, 0.0)]),
+        ("Without the cause", &plot_data.before, "the cause's line", line),
+        ("With the cause", &plot_data.after, "zero", vec![(low, 0.0), (high, 0.0)]),
     ] {
         let panel = Panel { title: title.to_owned(), x: x.clone(), y: format!("{y}, {unit}"), curves: vec![curve(name, line)] };
         let dot = |&point: &(f64, f64)| Mark { point, either_way: 0.0 };

@@ -1,16 +1,16 @@
 //! Every run, measured and flown free by both models, in the channels that matter, the controls that moved beneath.
 
-use super::super::super::free_run_curves::{controls, overlay};
-use super::super::{Answer, Flights};
-use super::plot;
-use sideslip::diagnosis::against::On;
-use sideslip::diagnosis::diagnose::Recorded;
-use sideslip::diagnosis::free_run::{Prediction, Run, predict};
+use crate::command::diagnose::page::plot;
+use crate::command::diagnose::{Answer, Flights};
+use crate::command::recordings::free_run_curves::{controls, overlay};
 use sideslip::error::Failure;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::effect::Effect;
-use sideslip::outputs::chart::{Curve, Figure, Panel};
-use sideslip::outputs::page::escaped;
+use sideslip::io::outputs::charts::chart::{Curve, Figure, Panel};
+use sideslip::io::outputs::html::page::escaped;
+use sideslip::postflight::diagnosis::data::run::RecordedRun;
+use sideslip::postflight::diagnosis::evidence::regressor_plot::Ordinate;
+use sideslip::postflight::validation::free_run::{FreeRunPrediction, ValidationRun, predict};
 use std::fmt::Write;
 
 /// Channels that are drawn.
@@ -24,10 +24,10 @@ const MOVES: f64 = 0.2;
 
 /// A run with both predictions.
 struct Shown<'r> {
-    run: &'r Recorded,
+    run: &'r RecordedRun,
     how: &'static str,
-    before: Prediction,
-    after: Prediction,
+    before: FreeRunPrediction,
+    after: FreeRunPrediction,
 }
 
 pub(super) fn section(page: &mut String, answer: &Answer, flights: &Flights<'_>) -> Result<(), Failure> {
@@ -35,10 +35,10 @@ pub(super) fn section(page: &mut String, answer: &Answer, flights: &Flights<'_>)
     let own = answer.model.file.own_effects();
     let found: Vec<Effect> = answer.diagnosis.findings.iter().map(|finding| finding.cause.effect).collect();
     let all: Vec<Effect> = own.iter().chain(&found).copied().collect();
-    let set_aside = |run: &&Recorded| !answer.diagnosis.set_aside.iter().any(|(name, _)| *name == run.name);
+    let set_aside = |run: &&RecordedRun| !answer.diagnosis.set_aside.iter().any(|(name, _)| *name == run.name);
     let mut not_flown = Vec::new();
     for run in flights.fit.iter().filter(set_aside) {
-        let flown = Run::of(&run.samples, &run.geometry);
+        let flown = ValidationRun::of(&run.samples, &run.geometry);
         match (predict(&answer.model, &own, &flown), predict(&answer.model, &all, &flown)) {
             (Ok(before), Ok(after)) => shown.push(Shown { run, how: "looked at", before, after }),
             (Err(why), _) | (_, Err(why)) => not_flown.push((run, why)),
@@ -96,9 +96,9 @@ fn channels(answer: &Answer, shown: &[Shown<'_>], extended: bool) -> Vec<Channel
     }
     scores.sort_by(|a, b| b.1.total_cmp(&a.1));
     // What an instrument gets wrong is shown on what it reads, however small it is there.
-    let own = answer.diagnosis.findings.iter().filter_map(|finding| match finding.against.as_ref()?.on {
-        On::Channel(channel) => Some(channel),
-        On::Axis(_) => None,
+    let own = answer.diagnosis.findings.iter().filter_map(|finding| match finding.regressor_plot.as_ref()?.ordinate {
+        Ordinate::Channel(channel) => Some(channel),
+        Ordinate::Axis(_) => None,
     });
     let mut channels: Vec<Channel> = Vec::new();
     for channel in own.chain(scores.into_iter().map(|(channel, _)| channel)) {
@@ -112,7 +112,7 @@ fn channels(answer: &Answer, shown: &[Shown<'_>], extended: bool) -> Vec<Channel
 
 fn panels(answer: &Answer, one: &Shown<'_>, channels: &[Channel], extended: bool) -> Vec<Panel> {
     let names = one.run.geometry.controls;
-    let mut predictions: Vec<(&str, &Prediction)> = vec![("model as given", &one.before)];
+    let mut predictions: Vec<(&str, &FreeRunPrediction)> = vec![("model as given", &one.before)];
     if extended {
         predictions.push((if answer.extension.is_empty() { "with the causes" } else { "model extended" }, &one.after));
     }

@@ -1,11 +1,12 @@
-//! What the causes gain on runs kept back, channel by channel, and where the roots go.
+//! Improvement on hold-out runs, channel by channel, and the roots of both models.
 
-use super::super::json::{judged, modes};
-use super::super::{Answer, Flights};
-use super::{curve, plot};
-use sideslip::diagnosis::gain::{Estimate, Gain, Judged};
-use sideslip::flight::effect_file::DeclaredEffect;
-use sideslip::outputs::chart::{ChartError, Figure, Mark, Marks, Panel};
+use crate::command::diagnose::page::{curve, plot};
+use crate::command::diagnose::roots::modes;
+use crate::command::diagnose::verdict::judged;
+use crate::command::diagnose::{Answer, Flights};
+use sideslip::flight::file::effect_file::DeclaredEffect;
+use sideslip::io::outputs::charts::chart::{ChartError, Figure, Mark, Marks, Panel};
+use sideslip::postflight::validation::improvement::{Improvement, ImprovementVerdict, IntervalEstimate};
 use std::fmt::Write;
 
 pub(super) fn section(page: &mut String, answer: &Answer, flights: &Flights<'_>) -> Result<(), ChartError> {
@@ -31,18 +32,18 @@ fn number(value: f64) -> String {
 }
 
 /// A number and its interval.
-fn with_interval(one: &Estimate) -> String {
+fn with_interval(one: &IntervalEstimate) -> String {
     let [low, high] = one.interval;
     format!("{} <span class=\"interval\">[{}, {}]</span>", number(one.value), number(low), number(high))
 }
 
 /// The same within a sentence.
-fn in_line(one: &Estimate) -> String {
+fn in_line(one: &IntervalEstimate) -> String {
     let [low, high] = one.interval;
     format!("{} [{}, {}]", number(one.value), number(low), number(high))
 }
 
-fn channels(page: &mut String, answer: &Answer, gain: &Gain, runs: usize) {
+fn channels(page: &mut String, answer: &Answer, gain: &Improvement, runs: usize) {
     let _ = writeln!(
         page,
         "<p class=\"faint\">Free runs, {runs} kept back; in brackets 95 % of the moving-block bootstrap. Theil's coefficient: 0 perfect \
@@ -50,10 +51,10 @@ fn channels(page: &mut String, answer: &Answer, gain: &Gain, runs: usize) {
          <table class=\"gain\"><tr><th class=\"words\">channel</th><th class=\"words\">unit</th><th>noise</th><th>rms before</th>\
          <th>rms after</th><th>Theil before</th><th>after</th><th>VAF before</th><th>after</th><th>rms ratio</th></tr>"
     );
-    let class = |ratio: &Estimate| match ratio.judged() {
-        Judged::Gain => " class=\"better\"",
-        Judged::NoGain => "",
-        Judged::Loss => " class=\"worse\"",
+    let class = |ratio: &IntervalEstimate| match ratio.verdict() {
+        ImprovementVerdict::Gain => " class=\"better\"",
+        ImprovementVerdict::NoGain => "",
+        ImprovementVerdict::Loss => " class=\"worse\"",
     };
     for one in &gain.channels {
         let _ = write!(
@@ -80,7 +81,7 @@ fn channels(page: &mut String, answer: &Answer, gain: &Gain, runs: usize) {
                 in_line(before),
                 in_line(after),
                 in_line(&pooled.ratio),
-                judged(pooled.ratio.judged())
+                judged(pooled.ratio.verdict())
             );
         }
     }

@@ -9,11 +9,11 @@ mod flights;
 mod gained;
 mod residuals;
 
-use super::{Answer, Flights};
+use crate::command::diagnose::{Answer, Flights};
 use sideslip::error::Failure;
 use sideslip::flight::derivative::{Axis, Variable};
-use sideslip::outputs::chart::{ChartError, Curve, Figure, Marks, Panel, figure};
-use sideslip::outputs::page::{FOOT, escaped, head};
+use sideslip::io::outputs::charts::chart::{ChartError, Curve, Figure, Marks, Panel, figure};
+use sideslip::io::outputs::html::page::{FOOT, escaped, head};
 use std::fmt::Write;
 
 /// The page.
@@ -22,7 +22,7 @@ pub(super) fn text(answer: &Answer, flights: &Flights<'_>) -> Result<String, Fai
     let name = format!("Diagnosis of {}", answer.model.file.name);
     let mut page = head(&name);
     let _ = writeln!(page, "<h1>{}</h1>", escaped(&name));
-    let names = |runs: &[sideslip::diagnosis::diagnose::Recorded]| {
+    let names = |runs: &[sideslip::postflight::diagnosis::data::run::RecordedRun]| {
         runs.iter().map(|run| escaped(&run.name)).collect::<Vec<_>>().join(", ")
     };
     let kept = if flights.holdout.is_empty() { "none".to_owned() } else { names(flights.holdout) };
@@ -69,9 +69,11 @@ fn variable_unit(variable: Variable) -> &'static str {
 /// The axes that the answer is about, or where nothing is found the one whose residual stands highest over its noise.
 fn axes_at_stake(answer: &Answer) -> Vec<Axis> {
     let diagnosis = &answer.diagnosis;
-    let of_cause = diagnosis.findings.iter().filter_map(|finding| match finding.against.as_ref()?.on {
-        sideslip::diagnosis::against::On::Axis(axis) => Some(axis),
-        sideslip::diagnosis::against::On::Channel(_) => sideslip::diagnosis::screen::acts_on(&finding.cause.effect),
+    let of_cause = diagnosis.findings.iter().filter_map(|finding| match finding.regressor_plot.as_ref()?.ordinate {
+        sideslip::postflight::diagnosis::evidence::regressor_plot::Ordinate::Axis(axis) => Some(axis),
+        sideslip::postflight::diagnosis::evidence::regressor_plot::Ordinate::Channel(_) => {
+            sideslip::postflight::diagnosis::search::score_test::acts_on(&finding.cause.effect)
+        }
     });
     let mut axes: Vec<Axis> = diagnosis.unknown.iter().map(|unknown| unknown.axis).chain(of_cause).collect();
     let over_noise = |axis: &Axis| {

@@ -1,11 +1,11 @@
-//! Residuals of every axis: size, spectrum before and after against noise, and what they go with.
+//! Residuals of every axis: size, spectrum before and after against noise, and the signals that they correlate with.
 
-use super::super::Answer;
-use super::{axes_at_stake, axis_unit, curve, plot};
-use sideslip::diagnosis::companions::{CHANCE, Companions, Together};
+use crate::command::diagnose::Answer;
+use crate::command::diagnose::page::{axes_at_stake, axis_unit, curve, plot};
 use sideslip::flight::derivative::Axis;
-use sideslip::outputs::chart::{ChartError, Curve, Figure, Panel};
-use sideslip::outputs::page::escaped;
+use sideslip::io::outputs::charts::chart::{ChartError, Curve, Figure, Panel};
+use sideslip::io::outputs::html::page::escaped;
+use sideslip::postflight::diagnosis::evidence::residual_coherence::{AxisSpectrum, CHANCE, DominantSignal};
 use std::fmt::Write;
 
 /// Signals whose coherence is drawn.
@@ -21,7 +21,7 @@ pub(super) fn section(page: &mut String, answer: &Answer) -> Result<(), ChartErr
     let rest = Axis::ALL.into_iter().filter(|axis| !at_stake.contains(axis));
     page.push_str("<div class=\"side\">\n");
     for axis in at_stake.iter().copied().chain(rest) {
-        let Some(own) = answer.diagnosis.companions.iter().find(|own| own.axis == axis) else { continue };
+        let Some(own) = answer.diagnosis.spectra.iter().find(|own| own.axis == axis) else { continue };
         spectrum(page, own)?;
         if at_stake.contains(&axis) {
             coherence(page, answer, own, false)?;
@@ -39,13 +39,13 @@ fn table(page: &mut String, answer: &Answer) {
          <th class=\"words\">after</th></tr>\n",
     );
     for one in &answer.diagnosis.discrepancy {
-        let own = answer.diagnosis.companions.iter().find(|own| own.axis == one.axis);
+        let own = answer.diagnosis.spectra.iter().find(|own| own.axis == one.axis);
         let with = |after: bool| {
-            let said = |one: Together| {
+            let said = |one: DominantSignal| {
                 let (low, high) = one.band_hz;
                 format!("{} ({:.2}, {low:.2}-{high:.2} Hz)", one.signal.name(answer.controls), one.coherence)
             };
-            own.and_then(|own| own.together(after)).map_or("nothing".to_owned(), said)
+            own.and_then(|own| own.dominant_signal(after)).map_or("nothing".to_owned(), said)
         };
         let explained = if one.rms > 0.2 * one.noise { format!("{:.0} %", 100.0 * one.explained) } else { "-".to_owned() };
         let _ = writeln!(
@@ -66,7 +66,7 @@ fn table(page: &mut String, answer: &Answer) {
     page.push_str("</table></div>\n");
 }
 
-fn spectrum(page: &mut String, own: &Companions) -> Result<(), ChartError> {
+fn spectrum(page: &mut String, own: &AxisSpectrum) -> Result<(), ChartError> {
     let axis = own.axis.name();
     let line = |name: &str, density: &[f64]| {
         let points = own.hz.iter().zip(density).filter(|(_, density)| **density > 0.0);
@@ -88,15 +88,15 @@ fn spectrum(page: &mut String, own: &Companions) -> Result<(), ChartError> {
     plot(page, &panel, &[], &Figure { powers: true, reach, ..Figure::OF_A_PAGE })
 }
 
-/// The signals that the residual goes with most.
-fn coherence(page: &mut String, answer: &Answer, own: &Companions, after: bool) -> Result<(), ChartError> {
+/// The signals of largest coherence with the residual.
+fn coherence(page: &mut String, answer: &Answer, own: &AxisSpectrum, after: bool) -> Result<(), ChartError> {
     let (first, last) = (own.hz.first().copied().unwrap_or(0.0), own.hz.last().copied().unwrap_or(1.0));
     let mut signals: Vec<(f64, Curve)> = own
         .signals
         .iter()
         .map(|one| {
             let (values, power) = if after { (&one.after, &own.after) } else { (&one.before, &own.before) };
-            // By how much of the residual's power goes with it.
+            // By the share of the residual's power that is coherent with it.
             let carried = values.iter().zip(power).map(|(value, power)| value * power).sum();
             (carried, curve(one.signal.name(answer.controls), own.hz.iter().copied().zip(values.iter().copied()).collect()))
         })

@@ -1,0 +1,38 @@
+//! A recording as columns.
+
+use crate::command::recordings::recording_losses::losses;
+use crate::command::recordings::run_head::head_of;
+use sideslip::error::Failure;
+use sideslip::flight::file::log_head::ColumnTarget;
+use sideslip::io::telemetry::mavlink::mapping::MavlinkConfig as Mapping;
+use sideslip::io::telemetry::recording::Recording;
+use sideslip::postflight::identification::columns::Columns;
+use std::path::Path;
+
+/// Reads a run: its columns, and what of it was lost, a sentence each.
+pub(super) fn read_columns(
+    file: &Path,
+    overrides: &[String],
+    mapping: &Mapping,
+    trim_window_s: f64,
+) -> Result<(Columns, Vec<String>), Failure> {
+    let mut recording = Recording::open_with(file, mapping)?;
+    let (info, head) = head_of(file, &recording, overrides)?;
+    let targets = head.targets();
+    let mut columns: Vec<(String, Vec<f64>)> = head.channels.iter().map(|(name, _)| (name.clone(), Vec::new())).collect();
+    let mut times_s = Vec::new();
+    while let Some(row) = recording.next_row()? {
+        times_s.push(row.sample.time_s);
+        for ((_, values), target) in columns.iter_mut().zip(&targets) {
+            let value = match target {
+                ColumnTarget::Known(channel) => row.sample.get(*channel),
+                ColumnTarget::Unknown(place) => row.others.get(*place).copied().flatten(),
+            };
+            values.push(value.unwrap_or(f64::NAN));
+        }
+    }
+    let losses = losses(file, &recording, times_s.len());
+    let name = info.run().unwrap_or_default().to_owned();
+    let columns = Columns::new(name, *info.geometry(), times_s, columns, trim_window_s);
+    Ok((columns.map_err(|wrong| Failure::file(file, wrong))?, losses))
+}

@@ -1,0 +1,43 @@
+//! A recording through the real-time pipeline, as fast as it goes.
+
+use crate::command::recordings::recording_losses::recording_notes;
+use crate::command::recordings::run_head::head_of;
+use crate::command::recordings::run_result::RunResult;
+use crate::command::terminal::progress_line::ProgressLine;
+use sideslip::error::Failure;
+use sideslip::io::telemetry::mavlink::mapping::MavlinkConfig as Mapping;
+use sideslip::io::telemetry::recording::Recording;
+use sideslip::live::wiring::WiredRun;
+use sideslip::realtime::pipeline::{Config, Pipeline};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Estimates a run to its end, or until `stop`.
+pub(super) fn through_pipeline(
+    file: &Path,
+    overrides: &[String],
+    config: &Config,
+    mapping: &Mapping,
+    stop: &AtomicBool,
+) -> Result<RunResult, Failure> {
+    let mut recording = Recording::open_with(file, mapping)?;
+    let (info, _) = head_of(file, &recording, overrides)?;
+    let pipeline = Pipeline::new(config, *info.geometry()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
+    let mut wired = WiredRun::new(pipeline, None, None);
+    let name = info.run().unwrap_or_default().to_owned();
+    let mut progress = ProgressLine::new();
+    let mut interrupted = false;
+    while let Some(row) = recording.next_row()? {
+        if stop.load(Ordering::Relaxed) {
+            interrupted = true;
+            break;
+        }
+        let time_s = row.sample.time_s;
+        wired.step(row, &mut ()).unwrap_or_else(|never| match never {});
+        progress.show(|| wired.sink.progress(&name, time_s));
+    }
+    drop(progress);
+    let finished = wired.finish(&mut ()).unwrap_or_else(|never| match never {});
+    let (notes, _) = recording_notes(&recording, finished.rows, interrupted);
+    Ok(RunResult::new(name, info.geometry().controls, finished.range_s, finished, None).of_recording(notes))
+}

@@ -1,0 +1,144 @@
+//! Derivatives and roots against flight path, as the paper's Fig 20: flight with error bars, the simulation as a line.
+
+use super::frequency_domain::FrequencyDomainResult;
+use super::report::runs_section;
+use super::test_point_result::{ComplexRoot, TestPointResult};
+use super::test_point_text::{by_tail_pitch, heading, text};
+use sideslip::io::outputs::charts::chart::{ChartError, Curve, Mark, Marks, Panel, svg_with_marks};
+use sideslip::io::outputs::html::page::{FOOT, escaped, head};
+use sideslip::io::outputs::tables::terminal::Style;
+use std::fmt::Write;
+
+/// How far a second series stands beside the first, degrees.
+const ASIDE_DEG: f64 = 0.12;
+
+const PATH: &str = "flight-path angle, deg";
+
+/// A page without scripts, fonts or network.
+pub(super) fn page(points: &[TestPointResult], in_band: Option<&FrequencyDomainResult>) -> Result<String, ChartError> {
+    let mut page = head("Derivatives against flight path");
+    let _ = writeln!(page, "<h1>Derivatives against flight path</h1>\n{}", svg_with_marks(&panels(points))?);
+    let _ = writeln!(page, "<pre>{}</pre>", escaped(&text(points, Style::Plain)));
+    for point in points {
+        let _ = writeln!(page, "<h2>{}</h2>", escaped(&heading(point)));
+        runs_section(&mut page, &point.identified)?;
+    }
+    in_band.map_or(Ok(()), |in_band| in_band.section(&mut page))?;
+    page.push_str(FOOT);
+    Ok(page)
+}
+
+fn path_deg(point: &TestPointResult) -> f64 {
+    if point.condition.path.is_finite() { point.condition.path.to_degrees() } else { 0.0 }
+}
+
+/// Moments first, as in the paper; then forces; then the Dutch roll.
+fn panels(points: &[TestPointResult]) -> Vec<(Panel, Vec<Marks>)> {
+    let Some(first) = points.first() else { return Vec::new() };
+    let mut names: Vec<&(char, String)> = first.identified.linear.derivatives.iter().collect();
+    let rank = |axis: char| "NLMYXZ".find(axis).unwrap_or(6);
+    names.sort_by_key(|(axis, _)| rank(*axis));
+    let mut panels: Vec<_> = names.into_iter().map(|(axis, variable)| derivative(points, *axis, variable)).collect();
+    panels.push(root(points, "Dutch roll: real part", "1/s", |pair| pair.0, |one| (one.real, one.std_real)));
+    panels.push(root(points, "Dutch roll: imaginary part", "rad/s", |pair| pair.1, |one| (one.imag, one.std_imag)));
+    panels.retain(|(panel, marks)| {
+        let drawn = panel.curves.iter().any(|curve| curve.points.iter().any(|(_, y)| y.is_finite()));
+        drawn || marks.iter().any(|marks| marks.marks.iter().any(|mark| mark.point.1.is_finite()))
+    });
+    panels
+}
+
+fn marks(name: &str, aside_deg: f64, values: impl Iterator<Item = (f64, Option<(f64, f64)>)>) -> Option<Marks> {
+    let one = |(x, value): (f64, Option<(f64, f64)>)| {
+        value.map(|(value, std)| Mark { point: (x + aside_deg, value), either_way: 2.0 * std })
+    };
+    let marks: Vec<Mark> = values.filter_map(one).collect();
+    (!marks.is_empty()).then(|| Marks { name: name.to_owned(), marks })
+}
+
+fn curve(name: &str, points: impl Iterator<Item = (f64, Option<f64>)>) -> Option<Curve> {
+    let points: Vec<(f64, f64)> = points.filter_map(|(x, y)| Some((x, y?))).collect();
+    (!points.is_empty()).then(|| Curve { name: name.to_owned(), points })
+}
+
+fn derivative(points: &[TestPointResult], axis: char, variable: &str) -> (Panel, Vec<Marks>) {
+    let place =
+        |point: &TestPointResult| point.identified.linear.derivatives.iter().position(|(a, v)| *a == axis && v == variable);
+    let own = points.iter().map(|point| {
+        let fitted = &point.identified.fitted;
+        let value = place(point).and_then(|place| Some((*fitted.theta.get(place)?, *fitted.std.get(place)?)));
+        (path_deg(point), value)
+    });
+    let tail = points.iter().map(|point| (path_deg(point), place(point).and_then(|place| by_tail_pitch(point, place))));
+    let held = points.iter().map(|point| {
+        let found = point.static_derivatives.as_ref().and_then(|found| found.as_ref().ok());
+        let value = match (axis, variable) {
+            ('N', "v") => found.map(|found| found.n_v),
+            ('L', "v") => found.map(|found| found.l_v),
+            _ => None,
+        };
+        (path_deg(point), value)
+    });
+    let derived = points.iter().map(|point| {
+        let n_p = point.explained.as_ref().and_then(|one| one.n_p).filter(|_| axis == 'N' && variable == "p");
+        (path_deg(point), n_p.map(|[by_26, _]| by_26))
+    });
+    let simulated = points.iter().map(|point| {
+        let value = point.simulation.as_ref().and_then(|one| one.derivative(&point.identified, axis, variable));
+        (path_deg(point), value)
+    });
+    let series = [
+        marks("flight, +- 2 s.e.", 0.0, own),
+        marks("with the tail pitch measured", ASIDE_DEG, tail),
+        marks("steady sideslips", -ASIDE_DEG, held),
+        marks("N_p derived by (26)", -ASIDE_DEG, derived),
+    ];
+    let panel = Panel {
+        title: format!("{axis}_{variable}"),
+        x: PATH.to_owned(),
+        y: format!("{axis}_{variable}, {}", unit(axis, variable)),
+        curves: curve("simulation", simulated).into_iter().collect(),
+    };
+    (panel, series.into_iter().flatten().collect())
+}
+
+fn unit(axis: char, variable: &str) -> &'static str {
+    let is_force = matches!(axis, 'X' | 'Y' | 'Z');
+    match (is_force, variable) {
+        (false, "u" | "v" | "w") => "rad/(s m)",
+        (false, "p" | "q" | "r") | (true, "u" | "v" | "w") => "1/s",
+        (false, _) => "1/s^2",
+        (true, "p" | "q" | "r") => "m/(s rad)",
+        (true, _) => "m/(s^2 rad)",
+    }
+}
+
+fn root(
+    points: &[TestPointResult],
+    title: &str,
+    unit: &str,
+    part: impl Fn(ComplexRoot) -> f64,
+    own: impl Fn(&sideslip::postflight::identification::roots::IdentifiedRoot) -> (f64, f64),
+) -> (Panel, Vec<Marks>) {
+    let pair = |point: &TestPointResult| {
+        let roots = point.identified.modes.as_ref().ok()?;
+        roots.iter().find(|root| root.name == Some("dutch_roll")).map(&own)
+    };
+    let identified = marks("identified, +- 2 s.e.", 0.0, points.iter().map(|point| (path_deg(point), pair(point))));
+    let of = |which: &dyn Fn(&TestPointResult) -> Option<ComplexRoot>, name: &str| {
+        curve(name, points.iter().map(|point| (path_deg(point), which(point).map(&part))))
+    };
+    let curves = [
+        of(&|point| point.simulation.as_ref()?.whole, "simulation, whole aircraft"),
+        of(&|point| point.simulation.as_ref()?.lateral, "simulation, lateral"),
+        of(&|point| point.explained.as_ref()?.roots[0], "new subsystem, N_p by (26)"),
+        of(&|point| point.explained.as_ref()?.roots[1], "new subsystem, N_p at omega"),
+    ];
+    let panel = Panel {
+        title: title.to_owned(),
+        x: PATH.to_owned(),
+        y: format!("{title}, {unit}"),
+        curves: curves.into_iter().flatten().collect(),
+    };
+    (panel, identified.into_iter().collect())
+}

@@ -1,0 +1,8 @@
+//! Options that several commands share.
+
+pub(crate) mod estimation_options;
+pub(crate) mod flight_condition;
+pub(crate) mod instrument_input;
+pub(crate) mod live_diagnosis_options;
+pub(crate) mod mapping_input;
+pub(crate) mod telemetry_source;

@@ -1,0 +1,38 @@
+//! What of a recording was lost on the way in, a sentence each, for commands that read it whole.
+
+use sideslip::io::telemetry::recording::Recording;
+use std::fmt::Write;
+use std::path::Path;
+
+/// Rows skipped beside those that were read, and what of the file could not be read; complete after the last row.
+pub(crate) fn losses(file: &Path, recording: &Recording, read: usize) -> Vec<String> {
+    let (file, skipped) = (file.display(), recording.skipped().rows());
+    let rows = (skipped > 0).then(|| format!("{file}: {skipped} of {} rows skipped", skipped + read as u64));
+    rows.into_iter().chain(recording.shortfall().map(|shortfall| format!("{file}: {shortfall}"))).collect()
+}
+
+/// The same in detail, and then what else a reader should know of the file: sentences, of which so many first ones are losses.
+pub(crate) fn recording_notes(recording: &Recording, read: u64, interrupted: bool) -> (Vec<String>, usize) {
+    let mut notes = detailed_losses(recording, read);
+    let losses = notes.len();
+    if recording.ends_abruptly() && losses == 0 && !interrupted {
+        let note = "the last line has no end: the file may have been cut short, and the last value with it";
+        notes.push(note.into());
+    }
+    (notes, losses)
+}
+
+fn detailed_losses(recording: &Recording, rows: u64) -> Vec<String> {
+    let skipped = recording.skipped();
+    let mut losses = Vec::new();
+    if skipped.rows() > 0 {
+        let mut sentence = format!("{} of {} rows skipped", skipped.rows(), skipped.rows() + rows);
+        for reason in skipped.reasons() {
+            let place = format_args!("first at {} {}: {}", recording.counted_in(), reason.first, reason.example);
+            let _ = write!(sentence, "; {} for: {}, {place}", reason.rows, reason.reason.words());
+        }
+        losses.push(sentence);
+    }
+    losses.extend(recording.shortfall());
+    losses
+}

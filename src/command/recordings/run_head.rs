@@ -1,0 +1,30 @@
+//! The head of a recording's run: its own keys, with those of `--set` in their place.
+
+use sideslip::error::Failure;
+use sideslip::flight::file::log_head::LogHead;
+use sideslip::flight::file::run_file::{RecordingTarget, RunInfo};
+use sideslip::io::telemetry::recording::Recording;
+use std::path::Path;
+
+/// The head of a recording's run, keys overridden, named by its file where it has no name.
+pub(crate) fn head_of(file: &Path, recording: &Recording, overrides: &[String]) -> Result<(RunInfo, LogHead), Failure> {
+    let mut info = recording.info().clone();
+    override_keys(&mut info, overrides)?;
+    if info.run().is_none() {
+        // A log has another name than the recording; the run keeps its own.
+        let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+        info.set(&format!("run={stem}")).map_err(|what| Failure::file(file, what))?;
+    }
+    let carried = recording.columns().iter().filter(|column| !matches!(column.target, RecordingTarget::Time { .. }));
+    let head = LogHead {
+        run_toml: info.to_toml(),
+        channels: carried.map(|column| (column.name.clone(), column.inner_unit().to_owned())).collect(),
+        controls: info.geometry().controls,
+    };
+    Ok((info, head))
+}
+
+/// `--set` on what the run says of itself.
+pub(crate) fn override_keys(info: &mut RunInfo, overrides: &[String]) -> Result<(), Failure> {
+    overrides.iter().try_for_each(|set| info.set(set)).map_err(|what| Failure::Input(format!("--set: {what}")))
+}

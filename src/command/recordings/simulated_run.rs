@@ -1,0 +1,104 @@
+//! A simulated flight as a recording: a run file in text, a log, or a tlog, by the name of the file; whole or not at all.
+
+use crate::command::message;
+use crate::command::terminal::output_file::{OutputFile, write_whole};
+use sideslip::error::Failure;
+use sideslip::flight::channel::{CHANNELS, Channel};
+use sideslip::flight::file::log_head::LogHead;
+use sideslip::flight::file::run_file::{RunFileWriter, RunInfo};
+use sideslip::flight::sample::Sample;
+use sideslip::io::outputs::log::mcap_log::McapLog;
+use sideslip::io::telemetry::mavlink::encode::{Encoder, ME, NOT_CARRIED};
+use sideslip::io::telemetry::mavlink::mapping::MavlinkConfig;
+use sideslip::io::telemetry::mavlink::tlog::write_record;
+use std::path::Path;
+
+/// The kind of recording that is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum RunFormat {
+    /// A run file in text.
+    Csv,
+    /// A log, of samples only.
+    Mcap,
+    /// MAVLink frames behind time stamps.
+    Tlog,
+}
+
+impl RunFormat {
+    /// The format that the ending of the name asks for.
+    pub(crate) fn by_name(path: &Path) -> Result<Self, Failure> {
+        let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
+        match ending.as_str() {
+            "csv" => Ok(RunFormat::Csv),
+            "mcap" => Ok(RunFormat::Mcap),
+            "tlog" => Ok(RunFormat::Tlog),
+            _ => Err(Failure::file(path, "expected a name that ends in .csv, .mcap or .tlog")),
+        }
+    }
+}
+
+/// Writes the channels that any sample carries.
+pub(crate) fn write_run(path: &Path, format: RunFormat, info: &RunInfo, samples: &[Sample]) -> Result<(), Failure> {
+    let present = samples.iter().fold(0, |present, sample| present | sample.present);
+    let channels: Vec<Channel> = Channel::ALL.into_iter().filter(|channel| present & (1 << channel.index()) != 0).collect();
+    match format {
+        RunFormat::Csv => write_whole(path, |file| {
+            let mut writer = RunFileWriter::new(file, info, &channels)?;
+            samples.iter().try_for_each(|sample| writer.write_row(sample.time_s, |channel| sample.get(channel)))?;
+            writer.finish().map(|_| ())
+        }),
+        RunFormat::Mcap => write_log(path, info, &channels, samples),
+        RunFormat::Tlog => write_tlog(path, info, &channels, samples),
+    }
+}
+
+fn write_log(path: &Path, info: &RunInfo, channels: &[Channel], samples: &[Sample]) -> Result<(), Failure> {
+    let controls = info.geometry().controls;
+    let named = channels.iter().map(|channel| (channel.name(controls).to_owned(), channel.si_unit().to_owned()));
+    let head = LogHead { run_toml: info.to_toml(), channels: named.collect(), controls };
+    let output = OutputFile::beside(path)?;
+    let mut log = McapLog::create(output.place(), head, Box::new(|_| ())).map_err(|error| Failure::Running(error.to_string()))?;
+    for sample in samples {
+        log.sample(sample, &[]);
+    }
+    let summary = log.close();
+    if let Some(fault) = summary.faults.first() {
+        for further in summary.files.iter().skip(1) {
+            let _ = std::fs::remove_file(further);
+        }
+        return Err(Failure::Running(fault.clone()));
+    }
+    output.keep()
+}
+
+/// When the first sample of every simulated tlog was received, us since 1970 (2026-01-01 UTC): no clock is read, so that
+/// the same flight gives the same bytes.
+const TLOG_START_US: u64 = 1_767_225_600_000_000;
+
+/// Each frame is stamped with the time of its sample. What MAVLink does not carry is left out, and it is said.
+fn write_tlog(path: &Path, info: &RunInfo, channels: &[Channel], samples: &[Sample]) -> Result<(), Failure> {
+    let controls = info.geometry().controls;
+    let mut encoder = Encoder::new(ME, MavlinkConfig::default(), controls);
+    let mut records = Vec::new();
+    let refused = |time_s: f64, what: &dyn std::fmt::Display| Failure::file(path, format_args!("at {time_s} s: {what}"));
+    for sample in samples {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the encoder refuses what is no time")]
+        let stamp_us = TLOG_START_US.saturating_add(libm::round(sample.time_s * 1e6) as u64);
+        let mut written = Ok(());
+        let frames = encoder.sample(sample, |frame| {
+            if written.is_ok() {
+                written = write_record(&mut records, stamp_us, frame);
+            }
+        });
+        frames.map_err(|wrong| refused(sample.time_s, &wrong))?;
+        written.map_err(|error| Failure::io(path, &error))?;
+    }
+    let left_out: Vec<&str> =
+        NOT_CARRIED.iter().filter(|channel| channels.contains(channel)).map(|channel| channel.name(controls)).collect();
+    if !left_out.is_empty() {
+        message(format_args!("note: MAVLink carries no {}; left out of {}", left_out.join(", "), path.display()));
+    }
+    write_whole(path, |file| file.write_all(&records))
+}
+
+const _: () = assert!(CHANNELS <= 32, "a sample's presence has 32 bits");

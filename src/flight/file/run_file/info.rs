@@ -1,0 +1,275 @@
+//! What a run says of itself: the TOML document of its preamble, known keys typed, the others kept.
+//!
+//! Consumes TOML text and `key=value` overrides; produces texts, [`RunGeometry`] (positions in m, body axes, relative to
+//! the centre of mass) and the document again. Every change goes through one check of its type, so that the typed view
+//! and the document never differ.
+
+use crate::flight::channel::ControlNames;
+use crate::flight::file::run_file::{RunFileError, quoted};
+use crate::flight::run::RunGeometry;
+use toml::de::DeTable;
+use toml::{Table, Value};
+
+/// What a known key must hold.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Text,
+    Position,
+    Blades,
+}
+
+const KNOWN: [(&str, Kind); 7] = [
+    ("run", Kind::Text),
+    ("aircraft", Kind::Text),
+    ("manoeuvre", Kind::Text),
+    ("flight_path", Kind::Text),
+    ("accelerometer_position_m", Kind::Position),
+    ("vane_position_m", Kind::Position),
+    ("blades", Kind::Blades),
+];
+
+/// More blades than any rotor has.
+const BLADES_MAX: u32 = 32;
+
+/// What is known of a run besides its samples.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RunInfo {
+    geometry: RunGeometry,
+    document: Table,
+}
+
+impl RunInfo {
+    /// Reads the document of a run.
+    ///
+    /// # Errors
+    /// [`RunFileError`] in the text itself (line and column from 1) where it is not TOML or a known key has another type.
+    pub fn from_toml(text: &str) -> Result<Self, RunFileError> {
+        let document: Table = text.parse().map_err(|error: toml::de::Error| {
+            place(text, error.span().map_or(0, |span| span.start), format!("expected TOML: {}", error.message()))
+        })?;
+        let mut info = RunInfo::default();
+        for (key, value) in document {
+            info.put(&key, value).map_err(|what| place(text, value_start(text, &key), what))?;
+        }
+        Ok(info)
+    }
+
+    /// Overrides a key, as `--set key=value` does: the value is TOML, and a text may do without its quotes.
+    ///
+    /// # Errors
+    /// A sentence where there is no `=`, the key is neither known nor in the run's own document, or the type is wrong.
+    pub fn set(&mut self, assignment: &str) -> Result<(), String> {
+        let Some((key, text)) = assignment.split_once('=') else {
+            return Err(format!("expected key=value, found {}", quoted(assignment)));
+        };
+        let (key, text) = (key.trim(), text.trim());
+        let takes_text = match (kind_of(key), self.document.get(key)) {
+            (Some(kind), _) => kind == Kind::Text,
+            (None, Some(present)) => present.is_str(),
+            (None, None) => return Err(format!("unknown key {}; known keys are {}", quoted(key), RunInfo::known_keys())),
+        };
+        let parsed = format!("value = {text}").parse::<Table>().ok().filter(|table| table.len() == 1);
+        let value = match parsed.and_then(|mut table| table.remove("value")) {
+            Some(value) if !takes_text || value.is_str() => value,
+            _ if takes_text => Value::String(text.into()),
+            _ => return Err(format!("{key}: expected a TOML value, found {}", quoted(text))),
+        };
+        self.put(key, value)
+    }
+
+    /// Whether a key has a meaning to the program.
+    pub fn is_known(key: &str) -> bool {
+        kind_of(key).is_some()
+    }
+
+    /// The keys that have a meaning to the program, for a sentence.
+    pub fn known_keys() -> String {
+        KNOWN.map(|(name, _)| name).join(", ")
+    }
+
+    /// Sets one key of the document after checking its type.
+    fn put(&mut self, key: &str, value: Value) -> Result<(), String> {
+        match kind_of(key) {
+            Some(Kind::Text) if !value.is_str() => {
+                return Err(format!("{key}: expected a text in quotes, found {}", described(&value)));
+            }
+            Some(Kind::Position) => {
+                let position = position(&value)
+                    .ok_or_else(|| format!("{key}: expected three finite numbers [x, y, z] in m, found {}", described(&value)))?;
+                if key == "vane_position_m" {
+                    self.geometry.vane_position_m = position;
+                } else {
+                    self.geometry.accelerometer_position_m = position;
+                }
+            }
+            Some(Kind::Blades) => {
+                let blades = value.as_integer().and_then(|n| u32::try_from(n).ok()).filter(|n| (1..=BLADES_MAX).contains(n));
+                let wrong = || format!("{key}: expected a whole number from 1 to {BLADES_MAX}, found {}", described(&value));
+                self.geometry.blades = Some(blades.ok_or_else(wrong)?);
+            }
+            Some(Kind::Text) | None => {}
+        }
+        self.document.insert(key.into(), value);
+        Ok(())
+    }
+
+    /// The document as TOML text, one line a key, dotted within tables; [`RunInfo::from_toml`] gives the same run back.
+    pub fn to_toml(&self) -> String {
+        let mut text = String::new();
+        write_lines(&mut text, "", &self.document);
+        text
+    }
+
+    /// The whole document, unknown keys too.
+    pub fn document(&self) -> &Table {
+        &self.document
+    }
+
+    /// Where instruments stand and how the controls are called.
+    pub fn geometry(&self) -> &RunGeometry {
+        &self.geometry
+    }
+
+    /// Says how the controls are called, as a header shows it.
+    pub fn set_controls(&mut self, controls: ControlNames) {
+        self.geometry.controls = controls;
+    }
+
+    /// The text of a key that holds one: `run`, `aircraft`, `manoeuvre`, `flight_path`.
+    pub fn text(&self, key: &str) -> Option<&str> {
+        self.document.get(key).and_then(Value::as_str)
+    }
+
+    /// The run's name.
+    pub fn run(&self) -> Option<&str> {
+        self.text("run")
+    }
+
+    /// The aircraft.
+    pub fn aircraft(&self) -> Option<&str> {
+        self.text("aircraft")
+    }
+
+    /// What was flown.
+    pub fn manoeuvre(&self) -> Option<&str> {
+        self.text("manoeuvre")
+    }
+
+    /// The flight path, such as `level`.
+    pub fn flight_path(&self) -> Option<&str> {
+        self.text("flight_path")
+    }
+}
+
+fn kind_of(key: &str) -> Option<Kind> {
+    KNOWN.iter().find(|(name, _)| *name == key).map(|(_, kind)| *kind)
+}
+
+/// Every entry on a line of its own; that of a table within by dotted keys. No line is empty, as no preamble's may be.
+fn write_lines(text: &mut String, before: &str, table: &Table) {
+    for (key, value) in table {
+        let path = format!("{before}{}", written_key(key));
+        match value.as_table().filter(|inner| !inner.is_empty()) {
+            Some(inner) => write_lines(text, &format!("{path}."), inner),
+            None => text.push_str(&format!("{path} = {value}\n")),
+        }
+    }
+}
+
+/// A key as TOML takes it: bare, or in quotes with escapes.
+fn written_key(key: &str) -> String {
+    if !key.is_empty() && key.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
+        return key.into();
+    }
+    // The escapes of JSON are TOML's, but for the one character that JSON lets stand.
+    serde_json::Value::from(key).to_string().replace('\u{7f}', "\\u007F")
+}
+
+fn position(value: &Value) -> Option<[f64; 3]> {
+    let mut position = [0.0; 3];
+    let entries = value.as_array().filter(|entries| entries.len() == position.len())?;
+    for (place, entry) in position.iter_mut().zip(entries) {
+        #[expect(clippy::cast_precision_loss, reason = "metres: far below 2^53")]
+        let number = entry.as_float().or_else(|| entry.as_integer().map(|whole| whole as f64));
+        *place = number.filter(|number| number.is_finite())?;
+    }
+    Some(position)
+}
+
+/// A value as a message shows it: its type, and itself where it is short.
+fn described(value: &Value) -> String {
+    format!("the {} {}", value.type_str(), quoted(&value.to_string()))
+}
+
+/// Byte offset of a top-level key's value; the start of the text where it cannot be told.
+fn value_start(text: &str, key: &str) -> usize {
+    let Ok(document) = DeTable::parse(text) else { return 0 };
+    document.get_ref().iter().find(|(name, _)| name.get_ref() == key).map_or(0, |(_, value)| value.span().start)
+}
+
+/// Line and column, in characters from 1, of a byte offset; what is missing at the very end is missing on the last line.
+fn place(text: &str, offset: usize, what: String) -> RunFileError {
+    let last = text.trim_end_matches('\n').len();
+    let before = text.get(..offset.min(last)).unwrap_or(text);
+    let line = before.matches('\n').count() + 1;
+    let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
+    RunFileError { line, column, what }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_keys_are_typed_and_the_others_kept() {
+        let info = RunInfo::from_toml("run = \"467/10/11\"\nblades = 4\nvane_position_m = [13.08, 0, -0.5]\npilot.name = \"A\"")
+            .unwrap();
+        assert_eq!(info.run(), Some("467/10/11"));
+        let expected = RunGeometry { vane_position_m: [13.08, 0.0, -0.5], blades: Some(4), ..RunGeometry::default() };
+        assert_eq!(info.geometry(), &expected);
+        assert_eq!(RunInfo::from_toml(&info.to_toml()), Ok(info));
+    }
+
+    #[test]
+    fn tables_are_written_line_by_line_and_read_back() {
+        let text = "run = \"a\"\n[level1.flight]\nspeed = 51.5\nclimb = 0.0\n[level1.options]\nhub = \"exact\"\n\
+                    [\"odd key\".\"\u{e9}\\n\"]\nx = [1, 2]\n[empty]\n";
+        let info = RunInfo::from_toml(text).unwrap();
+        let written = info.to_toml();
+        assert!(written.contains("level1.flight.speed = 51.5\nlevel1.options.hub = \"exact\"\n"), "{written}");
+        assert!(written.lines().all(|line| line.contains(" = ")), "{written}");
+        let again = RunInfo::from_toml(&written).unwrap();
+        assert_eq!((again.to_toml(), again), (written, info));
+    }
+
+    #[test]
+    fn a_wrong_type_is_found_where_it_stands() {
+        let wrong = |text: &str| RunInfo::from_toml(text).unwrap_err();
+        let error = wrong("run = \"a\"\n  blades = \"four\"");
+        assert_eq!((error.line, error.column), (2, 12));
+        assert!(error.what.contains("whole number") && error.what.contains("four"), "{}", error.what);
+        let error = wrong("run = \"a\"\naircraft = \n");
+        assert_eq!(error.line, 2);
+        assert!(wrong("vane_position_m = [1.0, 2.0]").what.contains("three finite numbers"));
+        assert!(wrong("vane_position_m = [1.0, 2.0, inf]").what.contains("three finite numbers"));
+        assert!(wrong("run = 5").what.contains("text in quotes"));
+        assert!(wrong("blades = 0").what.contains("from 1 to"));
+    }
+
+    #[test]
+    fn an_override_takes_bare_texts_and_toml_values() {
+        let mut info = RunInfo::from_toml("weather = \"calm\"").unwrap();
+        for assignment in ["run=467/10/11", "aircraft = \"Puma\"", "vane_position_m=[1, 0, 0]", "blades=4", "weather=gusty"] {
+            info.set(assignment).unwrap();
+        }
+        assert_eq!((info.run(), info.aircraft(), info.text("weather")), (Some("467/10/11"), Some("Puma"), Some("gusty")));
+        assert_eq!((info.geometry().vane_position_m, info.geometry().blades), ([1.0, 0.0, 0.0], Some(4)));
+        info.set("run=467").unwrap();
+        assert_eq!(info.run(), Some("467"));
+        assert!(info.set("vanes=3").unwrap_err().contains("vane_position_m"));
+        assert!(info.set("blades=four").unwrap_err().contains("TOML value"));
+        assert!(info.set("blades=4\nrun=\"x\"").is_err());
+        assert!(info.set("blades").unwrap_err().contains("key=value"));
+        assert_eq!(info.geometry().blades, Some(4));
+    }
+}

@@ -1,0 +1,92 @@
+//! A status with its reason on the bus: two codes, two places, two numbers.
+
+use crate::flight::channel::Channel;
+use crate::flight::derivative::{Axis, Variable};
+use crate::io::bus::error::BusError;
+use crate::io::bus::payload::{ABSENT, at, place};
+use crate::realtime::regression::record::{Reason, Status};
+use iceoryx2::prelude::ZeroCopySend;
+
+const SCHEMA: &str = "sideslip.Status.1";
+
+/// How far along an answer is. Codes: 0 waiting, 1 exciting, 2 converging, 3 converged, 4 stale, 5 not identifiable;
+/// then reasons: 0 no rates, 1 no accelerometer (channel), 2 rate too low (Hz, Hz needed), 3 unobserved (variable,
+/// channel), 4 collinear (condition index), 5 not excited (axis, variable), 6 another equation (axis), 7 no trim (channel),
+/// 8 aid rejected (channel).
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[type_name("sideslip.Status.1")]
+pub struct StatusBody {
+    /// Which status.
+    pub code: u32,
+    /// Which reason; [`ABSENT`] without one.
+    pub reason: u32,
+    /// What the reason is about, as listed.
+    pub places: [u32; 2],
+    /// Its numbers, as listed.
+    pub numbers: [f64; 2],
+}
+
+impl From<Status> for StatusBody {
+    fn from(status: Status) -> Self {
+        let plain = |code| StatusBody { code, reason: ABSENT, places: [ABSENT; 2], numbers: [0.0; 2] };
+        let reason = match status {
+            Status::Waiting => return plain(0),
+            Status::Exciting => return plain(1),
+            Status::Converging => return plain(2),
+            Status::Converged => return plain(3),
+            Status::Stale => return plain(4),
+            Status::NotIdentifiable(reason) => reason,
+        };
+        let (code, places, numbers) = match reason {
+            Reason::NoRates => (0, [ABSENT; 2], [0.0; 2]),
+            Reason::NoAccelerometer { channel } => (1, [place(channel.index()), ABSENT], [0.0; 2]),
+            Reason::RateTooLow { hz, needed_hz } => (2, [ABSENT; 2], [hz, needed_hz]),
+            Reason::Unobserved { variable, missing } => (3, [place(variable.index()), place(missing.index())], [0.0; 2]),
+            Reason::Collinear { condition_index } => (4, [ABSENT; 2], [condition_index, 0.0]),
+            Reason::NotExcited { axis, variable } => (5, [place(axis.index()), place(variable.index())], [0.0; 2]),
+            Reason::Equation { axis } => (6, [place(axis.index()), ABSENT], [0.0; 2]),
+            Reason::NoTrim { channel } => (7, [place(channel.index()), ABSENT], [0.0; 2]),
+            Reason::AidRejected { channel } => (8, [place(channel.index()), ABSENT], [0.0; 2]),
+        };
+        StatusBody { reason: code, places, numbers, ..plain(5) }
+    }
+}
+
+impl StatusBody {
+    /// The status.
+    ///
+    /// # Errors
+    /// [`BusError::Payload`] for a code or place that there is not.
+    pub fn status(&self) -> Result<Status, BusError> {
+        let [first, second] = self.places;
+        let [number, needed] = self.numbers;
+        let variable = |index| at(&Variable::ALL, index, SCHEMA, "variable");
+        let axis = |index| at(&Axis::ALL, index, SCHEMA, "axis");
+        let channel = |index| at(&Channel::ALL, index, SCHEMA, "channel");
+        Ok(match (self.code, self.reason) {
+            (0, _) => Status::Waiting,
+            (1, _) => Status::Exciting,
+            (2, _) => Status::Converging,
+            (3, _) => Status::Converged,
+            (4, _) => Status::Stale,
+            (5, reason) => Status::NotIdentifiable(match reason {
+                0 => Reason::NoRates,
+                1 => Reason::NoAccelerometer { channel: channel(first)? },
+                2 => Reason::RateTooLow { hz: number, needed_hz: needed },
+                3 => Reason::Unobserved { variable: variable(first)?, missing: channel(second)? },
+                4 => Reason::Collinear { condition_index: number },
+                5 => Reason::NotExcited { axis: axis(first)?, variable: variable(second)? },
+                6 => Reason::Equation { axis: axis(first)? },
+                7 => Reason::NoTrim { channel: channel(first)? },
+                8 => Reason::AidRejected { channel: channel(first)? },
+                found => {
+                    return Err(BusError::Payload { schema: SCHEMA, field: "reason", expected: "0 to 8", found: found.into() });
+                }
+            }),
+            (found, _) => {
+                return Err(BusError::Payload { schema: SCHEMA, field: "code", expected: "0 to 5", found: found.into() });
+            }
+        })
+    }
+}

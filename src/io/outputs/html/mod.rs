@@ -1,0 +1,3 @@
+//! Pages of HTML.
+
+pub mod page;

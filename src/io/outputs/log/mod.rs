@@ -1,0 +1,5 @@
+//! The MCAP log and the thread that writes it.
+
+pub mod log_thread;
+pub mod mcap_log;
+pub mod state_file;

@@ -1,0 +1,4 @@
+//! Tables for a terminal.
+
+pub mod manoeuvre_table;
+pub mod terminal;

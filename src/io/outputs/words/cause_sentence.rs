@@ -1,0 +1,172 @@
+//! Findings in the field's words: one sentence a cause, and the manoeuvre that would part two causes.
+
+use crate::flight::channel::ControlNames;
+use crate::flight::derivative::Axis;
+use crate::flight::effect::{Effect, EffectKind, Family, PositionedSensor};
+use crate::flight::model::LinearModel;
+use crate::postflight::diagnosis::record::{RankedCause, UnexplainedAxis};
+
+/// A value with its error, both to the error's second figure.
+pub fn value(value: f64, std: f64) -> String {
+    if !(std.is_finite() && std > 0.0) {
+        return format!("{value:.4}");
+    }
+    let places = (1.0 - libm::floor(libm::log10(std))).clamp(0.0, 9.0) as usize;
+    format!("{value:.places$} +- {std:.places$}")
+}
+
+fn axis_in_words(axis: Axis) -> &'static str {
+    match axis {
+        Axis::X => "longitudinal force",
+        Axis::Y => "side force",
+        Axis::Z => "normal force",
+        Axis::L => "rolling moment",
+        Axis::M => "pitching moment",
+        Axis::N => "yawing moment",
+    }
+}
+
+/// One sentence for a person.
+pub fn statement(cause: &RankedCause, model: &LinearModel, naming: ControlNames) -> String {
+    let with = |number: f64| value(number, cause.std);
+    match cause.effect {
+        Effect::Derivative { axis, variable, delta } => {
+            let name = format!("{}_{}", axis.name(), variable.name(naming));
+            let was = model.derivative(axis, variable);
+            let now = value(was + delta, cause.std);
+            if was == 0.0 {
+                format!("the model lacks {name}: flight shows {now}")
+            } else if libm::fabs(was + delta) < 2.0 * cause.std {
+                format!("{name} is {was:.4} in the model, where flight shows none: {now}")
+            } else {
+                let size = if libm::fabs(was + delta) > libm::fabs(was) { "too small" } else { "too large" };
+                let size = if was * (was + delta) < 0.0 { "of the wrong sign" } else { size };
+                format!("{name} is {size} in the model: {was:.4}, where flight shows {now}")
+            }
+        }
+        Effect::Nonlinear { axis, term, coefficient } => format!(
+            "the {} has a part that goes with {term}, which the model lacks: {} = {}",
+            axis_in_words(axis),
+            format_args!("{}_{term}", axis.name()),
+            with(coefficient)
+        ),
+        Effect::ControlEffectiveness { control, factor } => {
+            format!("{} acts {} times as strongly as the model says, in all axes alike", control.name(naming), with(factor))
+        }
+        Effect::ActuatorLag { control, tau } => {
+            let reaches = if control.name(naming) == "pedal" {
+                "the pedal reaches the tail rotor"
+            } else {
+                "the control reaches its blade"
+            };
+            format!("{}: {reaches} with a lag of {} s: an actuator is missing in the model", control.name(naming), with(tau))
+        }
+        Effect::TransportDelay { control, delay } => {
+            format!(
+                "{} acts {} s late, without losing its edges: a transport delay is missing in the model",
+                control.name(naming),
+                with(delay)
+            )
+        }
+        Effect::RateLimit { control, rate } => {
+            format!(
+                "{} reaches its blade no faster than {} rad/s: a rate limit is missing in the model",
+                control.name(naming),
+                with(rate)
+            )
+        }
+        Effect::DeadZone { control, half_width } => {
+            format!(
+                "{} moves nothing within {} rad about its trim: a dead zone is missing in the model",
+                control.name(naming),
+                with(half_width)
+            )
+        }
+        Effect::CrossFeed { from, to, gain } => {
+            format!(
+                "{} moves {} too, {} rad a radian: an interlink is missing in the model",
+                from.name(naming),
+                to.name(naming),
+                with(gain)
+            )
+        }
+        Effect::RotorSpeed { axis, coefficient } => {
+            format!(
+                "the {} follows the rotor's speed, which the model leaves out: {} a rad/s",
+                axis_in_words(axis),
+                with(coefficient)
+            )
+        }
+        Effect::RotorReaction { reaction } => {
+            format!(
+                "the rotor's acceleration turns the fuselage, which the model leaves out: {} of it, and as much less of every yawing \
+                 moment (a rotor that turns {} positive yaw; its speed is no input but a state)",
+                with(reaction),
+                if reaction > 0.0 { "against" } else { "with" }
+            )
+        }
+        Effect::FlightPath { axis, variable, slope } => {
+            format!(
+                "{}_{} changes with the flight path by {} a radian of climb, and the model holds it constant",
+                axis.name(),
+                variable.name(naming),
+                with(slope)
+            )
+        }
+        Effect::Turbulence { sigma, length } => {
+            format!("gusts of {} m/s (scale {length:.0} m) move the aircraft: a disturbance, no error of the model", with(sigma))
+        }
+        Effect::SensorBias { channel, value: bias } => {
+            format!("{} reads {} {} too much", channel.name(naming), with(bias), channel.si_unit())
+        }
+        Effect::SensorScale { channel, factor } => {
+            format!("{} reads {} times the true value", channel.name(naming), with(factor))
+        }
+        Effect::SensorLag { channel, tau } => format!("{} is measured with a lag of {} s", channel.name(naming), with(tau)),
+        Effect::SensorDelay { channel, delay } => {
+            let late = if delay >= 0.0 { "late" } else { "early" };
+            format!("{} is measured {} s {late}", channel.name(naming), value(libm::fabs(delay), cause.std))
+        }
+        Effect::SensorPosition { sensor, offset_m: [x, y, z] } => {
+            let what = match sensor {
+                PositionedSensor::Accelerometer => "the accelerometers stand",
+                PositionedSensor::Vane => "the vanes stand",
+            };
+            format!(
+                "{what} elsewhere than the run says: {x:.2} m ahead, {y:.2} m to the right, {z:.2} m below (+- {:.2} m)",
+                cause.std
+            )
+        }
+        Effect::None => "the model explains the data within their noise and its own tolerance".to_owned(),
+        Effect::Unknown { axis } => format!("something acts on the {} that no hypothesis explains", axis_in_words(axis)),
+    }
+}
+
+/// The same of something unknown.
+pub fn unknown(unknown: &UnexplainedAxis) -> String {
+    let (low, high) = unknown.band_hz;
+    format!(
+        "something acts on the {}, mostly between {low:.2} and {high:.2} Hz, that no hypothesis of the library explains",
+        axis_in_words(unknown.axis)
+    )
+}
+
+/// What to fly so that two causes part.
+pub fn manoeuvre(a: &Effect, b: &Effect) -> &'static str {
+    use EffectKind::{ActuatorLag, DeadZone, RateLimit, SensorDelay, SensorLag, TransportDelay};
+    let (first, second) = (a.kind(), b.kind());
+    let pair = |x: EffectKind, y: EffectKind| (first == x && second == y) || (first == y && second == x);
+    if pair(ActuatorLag, TransportDelay) || pair(SensorLag, SensorDelay) {
+        "sharp doublets with edges above 1 Hz: a lag attenuates them, a delay does not"
+    } else if first == RateLimit || second == RateLimit || first == DeadZone || second == DeadZone {
+        "the same input at half and at twice the amplitude: the effect of a limit or a dead zone changes with it"
+    } else if first.family() == Family::Instrument && second.family() == Family::Instrument {
+        "another speed, and a steady turn: kinematics tie the two instruments differently there"
+    } else if first.family() == Family::Instrument || second.family() == Family::Instrument {
+        "free response with the controls held: an instrument's error stays, that of a control does not"
+    } else if first.family() == Family::Nonlinear || second.family() == Family::Nonlinear {
+        "the same input at twice the amplitude, and a steady-heading sideslip: a nonlinear part grows faster"
+    } else {
+        "an input on another control, so that the motion that carries the one comes without that which carries the other"
+    }
+}

@@ -1,0 +1,92 @@
+//! What the state estimation noticed, each kind of event as a sentence for a person.
+
+use super::status_text::{Digits, aid_name};
+use crate::flight::channel::ControlNames;
+use crate::realtime::estimation::record::{Aid, EstimationEvent};
+use core::fmt::{self, Display, Formatter};
+
+/// An aid in words with its channel, `sideslip (beta)`.
+struct AidLabel(Aid, ControlNames);
+
+impl Display for AidLabel {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let (aid, channel) = (aid_name(self.0), self.0.channel().name(self.1));
+        if aid == channel { f.write_str(aid) } else { write!(f, "{aid} ({channel})") }
+    }
+}
+
+pub(crate) fn estimation_sentence(f: &mut Formatter<'_>, event: &EstimationEvent, controls: ControlNames) -> fmt::Result {
+    match *event {
+        EstimationEvent::NotFinite { channel } => {
+            write!(f, "{} gave no number (NaN or infinity); taken as not sampled", channel.name(controls))
+        }
+        EstimationEvent::OutOfRange { channel, value } => write!(
+            f,
+            "{} read {} {}, which no aircraft reaches (wrong unit?); taken as not sampled",
+            channel.name(controls),
+            Digits(value, 4),
+            channel.si_unit()
+        ),
+        EstimationEvent::TimeNotFinite => f.write_str("a sample's time is no number; the sample was dropped"),
+        EstimationEvent::DuplicateTime => f.write_str("a second sample came with the same time; it was dropped"),
+        EstimationEvent::TimeWentBack { by_s } => {
+            write!(f, "time went back by {} s; the sample was dropped", Digits(by_s, 3))
+        }
+        EstimationEvent::RatesSilent { seconds } => {
+            write!(f, "p, q and r were silent for {} s; the filter starts again with them", Digits(seconds, 3))
+        }
+        EstimationEvent::Gap { seconds } => {
+            write!(f, "nothing came for {} s; the filter starts again", Digits(seconds, 3))
+        }
+        EstimationEvent::SegmentRestart => f.write_str("time runs on from an earlier instant; a new segment begins"),
+        EstimationEvent::Initialised => f.write_str("the filter has a state"),
+        EstimationEvent::StatesChosen { set } => {
+            f.write_str("states: u v w, phi theta psi, altitude, p q r, p-dot q-dot r-dot, gyro biases")?;
+            for (there, name) in set.specific_force.into_iter().zip(["ax", "ay", "az"]) {
+                if there {
+                    write!(f, ", {name} and its bias")?;
+                }
+            }
+            for (there, name) in set.scale_error.into_iter().zip(["tas", "alpha", "beta"]) {
+                if there {
+                    write!(f, ", scale of {name}")?;
+                }
+            }
+            Ok(())
+        }
+        EstimationEvent::LinesNotched { passing_hz } => {
+            write!(f, "the blades' passing at {} Hz and its double are taken out of every channel", Digits(passing_hz, 3))
+        }
+        EstimationEvent::LineFolded => {
+            f.write_str("sampling folds the blades' passing onto the flight's own frequencies; it is left in some channel")
+        }
+        EstimationEvent::NoAccelerometer { channel } => write!(
+            f,
+            "no accelerometer {}; its specific force is taken to balance gravity, with a large uncertainty",
+            channel.name(controls)
+        ),
+        EstimationEvent::AidMissing { aid } => {
+            let aid = AidLabel(aid, controls);
+            write!(f, "the run brings no {aid}; what it alone makes observable stays unknown")
+        }
+        EstimationEvent::AidRejected { aid, test_ratio } => {
+            let (aid, ratio) = (AidLabel(aid, controls), Digits(test_ratio, 3));
+            write!(f, "{aid} is rejected: it disagrees with the kinematics (test ratio {ratio}, limit 1)")
+        }
+        EstimationEvent::AidAccepted { aid } => write!(f, "{} is used again", AidLabel(aid, controls)),
+        EstimationEvent::KinematicsDisagree { aid, r_squared } => {
+            let (aid, r2) = (AidLabel(aid, controls), Digits(r_squared, 3));
+            write!(f, "{aid} does not move as the kinematics say (R2 {r2}): vane position, lag or scale?")
+        }
+        EstimationEvent::InnovationsTooLarge { aid, mean_nis } => {
+            let (aid, nis) = (AidLabel(aid, controls), Digits(mean_nis, 3));
+            write!(f, "{aid} scatters more than expected (mean normalised innovation squared {nis}, expected 1)")
+        }
+        EstimationEvent::TrimNotSteady { rate_rms } => write!(
+            f,
+            "the aircraft was not steady in its trim window (rms body rate {} rad/s); perturbations are about no trim",
+            Digits(rate_rms, 3)
+        ),
+        EstimationEvent::NumericBreakdown => f.write_str("the numbers broke down; the filter starts again"),
+    }
+}

@@ -1,0 +1,10 @@
+//! Words for people, made from data: a sentence for each event, status, reason and cause.
+
+pub mod cause_sentence;
+pub(crate) mod estimation_sentence;
+pub mod finding_text;
+pub mod manoeuvre_sentences;
+pub mod noise_text;
+pub mod output_error_text;
+pub mod set_aside;
+pub mod status_text;

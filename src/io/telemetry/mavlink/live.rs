@@ -1,0 +1,353 @@
+//! A link, its frames and the vehicle's stream in one: live telemetry as samples.
+//!
+//! Consumes bytes of a [`Link`] and the host's time; produces samples and counts. Whoever runs it calls
+//! [`LiveTelemetry::poll`] in turn with [`LiveTelemetry::next_sample`], and [`LiveTelemetry::heartbeat`] once a second:
+//! without it many senders send nothing, and the one that is called by `udpout` does not know of us. Where the link is silent
+//! for its time limit, the samples that wait for late messages are let go; so too where only others talk. An end of the link
+//! is reported, and is for the caller to mend by opening it anew. Until the vehicle is chosen
+//! ([`vehicle_selection`](super::vehicle_selection)) messages wait, and none of them is lost. What is worth a word to a person
+//! comes as a [`LiveNotice`], each kind once.
+
+use super::clock::BootClock;
+use super::clock_monitor::{ClockMonitor, SavedClock};
+use super::encode::Frames;
+use super::link::{DATAGRAM_MAX, Link, LinkError, LinkEvent, Url};
+use super::mapping::MavlinkConfig;
+use super::message::MessageKind;
+use super::packet::{FrameTally, Framer, Framing, Packet};
+use super::senders::{Sender, SenderTally, Senders};
+use super::stream::{READY_MAX, TimedSample, UnusedMessages, VehicleStream, admits};
+use super::vehicle_selection::VehicleSelection;
+use mavlink::dialects::ardupilotmega as dialect;
+use mavlink::dialects::ardupilotmega::MavMessage;
+use std::collections::VecDeque;
+use std::io::Result as IoResult;
+use std::time::Duration;
+
+/// Our component id beside an autopilot: that of an onboard computer.
+pub const COMPONENT: u8 = 191;
+
+/// What is worth a word to a person.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LiveNotice {
+    /// The vehicle has fallen silent while another sends motion, which is the vehicle from now on.
+    Changed {
+        /// Who has fallen silent.
+        from: Sender,
+        /// Who sends.
+        to: Sender,
+    },
+    /// Two senders use the vehicle's id with different clocks.
+    TwoClocks(Sender),
+    /// Two running numbers interleave under the vehicle's id.
+    TwoNumbers(Sender),
+    /// The vehicle's clock stands still at so many seconds.
+    StandsStill(f64),
+    /// The vehicle's clock runs slower than ours: ages count from arrival.
+    ByArrival,
+}
+
+/// Live telemetry.
+#[derive(Debug)]
+pub struct LiveTelemetry {
+    link: Link,
+    patience: Duration,
+    config: MavlinkConfig,
+    choice: VehicleSelection,
+    /// Messages before the choice, with their arrival.
+    pending: VecDeque<(Packet, Option<u64>)>,
+    /// What earlier vehicles left unused, and what waited too long for a choice.
+    before: UnusedMessages,
+    notices: VecDeque<LiveNotice>,
+    /// Which of the notices that come once have been given.
+    noticed: [bool; 4],
+    framer: Framer,
+    stream: VehicleStream,
+    senders: Senders,
+    buffer: Box<[u8]>,
+    /// Who our heartbeats come from, once the vehicle is known.
+    frames: Frames,
+    known_system: Option<u8>,
+}
+
+impl LiveTelemetry {
+    /// Opens the link; a poll gives up after `patience`.
+    ///
+    /// # Errors
+    /// [`LinkError`] where the link cannot be opened.
+    pub fn open(url: Url, config: MavlinkConfig, patience: Duration) -> Result<Self, LinkError> {
+        Ok(LiveTelemetry::on(Link::open(url, patience)?, config, patience))
+    }
+
+    /// The same on a link that is open already.
+    pub fn on(link: Link, config: MavlinkConfig, patience: Duration) -> Self {
+        LiveTelemetry {
+            link,
+            patience,
+            framer: Framer::new(Framing::Bare),
+            choice: VehicleSelection::default(),
+            pending: VecDeque::new(),
+            before: UnusedMessages::default(),
+            notices: VecDeque::new(),
+            noticed: [false; 4],
+            stream: VehicleStream::new(config.clone(), None),
+            config,
+            senders: Senders::default(),
+            buffer: vec![0; DATAGRAM_MAX].into(),
+            frames: Frames::new(Sender { system: 1, component: COMPONENT }),
+            known_system: None,
+        }
+    }
+
+    /// Opens the same link again, where it has ended; vehicle, clock and counts go on.
+    ///
+    /// # Errors
+    /// [`LinkError`] where it cannot be opened.
+    pub fn reopen(&mut self) -> Result<(), LinkError> {
+        self.link = Link::open(self.link.url().clone(), self.patience)?;
+        Ok(())
+    }
+
+    /// Goes on with a vehicle as another process left it; call it before the first [`LiveTelemetry::poll`]. `false` where the
+    /// configuration does not admit that vehicle.
+    pub fn resume(&mut self, vehicle: Sender, clock: &SavedClock) -> bool {
+        let admitted = admits(&self.config, vehicle);
+        if admitted {
+            self.choice = VehicleSelection::made(vehicle);
+            self.stream = VehicleStream::live(self.config.clone(), vehicle, BootClock::resumed(clock));
+        }
+        admitted
+    }
+
+    /// What the next process needs to go on; `None` before the vehicle's clock is known.
+    pub fn remembered(&self) -> Option<(Sender, SavedClock)> {
+        Some((self.stream.vehicle()?, self.stream.clock().remembered()?))
+    }
+
+    /// Waits for bytes and takes them in; `host_us` is the host's time then, us, on any clock that only goes forward.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn poll(&mut self, host_us: impl FnOnce() -> Option<u64>) -> IoResult<LinkEvent> {
+        let received = self.link.receive(&mut self.buffer)?;
+        let host_us = host_us();
+        match received {
+            LinkEvent::Bytes(count) => {
+                let buffer = std::mem::take(&mut self.buffer);
+                let mut rest = buffer.get(..count).unwrap_or_default();
+                while !rest.is_empty() {
+                    let taken = self.framer.take(rest);
+                    rest = rest.get(taken..).unwrap_or_default();
+                    while let Some(packet) = self.framer.next_packet() {
+                        self.hear(&packet, host_us);
+                    }
+                }
+                self.buffer = buffer;
+                let quiet = host_us.zip(self.stream.heard_us()).map(|(now, heard)| now.saturating_sub(heard));
+                if quiet.is_some_and(|quiet| u128::from(quiet) > self.patience.as_micros()) {
+                    self.stream.flush();
+                }
+            }
+            LinkEvent::Silence | LinkEvent::Closed => self.stream.flush(),
+        }
+        self.choose(host_us);
+        self.notice();
+        Ok(received)
+    }
+
+    /// What is worth a word, the oldest first.
+    pub fn next_notice(&mut self) -> Option<LiveNotice> {
+        self.notices.pop_front()
+    }
+
+    fn hear(&mut self, packet: &Packet, host_us: Option<u64>) {
+        self.senders.count(packet);
+        let Some(kind) = MessageKind::of(packet.id) else { return };
+        let sender = Sender::of(packet);
+        if self.choice.chosen().is_none() {
+            if self.pending.len() >= READY_MAX {
+                self.pending.pop_front();
+                self.before.overrun += 1;
+            }
+            self.pending.push_back((*packet, host_us));
+        } else {
+            self.stream.packet(packet, host_us);
+        }
+        if kind.is_motion() && admits(&self.config, sender) {
+            self.choice.motion(sender);
+            self.choose(host_us);
+        }
+    }
+
+    fn choose(&mut self, host_us: Option<u64>) {
+        let before = self.choice.chosen();
+        let Some(vehicle) = self.choice.change(host_us.unwrap_or(0)) else { return };
+        let boot = match before {
+            None => 0,
+            Some(from) => {
+                self.notices.push_back(LiveNotice::Changed { from, to: vehicle });
+                self.before = self.unused();
+                self.stream.clock().boot().saturating_add(1)
+            }
+        };
+        self.stream = VehicleStream::live(self.config.clone(), vehicle, BootClock::live(boot));
+        for (packet, host_us) in std::mem::take(&mut self.pending) {
+            self.stream.packet(&packet, host_us);
+        }
+    }
+
+    fn notice(&mut self) {
+        let Some(vehicle) = self.stream.vehicle() else { return };
+        let clock = self.stream.clock();
+        let witness = |says: fn(&ClockMonitor) -> bool| clock.witness().is_some_and(says);
+        #[expect(clippy::cast_precision_loss, reason = "below 2^55 us")]
+        let stands_at_s = clock.newest_boot_us().map_or(0.0, |newest| newest as f64 / 1e6);
+        let found = [
+            (witness(ClockMonitor::sees_two), LiveNotice::TwoClocks(vehicle)),
+            (self.senders.of(vehicle).is_some_and(SenderTally::has_two_numbers), LiveNotice::TwoNumbers(vehicle)),
+            (witness(ClockMonitor::stands_still), LiveNotice::StandsStill(stands_at_s)),
+            (witness(|witness| witness.offset().is_by_arrival()), LiveNotice::ByArrival),
+        ];
+        for (noticed, (now, notice)) in self.noticed.iter_mut().zip(found) {
+            if now && !*noticed {
+                *noticed = true;
+                self.notices.push_back(notice);
+            }
+        }
+    }
+
+    /// The next sample.
+    pub fn next_sample(&mut self) -> Option<TimedSample> {
+        self.stream.next_sample()
+    }
+
+    /// Says that we are there: an onboard computer of the vehicle's system, no autopilot. `false` where nobody is known
+    /// yet to say it to.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn heartbeat(&mut self) -> IoResult<bool> {
+        let system = self.stream.vehicle().map(|vehicle| vehicle.system);
+        if let Some(system) = system.filter(|_| system != self.known_system) {
+            self.frames = Frames::new(Sender { system, component: COMPONENT });
+            self.known_system = Some(system);
+        }
+        let message = MavMessage::HEARTBEAT(dialect::HEARTBEAT_DATA {
+            custom_mode: 0,
+            mavtype: dialect::MavType::MAV_TYPE_ONBOARD_CONTROLLER,
+            autopilot: dialect::MavAutopilot::MAV_AUTOPILOT_INVALID,
+            base_mode: dialect::MavModeFlag::empty(),
+            system_status: dialect::MavState::MAV_STATE_ACTIVE,
+            mavlink_version: 3,
+        });
+        self.link.send(self.frames.frame(&message))
+    }
+
+    /// The configuration.
+    pub fn config(&self) -> &MavlinkConfig {
+        &self.config
+    }
+
+    /// The link.
+    pub fn link(&self) -> &Link {
+        &self.link
+    }
+
+    /// The vehicle and its clock.
+    pub fn stream(&self) -> &VehicleStream {
+        &self.stream
+    }
+
+    /// Who sent what so far.
+    pub fn senders(&self) -> &Senders {
+        &self.senders
+    }
+
+    /// Frames and damage so far.
+    pub fn tally(&self) -> FrameTally {
+        self.framer.tally()
+    }
+
+    /// Messages of the vehicle that were not used so far.
+    pub fn unused(&self) -> UnusedMessages {
+        let (before, now) = (self.before, self.stream.unused());
+        UnusedMessages {
+            late: before.late + now.late,
+            in_doubt: before.in_doubt + now.in_doubt,
+            no_clock: before.no_clock + now.no_clock,
+            overrun: before.overrun + now.overrun,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::encode::{Encoder, ME};
+    use super::*;
+    use crate::flight::channel::{Channel, ControlNames};
+    use crate::flight::sample::Sample;
+
+    #[test]
+    fn a_sender_on_the_loopback_is_heard_and_hears_our_heartbeat() {
+        let patience = Duration::from_millis(20);
+        let mut live = LiveTelemetry::open(Url::UdpIn("127.0.0.1:0".into()), MavlinkConfig::default(), patience).unwrap();
+        let address = live.link().local_address().unwrap().to_string();
+        assert!(!live.heartbeat().unwrap());
+        let mut sender = Link::open(Url::UdpOut(address), patience).unwrap();
+        let mut encoder = Encoder::new(ME, MavlinkConfig::default(), ControlNames::Rotorcraft);
+        let mut heard = Vec::new();
+        for i in 0..50 {
+            let mut sample = Sample::new(10.0 + 0.02 * f64::from(i));
+            sample.set(Channel::R, 0.125 * f64::from(i));
+            sample.set(Channel::Pedal, 0.0);
+            encoder.sample(&sample, |frame| assert!(sender.send(frame).unwrap())).unwrap();
+            while heard.len() < usize::try_from(i).unwrap() && live.poll(|| Some(1)).unwrap() != LinkEvent::Silence {
+                heard.extend(std::iter::from_fn(|| live.next_sample()).map(|timed| timed.sample));
+            }
+        }
+        while live.poll(|| None).unwrap() != LinkEvent::Silence {}
+        heard.extend(std::iter::from_fn(|| live.next_sample()).map(|timed| timed.sample));
+        assert_eq!(heard.len(), 50);
+        assert_eq!(heard.last().and_then(|last| last.get(Channel::R)), Some(0.125 * 49.0));
+        assert!(live.heartbeat().unwrap());
+        let mut buffer = [0; 64];
+        assert_eq!(sender.receive(&mut buffer).unwrap(), LinkEvent::Bytes(21));
+        assert_eq!((buffer[5], buffer[6]), (1, COMPONENT));
+        assert_eq!(live.stream().vehicle(), Some(ME));
+    }
+
+    /// One frame of motion of that sender at that boot time.
+    fn motion(frames: &mut Frames, time_boot_ms: u32) -> Vec<u8> {
+        frames.frame(&MavMessage::ATTITUDE(dialect::ATTITUDE_DATA { time_boot_ms, ..Default::default() })).to_vec()
+    }
+
+    #[test]
+    fn a_stray_holds_no_place_and_a_vehicle_that_falls_silent_gives_way() {
+        let patience = Duration::from_millis(20);
+        let mut live = LiveTelemetry::open(Url::UdpIn("127.0.0.1:0".into()), MavlinkConfig::default(), patience).unwrap();
+        let address = live.link().local_address().unwrap().to_string();
+        let mut link = Link::open(Url::UdpOut(address), patience).unwrap();
+        let [one, two] = [1, 2].map(|system| Sender { system, component: 1 });
+        let (mut first, mut second) = (Frames::new(one), Frames::new(two));
+        let stray = motion(&mut Frames::new(Sender { system: 9, component: 9 }), 5);
+        link.send(&stray).unwrap();
+        let mut found = Vec::new();
+        for k in 0..800_u32 {
+            if k < 200 {
+                link.send(&motion(&mut first, 1000 + 20 * k)).unwrap();
+            }
+            if k >= 100 {
+                link.send(&motion(&mut second, 500_000 + 20 * k)).unwrap();
+            }
+            for _ in 0..=u32::from((100..200).contains(&k)) + u32::from(k == 0) {
+                let _ = live.poll(|| Some(u64::from(k) * 20_000)).unwrap();
+            }
+            found.extend(std::iter::from_fn(|| live.next_sample()));
+        }
+        let boot = |boot| found.iter().filter(|timed| timed.boot == boot).count();
+        assert_eq!(boot(0), 200, "none of the first is lost");
+        assert!((330..=360).contains(&boot(1)), "{}", boot(1));
+        assert_eq!(live.next_notice(), Some(LiveNotice::Changed { from: one, to: two }));
+        assert_eq!((live.next_notice(), live.stream().vehicle()), (None, Some(two)));
+    }
+}

@@ -1,0 +1,20 @@
+//! Telemetry: bytes of an aircraft or a file become time-stamped samples.
+//!
+//! In: recordings in any format that is read (told by content). Out: [`Sample`](crate::flight::sample::Sample)s, the run's own
+//! keys, columns.
+//! Assumed: nothing of the bytes. Refused: what has no time or is no number, row by row, counted and said; a file whose
+//! format, preamble or header cannot be read, with the place.
+
+pub mod csv;
+pub mod format;
+#[cfg(feature = "log")]
+pub mod log_recording;
+#[cfg(feature = "mavlink")]
+pub mod mavlink;
+#[cfg(feature = "log")]
+pub mod mcap;
+#[cfg(feature = "log")]
+mod mcap_stream;
+pub mod record;
+#[cfg(all(feature = "log", feature = "mavlink"))]
+pub mod recording;

@@ -1,0 +1,157 @@
+//! A recording, whatever its format: what the run says of itself, its columns, and its rows one by one.
+//!
+//! Consumes a path; produces [`RecordingRow`]s with the known channels in SI and the others as they came. The order of time is
+//! not judged here. A row that cannot be read is skipped and counted ([`SkippedByReason`]), never guessed; a file of which no
+//! row can be read is an error. Memory is bounded by the longest row, not by the file.
+
+use super::csv::CsvRecording;
+use super::format::{HEAD_BYTES, RecordingFormat};
+use super::log_recording::LogRecording;
+use super::mavlink::mapping::MavlinkConfig;
+use super::mavlink::packet::Framing;
+use super::mavlink::recording::{MavlinkRecording, Traffic};
+use super::record::{RecordingError, RecordingRow, SkippedByReason};
+use crate::flight::file::run_file::{RecordingColumn, RunInfo};
+use std::fs::File;
+use std::io::{Cursor, Read, Seek, SeekFrom};
+use std::path::Path;
+
+/// A recording that is being read.
+#[derive(Debug)]
+pub enum Recording {
+    /// A run file in text.
+    Csv(Box<CsvRecording>),
+    /// A log of this program.
+    Mcap(Box<LogRecording>),
+    /// Messages of MAVLink.
+    Mavlink(Box<MavlinkRecording>),
+}
+
+impl Recording {
+    /// Opens a recording; its format is told by its content.
+    ///
+    /// # Errors
+    /// [`RecordingError`] where the file cannot be read, is of another format, or its preamble or header is wrong.
+    pub fn open(path: &Path) -> Result<Self, RecordingError> {
+        Recording::open_with(path, &MavlinkConfig::default())
+    }
+
+    /// The same, with a configuration of which message gives which channel.
+    ///
+    /// # Errors
+    /// As [`Recording::open`].
+    pub fn open_with(path: &Path, mavlink: &MavlinkConfig) -> Result<Self, RecordingError> {
+        let whole = |what: String| RecordingError::Whole { path: path.into(), what };
+        let cannot = |error: std::io::Error| whole(format!("cannot be opened: {error}"));
+        let mut file = File::open(path).map_err(cannot)?;
+        if file.metadata().map_err(cannot)?.is_dir() {
+            return Err(whole("expected a recording, found a directory".into()));
+        }
+        let mut head = Vec::with_capacity(HEAD_BYTES);
+        let limit = u64::try_from(HEAD_BYTES).unwrap_or(u64::MAX);
+        file.by_ref().take(limit).read_to_end(&mut head).map_err(|source| RecordingError::Io { path: path.into(), source })?;
+        match RecordingFormat::of(&head) {
+            RecordingFormat::Csv => {
+                CsvRecording::new(path, Box::new(Cursor::new(head).chain(file))).map(|text| Recording::Csv(Box::new(text)))
+            }
+            RecordingFormat::Mcap => {
+                file.seek(SeekFrom::Start(0)).map_err(|source| RecordingError::Io { path: path.into(), source })?;
+                LogRecording::new(path, file).map(|log| Recording::Mcap(Box::new(log)))
+            }
+            RecordingFormat::Tlog => MavlinkRecording::new(path, file, Framing::Stamped, mavlink.clone())
+                .map(|recording| Recording::Mavlink(Box::new(recording))),
+            RecordingFormat::Mavlink => MavlinkRecording::new(path, file, Framing::Bare, mavlink.clone())
+                .map(|recording| Recording::Mavlink(Box::new(recording))),
+            RecordingFormat::Named(name) => Err(whole(format!("recognised as {name}, which this version does not read yet"))),
+            RecordingFormat::Empty => Err(whole("expected a recording, found an empty file".into())),
+            RecordingFormat::Unknown(bytes) => {
+                let hex: Vec<String> = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+                Err(whole(format!("expected a recording, found no known format: it starts with the bytes {}", hex.join(" "))))
+            }
+        }
+    }
+
+    /// The format in a word.
+    pub fn format(&self) -> &'static str {
+        match self {
+            Recording::Csv(_) => "CSV",
+            Recording::Mcap(_) => "MCAP",
+            Recording::Mavlink(recording) => recording.format(),
+        }
+    }
+
+    /// What rows are numbered by, in a word for messages.
+    pub fn counted_in(&self) -> &'static str {
+        match self {
+            Recording::Csv(_) => "line",
+            Recording::Mcap(_) | Recording::Mavlink(_) => "sample",
+        }
+    }
+
+    /// What the run says of itself.
+    pub fn info(&self) -> &RunInfo {
+        match self {
+            Recording::Csv(recording) => recording.info(),
+            Recording::Mcap(recording) => recording.info(),
+            Recording::Mavlink(recording) => recording.info(),
+        }
+    }
+
+    /// The columns in the order of the file.
+    pub fn columns(&self) -> &[RecordingColumn] {
+        match self {
+            Recording::Csv(recording) => recording.columns(),
+            Recording::Mcap(recording) => recording.columns(),
+            Recording::Mavlink(recording) => recording.columns(),
+        }
+    }
+
+    /// The next row that can be read; `None` at the end.
+    ///
+    /// # Errors
+    /// [`RecordingError`] where reading fails, a row is longer than memory allows for, or the end comes without a single
+    /// good row.
+    pub fn next_row(&mut self) -> Result<Option<&RecordingRow>, RecordingError> {
+        match self {
+            Recording::Csv(recording) => recording.next_row(),
+            Recording::Mcap(recording) => recording.next_row(),
+            Recording::Mavlink(recording) => recording.next_row(),
+        }
+    }
+
+    /// What was skipped so far.
+    pub fn skipped(&self) -> &SkippedByReason {
+        match self {
+            Recording::Csv(recording) => recording.skipped(),
+            Recording::Mcap(recording) => recording.skipped(),
+            Recording::Mavlink(recording) => recording.skipped(),
+        }
+    }
+
+    /// What of the file could not be read, besides the rows that [`Recording::skipped`] counts, in words; complete after
+    /// the last row.
+    pub fn shortfall(&self) -> Option<String> {
+        match self {
+            Recording::Csv(_) => None,
+            Recording::Mcap(recording) => recording.shortfall(),
+            Recording::Mavlink(recording) => recording.shortfall(),
+        }
+    }
+
+    /// Whether the recording stops without its proper end (no end of line, no footer): it may have been cut short.
+    pub fn ends_abruptly(&self) -> bool {
+        match self {
+            Recording::Csv(recording) => recording.ends_abruptly(),
+            Recording::Mcap(recording) => recording.ends_abruptly(),
+            Recording::Mavlink(_) => false,
+        }
+    }
+
+    /// Who sent what, of messages.
+    pub fn traffic(&self) -> Option<&Traffic> {
+        match self {
+            Recording::Csv(_) | Recording::Mcap(_) => None,
+            Recording::Mavlink(recording) => Some(recording.traffic()),
+        }
+    }
+}

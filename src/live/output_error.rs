@@ -1,0 +1,207 @@
+//! Output error during the flight: which samples are manoeuvres, when they are fitted again, whether the estimates have
+//! converged.
+//!
+//! In: every sample, and at each publication of the regression whether the aircraft is excited and which terms it has.
+//! Out: an [`OutputErrorRecord`] after every fit and when the estimates become stale. A manoeuvre begins `lead_s` before
+//! excitation was detected and ends with it; each has its own trim, initial state and biases, all share one model.
+//! Time is that of the samples, so a recording gives the same numbers however fast it is played.
+//! Assumed: the regression's terms are those of the aircraft, the manoeuvres are of one flight condition.
+//! Bounded: memory for a fixed number of samples; where a manoeuvre does not fit, the oldest is dropped, which is reported.
+
+use super::manoeuvre_buffer::{ManoeuvreBuffer, SegmentLimits};
+use super::output_error_config::LiveOutputErrorConfig;
+use crate::flight::derivative::{AXES, Variable};
+use crate::flight::run::RunGeometry;
+use crate::flight::sample::Sample;
+use crate::live::live_fit;
+use crate::postflight::output_error::record::{OutputErrorProgress, OutputErrorRecord};
+use crate::realtime::regression::record::{DerivativesRecord, Status};
+
+/// What a publication of the regression reports.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RegressionReport {
+    /// When, s.
+    pub time_s: f64,
+    /// Whether the aircraft is excited.
+    pub excited: bool,
+    /// By axis, a bit for each variable in its equation.
+    pub terms: [u16; AXES],
+}
+
+impl From<&DerivativesRecord> for RegressionReport {
+    fn from(record: &DerivativesRecord) -> Self {
+        let mut terms = [0; AXES];
+        for (bits, equation) in terms.iter_mut().zip(&record.equations) {
+            if equation.status.rank() >= Status::Stale.rank() {
+                let variables = equation.terms.iter().filter_map(|term| term.variable);
+                *bits = variables.fold(0, |bits, variable: Variable| bits | 1 << variable.index());
+            }
+        }
+        RegressionReport { time_s: record.time_s, excited: record.excited, terms }
+    }
+}
+
+/// Output error during a flight.
+#[derive(Clone, Debug)]
+pub struct LiveOutputError {
+    config: LiveOutputErrorConfig,
+    geometry: RunGeometry,
+    manoeuvres: ManoeuvreBuffer,
+    /// Excitation of the longest closed manoeuvre, s.
+    longest_s: f64,
+    terms: [u16; AXES],
+    fitted_s: f64,
+    due: bool,
+    /// Estimates that later ones are compared with, and since when these have stayed near them.
+    reference: Vec<f64>,
+    since_s: f64,
+    record: OutputErrorRecord,
+}
+
+impl LiveOutputError {
+    /// Allocates all memory for samples.
+    pub fn new(config: LiveOutputErrorConfig, geometry: RunGeometry) -> Self {
+        let LiveOutputErrorConfig { lead_s, shortest_s, longest_s, capacity, .. } = config;
+        let limits = SegmentLimits { lead_s, shortest_s, longest_s, capacity, most: usize::MAX };
+        LiveOutputError {
+            manoeuvres: ManoeuvreBuffer::new(limits),
+            config,
+            geometry,
+            longest_s: 0.0,
+            terms: [0; AXES],
+            fitted_s: f64::NEG_INFINITY,
+            due: false,
+            reference: Vec::new(),
+            since_s: 0.0,
+            record: OutputErrorRecord::EMPTY,
+        }
+    }
+
+    /// A sample as it came; one without a time, or not after the one before, is left out.
+    pub fn sample(&mut self, sample: &Sample) {
+        self.manoeuvres.sample(sample);
+    }
+
+    /// Takes a publication of the regression; the record where it has become stale.
+    pub fn seen(&mut self, seen: &RegressionReport) -> Option<&OutputErrorRecord> {
+        if seen.terms.iter().any(|bits| *bits != 0) {
+            self.terms = seen.terms;
+        }
+        let ended = self.manoeuvres.seen(seen.time_s, seen.excited);
+        self.over(ended);
+        let open_for_s = self.manoeuvres.open_for(seen.time_s);
+        let long_enough = open_for_s.is_some_and(|open_for_s| open_for_s >= self.config.shortest_s);
+        let again = self.config.streaming && long_enough && seen.time_s - self.fitted_s >= self.config.every_s;
+        self.due |= again && self.terms.iter().any(|bits| *bits != 0);
+        let old = open_for_s.is_none() && seen.time_s - self.record.fitted_s > self.config.stale_s;
+        if old && !self.due && matches!(self.record.progress, OutputErrorProgress::Converging | OutputErrorProgress::Converged) {
+            self.record.progress = OutputErrorProgress::Stale;
+            self.record.time_s = seen.time_s;
+            return Some(&self.record);
+        }
+        None
+    }
+
+    /// A manoeuvre of that length is over.
+    fn over(&mut self, ended: Option<f64>) {
+        if let Some(long_s) = ended {
+            self.longest_s = self.longest_s.max(long_s);
+            self.record.dropped = self.manoeuvres.dropped();
+            self.due = true;
+        }
+    }
+
+    /// Whether it is time to fit again.
+    pub fn is_due(&self) -> bool {
+        self.due
+    }
+
+    /// The newest record.
+    pub fn record(&self) -> &OutputErrorRecord {
+        &self.record
+    }
+
+    /// End of the run: an open manoeuvre ends.
+    pub fn finish(&mut self) {
+        let ended = self.manoeuvres.finish();
+        self.over(ended);
+    }
+
+    /// Fits all manoeuvres in the buffer, the open one included.
+    pub fn refit(&mut self) -> &OutputErrorRecord {
+        self.due = false;
+        let newest = |samples: &[Sample]| samples.last().map(|last| last.time_s);
+        let runs = self.manoeuvres.runs();
+        let Some(time_s) = runs.last().and_then(|last| newest(last)) else { return &self.record };
+        self.fitted_s = time_s;
+        self.record.time_s = time_s;
+        let starts: Vec<_> = self.record.parameters.iter().map(|one| (one.axis, one.variable, one.value)).collect();
+        let open_for_s = self.manoeuvres.open_for(time_s);
+        let (open, excited_s) = (open_for_s.is_some(), self.longest_s.max(open_for_s.unwrap_or(0.0)));
+        match live_fit::fit(&self.manoeuvres.runs(), self.geometry, &self.terms, &starts, excited_s, &self.config) {
+            Err(reason) => {
+                self.record.progress = OutputErrorProgress::Failed;
+                self.record.explain(&reason);
+            }
+            Ok(found) => {
+                let live_fit::LiveFit { record, searched, coloured } = found;
+                let known = live_fit::is_known(&record) && !coloured;
+                self.record = OutputErrorRecord { time_s, fitted_s: time_s, dropped: self.record.dropped, ..record };
+                let settled = self.settled(time_s);
+                self.record.progress = if searched && known && (settled || !open) {
+                    OutputErrorProgress::Converged
+                } else {
+                    OutputErrorProgress::Converging
+                };
+            }
+        }
+        &self.record
+    }
+
+    /// Whether the estimates have stayed within two standard errors for `settled_s`.
+    fn settled(&mut self, time_s: f64) -> bool {
+        let moved = self.record.parameters.len() != self.reference.len()
+            || self
+                .record
+                .parameters
+                .iter()
+                .zip(&self.reference)
+                .any(|(one, before)| !((one.value - before).abs() <= 2.0 * one.std));
+        if moved {
+            self.reference = self.record.parameters.iter().map(|one| one.value).collect();
+            self.since_s = time_s;
+        }
+        time_s - self.since_s >= self.config.settled_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn seen(time_s: f64, excited: bool) -> RegressionReport {
+        RegressionReport { time_s, excited, terms: [0; AXES] }
+    }
+
+    /// Samples at 10 Hz from a time to another, excitation as it is.
+    fn fly(live: &mut LiveOutputError, from: u32, to: u32, excited: bool) {
+        for k in from..to {
+            let time_s = 0.1 * f64::from(k);
+            live.sample(&Sample::new(time_s));
+            let _ = live.seen(&seen(time_s, excited));
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_fitted_is_a_reason() {
+        let mut live = LiveOutputError::new(LiveOutputErrorConfig::default(), RunGeometry::DEFAULT);
+        fly(&mut live, 0, 60, true);
+        assert!(!live.is_due(), "nothing has any terms");
+        fly(&mut live, 60, 61, false);
+        assert!(live.is_due(), "a manoeuvre is over");
+        let record = live.refit();
+        assert_eq!(record.progress, OutputErrorProgress::Failed);
+        assert!(!record.reason.is_empty() && record.parameters.is_empty());
+        assert!(!live.is_due());
+    }
+}

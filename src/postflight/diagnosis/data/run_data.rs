@@ -1,0 +1,218 @@
+//! A run as the diagnosis takes it: outputs and inputs as lines, a uniform mesh of times, noise of each channel.
+//!
+//! Consumes samples and where instruments stand; produces the mesh (a whole number of the gyros' intervals, at most
+//! [`RATE_MAX_HZ`]) and, for a given time skew, each output's readings, those that fall to one node averaged. Vibration of the
+//! rotor's blades is taken out first (`blade_passing`), so that what is left of a channel's third differences is its noise. The
+//! rotor's speed moves slowly beside its noise, which would make what goes with it look smaller: it is `rotor_speed_smoother`.
+
+use super::rotor_speed_smoother::smoothed;
+use crate::flight::channel::Channel;
+use crate::flight::control::{CONTROLS, Control};
+use crate::flight::run::RunGeometry;
+use crate::flight::sample::Sample;
+use crate::flight::signal::readings::{Groups, Mesh, Readings};
+use crate::flight::signal::series::Series;
+use crate::postflight::diagnosis::data::blade_passing;
+use crate::postflight::diagnosis::record::{LENGTH_MIN_S, Unusable};
+
+/// The mesh is not finer than this, Hz.
+pub const RATE_MAX_HZ: f64 = 32.0;
+/// A gap of the gyros that ends a run, s.
+pub const GAP_S: f64 = 0.5;
+/// An input moves that goes through so many times its noise.
+const STILL: f64 = 12.0;
+/// Fewer readings of a channel are none.
+const READINGS_MIN: usize = 16;
+
+/// Number of outputs.
+pub const OUTPUTS: usize = 13;
+/// Place of ax, ay, az among the outputs.
+pub const FORCE_OUTPUT: usize = 0;
+/// Place of p, q, r.
+pub const RATE_OUTPUT: usize = 3;
+/// Place of phi, theta, psi.
+pub const ATTITUDE_OUTPUT: usize = 6;
+/// Place of the airspeed.
+pub const TAS_OUTPUT: usize = 9;
+/// Place of the incidence.
+pub const ALPHA_OUTPUT: usize = 10;
+/// Place of the sideslip.
+pub const BETA_OUTPUT: usize = 11;
+/// Place of the altitude.
+pub const ALTITUDE_OUTPUT: usize = 12;
+/// Channels of the outputs, in the order of their places.
+pub const OUTPUT_CHANNELS: [Channel; OUTPUTS] = [
+    Channel::Ax,
+    Channel::Ay,
+    Channel::Az,
+    Channel::P,
+    Channel::Q,
+    Channel::R,
+    Channel::Phi,
+    Channel::Theta,
+    Channel::Psi,
+    Channel::Tas,
+    Channel::Alpha,
+    Channel::Beta,
+    Channel::Altitude,
+];
+/// What moves the aircraft: four controls, the rotor's speed, what accelerometers felt on axes that the model says nothing of.
+pub const INPUTS: usize = CONTROLS + 4;
+/// Place of the rotor's speed among the inputs.
+pub const ROTOR: usize = CONTROLS;
+/// First place of what accelerometers felt.
+pub const MEASURED_FORCE: usize = CONTROLS + 1;
+/// No instrument is better than this.
+const NOISE_FLOOR: [f64; OUTPUTS] = [0.01, 0.01, 0.01, 1e-4, 1e-4, 1e-4, 2e-4, 2e-4, 2e-4, 0.03, 2e-4, 2e-4, 0.1];
+
+/// The channel of an input.
+pub fn input_channel(input: usize) -> Channel {
+    match Control::ALL.get(input) {
+        Some(control) => control.channel(),
+        None if input == ROTOR => Channel::RotorSpeed,
+        None => OUTPUT_CHANNELS.get(input.wrapping_sub(MEASURED_FORCE)).copied().unwrap_or(Channel::Az),
+    }
+}
+
+/// From the least to the most of a series.
+fn span(series: &Series) -> f64 {
+    let (least, most) = series.samples().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (_, x)| (a.min(x), b.max(x)));
+    most - least
+}
+
+/// A run.
+#[derive(Clone, Debug)]
+pub struct RunData {
+    /// Its name.
+    pub name: String,
+    /// What it says of itself.
+    pub geometry: RunGeometry,
+    /// What was seen, by place.
+    pub outputs: [Option<Series>; OUTPUTS],
+    /// What was moved, by place.
+    pub inputs: [Option<Series>; INPUTS],
+    /// Standard deviation of one sample of each output.
+    pub output_noise: [f64; OUTPUTS],
+    /// Standard deviation of one sample of each input.
+    pub input_noise: [f64; INPUTS],
+    /// Density of the noise of the rotor's acceleration, rad^2/s^3.
+    pub rotor_rate_density: f64,
+    /// The mesh.
+    pub mesh: Mesh,
+    begin_s: f64,
+    end_s: f64,
+    interval_s: f64,
+    groups: Groups<OUTPUTS>,
+}
+
+impl RunData {
+    /// Gathers a run's samples.
+    ///
+    /// # Errors
+    /// [`Unusable`] where time goes back or the rates do not make a run.
+    pub fn of(name: &str, samples: &[Sample], geometry: RunGeometry) -> Result<RunData, Unusable> {
+        let back = samples.windows(2).position(|pair| matches!(pair, [before, after] if after.time_s < before.time_s));
+        if let Some((place, [before, after])) = back.and_then(|place| Some((place, samples.get(place..place + 2)?))) {
+            return Err(Unusable::Back { sample: place + 2, before_s: before.time_s, time_s: after.time_s });
+        }
+        let line = |channel: Channel| {
+            let series = Series::of(samples.iter().filter_map(|sample| Some((sample.time_s, sample.get(channel)?))));
+            (series.len() >= READINGS_MIN).then_some(series)
+        };
+        let mut outputs = OUTPUT_CHANNELS.map(|channel| {
+            let series = line(channel)?;
+            Some(if matches!(channel, Channel::Psi | Channel::Phi) { series.unwrapped() } else { series })
+        });
+        let mut inputs = core::array::from_fn(|input| if input < MEASURED_FORCE { line(input_channel(input)) } else { None });
+        let noise = |series: &Option<Series>| series.as_ref().map_or(0.0, Series::noise_std);
+        let mut input_noise = core::array::from_fn(|i| noise(&inputs[i]));
+        let mut rotor_rate_density = 0.0;
+        if let Some(rotor) = &mut inputs[ROTOR] {
+            let smoothed = smoothed(rotor);
+            (*rotor, input_noise[ROTOR], rotor_rate_density) = (smoothed.series, smoothed.noise_std, smoothed.slope_density);
+        }
+        if let Some(rotor) = &inputs[ROTOR] {
+            let shown = || outputs[..3].iter().rev().flatten().find_map(|series| blade_passing::blades_of(series, rotor));
+            if let Some(blades) = geometry.blades.or_else(shown) {
+                for series in outputs.iter_mut().take(6).flatten() {
+                    *series = blade_passing::removed(series, rotor, f64::from(blades));
+                }
+            }
+        }
+        let output_noise = core::array::from_fn(|c| noise(&outputs[c]).max(NOISE_FLOOR[c]));
+        let record = RunData {
+            name: name.to_owned(),
+            geometry,
+            outputs,
+            inputs,
+            output_noise,
+            input_noise,
+            rotor_rate_density,
+            mesh: Mesh::default(),
+            begin_s: 0.0,
+            end_s: 0.0,
+            interval_s: 0.0,
+            groups: Groups::default(),
+        };
+        record.on_mesh()
+    }
+
+    /// Whether an input goes through more than its noise.
+    pub fn moves(&self, place: usize) -> bool {
+        let noise = self.input_noise.get(place).copied().unwrap_or_default();
+        self.inputs.get(place).and_then(Option::as_ref).is_some_and(|series| span(series) > STILL * noise.max(1e-6))
+    }
+
+    /// Takes the accelerometer along an axis that the model says nothing of for what moved the aircraft along it.
+    pub fn use_measured_force(&mut self, axis: usize) {
+        let (Some(output), Some(input)) = (self.outputs.get_mut(axis), self.inputs.get_mut(MEASURED_FORCE + axis)) else {
+            return;
+        };
+        *input = output.take();
+        self.input_noise[MEASURED_FORCE + axis] = self.output_noise[axis];
+        self.groups = Groups::of(&self.outputs, &self.mesh, (f64::NEG_INFINITY, f64::INFINITY));
+    }
+
+    /// Lays the mesh over the time that the gyros cover.
+    fn on_mesh(mut self) -> Result<Self, Unusable> {
+        let (mut first_s, mut last_s, mut interval_s) = (f64::NEG_INFINITY, f64::INFINITY, 0.0f64);
+        for (series, name) in self.outputs[RATE_OUTPUT..ATTITUDE_OUTPUT].iter().zip(["p", "q", "r"]) {
+            let Some(series) = series else { return Err(Unusable::NoRates(name)) };
+            let (from, to) = series.range_s().unwrap_or((0.0, 0.0));
+            (first_s, last_s) = (first_s.max(from), last_s.min(to));
+            interval_s = interval_s.max(series.interval_s().unwrap_or(f64::INFINITY));
+        }
+        if !(last_s - first_s >= LENGTH_MIN_S) {
+            return Err(Unusable::Short((last_s - first_s).max(0.0)));
+        }
+        if !(interval_s <= 0.126) {
+            return Err(Unusable::Seldom(interval_s));
+        }
+        for series in self.outputs[RATE_OUTPUT..ATTITUDE_OUTPUT].iter().flatten() {
+            let mut before_s = first_s;
+            for (time_s, _) in series.samples() {
+                if time_s - before_s > GAP_S {
+                    return Err(Unusable::Gap(before_s, time_s));
+                }
+                before_s = time_s;
+            }
+        }
+        (self.begin_s, self.end_s, self.interval_s) = (first_s, last_s, interval_s);
+        self.lay_mesh(RATE_MAX_HZ);
+        Ok(self)
+    }
+
+    /// Lays the mesh anew, not finer than this.
+    pub fn lay_mesh(&mut self, rate_max_hz: f64) {
+        let step_s = self.interval_s * libm::floor((1.0 / (rate_max_hz * self.interval_s) + 1e-6).max(1.0));
+        // A node stands in the middle of the gyros' samples that fall to it.
+        let first_s = self.begin_s + 0.5 * (step_s - self.interval_s);
+        self.mesh = Mesh { first_s, step_s, nodes: ((self.end_s - first_s) / step_s + 1e-6) as usize + 1 };
+        self.groups = Groups::of(&self.outputs, &self.mesh, (f64::NEG_INFINITY, f64::INFINITY));
+    }
+
+    /// Readings of every output by node, taken as of the time that `late_s` before their own.
+    pub fn readings(&self, late_s: &[f64; OUTPUTS]) -> Readings {
+        self.groups.readings(&self.mesh, late_s)
+    }
+}

@@ -1,0 +1,348 @@
+//! The diagnosis of a model: causes with probabilities, what remains, what the extended model gains.
+//!
+//! Consumes a model and runs; produces the findings. Where the search's evidence of causes i and of no cause (o_i, twice the
+//! logarithm of the odds against nothing) is, the probability of each is
+//!     P_i = exp(o_i/2T)/(1 + sum_j exp(o_j/2T))                                                       (1)
+//! with T = [`TEMPERATURE`], for the evidence leaves out what linearising and the colour of what remains do to it.
+//! What the search cannot explain is what noise of forces beyond that of the controls is still worth, axis by axis; where the
+//! causes found explain less than [`EXPLAINED`] of what they and that noise explain together, the answer is `unknown`.
+
+use super::data::instrument_check::{InstrumentCheck, check_instruments};
+use super::data::run::RecordedRun;
+use super::data::run_data::RunData;
+use super::data::usable_runs::usable_runs;
+use super::evidence::regressor_plot::{RegressorPlot, regressor_plots};
+use super::evidence::residual::{Discrepancy, discrepancy};
+use super::evidence::residual_coherence::{AxisSpectrum, residual_coherence};
+use super::likelihood::adequacy::{with_observed_noise, without_unidentifiable};
+use super::likelihood::aircraft::Aircraft;
+use super::likelihood::problem::DiagnosisProblem;
+use super::record::{DiagnosisError, RankedCause, UnexplainedAxis, Unusable};
+use super::search::forward_search::{SearchResult, search};
+use super::search::joint_derivatives::joint_derivatives;
+use super::search::next_cause::{Rival, SearchSettings};
+use super::search::score_test::acts_on;
+use crate::flight::channel::Channel;
+use crate::flight::control::Control;
+use crate::flight::derivative::Axis;
+use crate::flight::effect::Effect;
+use crate::flight::file::effect_file::DeclaredEffect;
+use crate::postflight::validation::free_run;
+use crate::postflight::validation::free_run::FreeRunPrediction;
+use crate::postflight::validation::improvement::{Improvement, ImprovementVerdict, IntervalEstimate, improvement};
+use crate::simulation::flight_model::FlightModel;
+
+/// T of (1).
+pub const TEMPERATURE: f64 = 2.0;
+/// Least part of what is there that causes must explain.
+pub const EXPLAINED: f64 = 0.85;
+/// Less than this is no discrepancy, in cost.
+pub const NOTHING: f64 = 25.0;
+/// Part of what is there that many derivatives together may leave.
+const MANY_LEAVE: f64 = 0.04;
+/// So many causes on one axis are none.
+const CROWD: usize = 3;
+/// Rivals that are told.
+const TOLD: usize = 12;
+
+/// A cause that was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// It, with all other causes in the model.
+    pub cause: RankedCause,
+    /// What else it may be, the most probable first, the cause itself among them.
+    pub ranking: Vec<RankedCause>,
+    /// On the hold-out runs: the pooled error with all causes over that with all but this one.
+    pub held_out: Option<IntervalEstimate>,
+    /// The residual against it; gusts have none.
+    pub regressor_plot: Option<RegressorPlot>,
+}
+
+/// Result of a diagnosis.
+#[derive(Clone, Debug)]
+pub struct Diagnosis {
+    /// The causes, the weightiest first.
+    pub findings: Vec<Finding>,
+    /// What is there besides.
+    pub unknown: Option<UnexplainedAxis>,
+    /// Probability that nothing is wrong, and what else was looked at where nothing was found.
+    pub none: (f64, Vec<RankedCause>),
+    /// By axis, of those that the model says something of.
+    pub discrepancy: Vec<Discrepancy>,
+    /// Axes that it says nothing of.
+    pub unmodelled: Vec<Axis>,
+    /// The signals that the residuals correlate with, by axis.
+    pub spectra: Vec<AxisSpectrum>,
+    /// Channels that do not begin in the model's trim, where so many are that the runs have another.
+    pub off_trim: Vec<Channel>,
+    /// Runs that were set aside, and why.
+    pub set_aside: Vec<(String, Unusable)>,
+    /// The gain over the runs that were not used; with each, the predictions before and after.
+    pub gain: Option<HoldoutImprovement>,
+}
+
+/// The gain, and each run's predictions before and after.
+pub type HoldoutImprovement = (Improvement, Vec<(FreeRunPrediction, FreeRunPrediction)>);
+
+/// Less probable rivals are not reported.
+pub const PLAUSIBLE: f64 = 0.05;
+
+impl Finding {
+    /// The causes that the data do not rule out, the cause itself first.
+    pub fn plausible(&self) -> Vec<RankedCause> {
+        self.ranking.iter().filter(|ranked| ranked.probability >= PLAUSIBLE).copied().collect()
+    }
+}
+
+impl Diagnosis {
+    /// The effects that mend the model, with standard errors; gusts too, though they are no fault of it.
+    pub fn extension(&self) -> Vec<DeclaredEffect> {
+        if self.unknown.is_some() || self.judged().is_some_and(|judged| judged != ImprovementVerdict::Gain) {
+            return Vec::new();
+        }
+        let declared = |finding: &Finding| DeclaredEffect { effect: finding.cause.effect, std: Some(finding.cause.std) };
+        self.findings.iter().map(declared).collect()
+    }
+
+    /// What the causes are worth on the runs that were not used.
+    pub fn judged(&self) -> Option<ImprovementVerdict> {
+        self.gain.as_ref()?.0.pooled.as_ref().map(|pooled| pooled.ratio.verdict())
+    }
+}
+
+/// Diagnoses a model by some runs, and measures what the causes gain on others.
+///
+/// # Errors
+/// [`DiagnosisError`] where no run can be used.
+pub fn diagnose(
+    model: &FlightModel,
+    fit: &[RecordedRun],
+    holdout: &[RecordedRun],
+    settings: &SearchSettings,
+) -> Result<Diagnosis, DiagnosisError> {
+    let (records, mut set_aside) = usable_runs(model, fit);
+    let problem = pose(model, records.iter().map(|(_, record)| record.clone()).collect(), &set_aside)?;
+    // Instruments are judged without the model meanwhile; mostly they are well, and the first look stands.
+    let (check_instruments, first) = std::thread::scope(|scope| {
+        let beside = scope.spawn(|| check_instruments(fit));
+        let first = look(problem, &[], settings);
+        (beside.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), first)
+    });
+    let InstrumentCheck { set_aside: unlike, known } = check_instruments;
+    // In gusts, which the search has a word for, air data do not follow from the rest, and are none the worse.
+    let gusty = first.as_ref().is_some_and(|(_, searched, _)| searched.point.gust.0 > 0.0);
+    let (apart, same_instruments): (Vec<_>, Vec<_>) =
+        records.into_iter().partition(|(place, _)| !gusty && unlike.iter().any(|(there, _)| there == place));
+    let looked = if apart.is_empty() && known.is_empty() {
+        first
+    } else {
+        for (place, record) in apart {
+            let why = unlike.iter().find(|(there, _)| *there == place).map(|(_, why)| why.clone());
+            set_aside.extend(why.map(|why| (record.name, Unusable::Instruments(why))));
+        }
+        let problem = pose(model, same_instruments.into_iter().map(|(_, record)| record).collect(), &set_aside)?;
+        look(problem, &known, settings)
+    };
+    let Some((problem, searched, unknown)) = looked else {
+        return Err(DiagnosisError::Search(
+            "the model cannot be followed along these runs: it leaves what the equations of motion can carry",
+        ));
+    };
+    let mut findings = findings(&problem, &searched);
+    let discrepancy = discrepancy(&problem, &searched);
+    let none = none(&searched);
+    let spectra =
+        residual_coherence(&problem, &searched).into_iter().filter(|own| !problem.unmodelled[own.axis.index()]).collect();
+    let gain = gained(model, &mut findings, holdout)?;
+    let off_trim = if problem.other_trim { problem.off_trim.clone() } else { Vec::new() };
+    let (unmodelled, said): (Vec<Axis>, Vec<Axis>) = Axis::ALL.into_iter().partition(|axis| problem.unmodelled[axis.index()]);
+    let discrepancy = discrepancy.into_iter().filter(|one| said.contains(&one.axis)).collect();
+    Ok(Diagnosis { findings, unknown, none, discrepancy, unmodelled, spectra, off_trim, set_aside, gain })
+}
+
+/// The runs and the model, where there is anything to tell.
+fn pose(
+    model: &FlightModel,
+    records: Vec<RunData>,
+    set_aside: &[(String, Unusable)],
+) -> Result<DiagnosisProblem, DiagnosisError> {
+    if records.is_empty() {
+        return Err(match set_aside.last() {
+            Some((name, unfit)) => DiagnosisError::NoRun(name.clone(), unfit.clone()),
+            None => DiagnosisError::Empty,
+        });
+    }
+    let problem =
+        DiagnosisProblem::new(Aircraft::of(model), model.file.own_effects(), records, model.file.tolerance, &model.file.stds);
+    if problem.unmodelled.iter().all(|unmodelled| *unmodelled) {
+        return Err(DiagnosisError::Silent);
+    }
+    if !problem.moves() {
+        return Err(DiagnosisError::Still);
+    }
+    Ok(without_unidentifiable(problem))
+}
+
+/// What a search came to, the problem with the noise that it was ended with.
+type SearchOutcome = (DiagnosisProblem, SearchResult, Option<UnexplainedAxis>);
+
+/// Searches; where even the causes that were found leave instruments that scatter by more than their noise, that is their noise,
+/// and the search is begun again with it.
+fn look(problem: DiagnosisProblem, known: &[Vec<DeclaredEffect>], settings: &SearchSettings) -> Option<SearchOutcome> {
+    let (searched, unknown) = look_once(&problem, known, settings)?;
+    // What many derivatives leave is the model's, and no noise of instruments.
+    let many = searched.rivals.len() > known.len() + settings.causes;
+    match if many { None } else { with_observed_noise(&problem, &searched.point) } {
+        Some(noisier) => {
+            let (searched, _) = look_once(&noisier, known, settings)?;
+            Some((noisier, searched, unknown))
+        }
+        None => Some((problem, searched, unknown)),
+    }
+}
+
+/// A few causes, or where these do not do many derivatives that are off.
+fn look_once(
+    problem: &DiagnosisProblem,
+    known: &[Vec<DeclaredEffect>],
+    settings: &SearchSettings,
+) -> Option<(SearchResult, Option<UnexplainedAxis>)> {
+    let searched = search(problem, known, settings)?;
+    let unknown = unknown_of(problem, &searched);
+    if problem.models_all_axes() && known.is_empty() && (unknown.is_some() || searched.rivals.len() >= settings.causes) {
+        let most = MANY_LEAVE * searched.before.iter().sum::<f64>();
+        let better = |many: &SearchResult| {
+            let less = many.left.iter().sum::<f64>() < most && many.local.evidence() < searched.local.evidence();
+            less && !is_pieced_together(problem, many)
+        };
+        if let Some(many) = joint_derivatives(problem, &searched, settings).filter(better) {
+            return Some((many, None));
+        }
+    }
+    Some((searched, unknown))
+}
+
+/// Whether several terms of the library stand on one axis of a linear model: derivatives may be off by the dozen, but products
+/// beside each other make up what none of them is. A simulation that curves where flight does not may need them.
+fn is_pieced_together(problem: &DiagnosisProblem, many: &SearchResult) -> bool {
+    let on = |axis: Axis| move |one: &Effect| matches!(one, Effect::Nonlinear { axis: its, .. } if *its == axis);
+    let terms = |axis: Axis| many.point.effects().filter(on(axis)).count();
+    !problem.aircraft.is_curved() && Axis::ALL.into_iter().any(|axis| terms(axis) > 1)
+}
+
+/// (1) for each of the rivals.
+fn ranked(rivals: &[Rival]) -> Vec<RankedCause> {
+    let most = rivals.iter().map(|rival| rival.odds).fold(0.0, f64::max);
+    let weight = |odds: f64| libm::exp((odds - most) / (2.0 * TEMPERATURE));
+    let sum = weight(0.0) + rivals.iter().map(|rival| weight(rival.odds)).sum::<f64>();
+    let told = rivals.iter().take(TOLD);
+    let one = |rival: &Rival| {
+        let (effect, std, odds) = (rival.effect, rival.std, rival.odds);
+        RankedCause { effect, std, probability: weight(odds) / sum, odds }
+    };
+    told.map(one).collect()
+}
+
+fn findings(problem: &DiagnosisProblem, searched: &SearchResult) -> Vec<Finding> {
+    let mut number = 0;
+    let mut pictures = regressor_plots(problem, searched).into_iter();
+    let found = searched.rivals.iter().filter_map(|rivals| {
+        let ranking = ranked(rivals);
+        let first = ranking.first()?;
+        let mut picture = None;
+        let cause = if let Effect::Turbulence { .. } = first.effect {
+            let length = searched.point.gust.1 * problem.aircraft.trim().airspeed();
+            RankedCause { effect: Effect::Turbulence { sigma: searched.point.gust.0, length }, ..*first }
+        } else {
+            let place = number;
+            number += 1;
+            picture = pictures.next().flatten();
+            let hypothesis = searched.point.hypotheses.get(place)?;
+            let std = searched.std(place);
+            RankedCause { effect: hypothesis.effect, std, ..*first }
+        };
+        Some(Finding { cause, ranking, held_out: None, regressor_plot: picture })
+    });
+    found.collect()
+}
+
+/// Where the causes leave too much.
+fn unknown_of(problem: &DiagnosisProblem, searched: &SearchResult) -> Option<UnexplainedAxis> {
+    let explained: f64 = searched.rivals.iter().filter_map(|rivals| rivals.first()).map(|rival| rival.odds.max(0.0)).sum();
+    let left: f64 = searched.left.iter().filter(|left| **left > 0.0).sum();
+    // Many causes on one axis are the library's terms making up one that it does not have.
+    let crowded = Axis::ALL.into_iter().find(|&axis| {
+        let own = |rivals: &&Vec<Rival>| rivals.first().is_some_and(|rival| acts_on(&rival.effect) == Some(axis));
+        searched.rivals.iter().filter(own).count() >= CROWD
+    });
+    if crowded.is_none() && (left < NOTHING || explained > EXPLAINED * (explained + left)) {
+        return None;
+    }
+    let (place, worth) = searched.left.iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let axis = if left < NOTHING { crowded? } else { Axis::ALL.get(place).copied()? };
+    let place = axis.index();
+    let discrepancy = discrepancy(problem, searched);
+    Some(UnexplainedAxis { axis, band_hz: discrepancy.get(place)?.band_hz, worth })
+}
+
+/// Nothing wrong, and what came nearest to being a cause.
+fn none(searched: &SearchResult) -> (f64, Vec<RankedCause>) {
+    let first = searched.rivals.first().unwrap_or(&searched.refused);
+    let others = ranked(first);
+    (1.0 - others.iter().map(|rival| rival.probability).sum::<f64>().min(1.0), others)
+}
+
+/// Hold-out runs predicted before and after, and without each of the causes.
+fn gained(
+    model: &FlightModel,
+    findings: &mut [Finding],
+    holdout: &[RecordedRun],
+) -> Result<Option<HoldoutImprovement>, DiagnosisError> {
+    if holdout.is_empty() {
+        return Ok(None);
+    }
+    let causes: Vec<Effect> = findings.iter().map(|finding| finding.cause.effect).collect();
+    let (ratios, gained) = held_out(model, &causes, holdout)?;
+    let seen = holdout.iter().filter_map(|run| RunData::of(&run.name, &run.samples, run.geometry).ok());
+    let seen: Vec<RunData> = seen.collect();
+    let moves = |control: Control| seen.iter().any(|run| run.moves(control.index()));
+    for (finding, ratio) in findings.iter_mut().zip(ratios) {
+        // A control that rests there says nothing of what it does.
+        finding.held_out = ratio.filter(|_| finding.cause.effect.acting_control().is_none_or(moves));
+    }
+    Ok(Some(gained))
+}
+
+/// What causes gain on runs that they were not found in: for each, the pooled error with all of them over that with all but this
+/// one; and the gain of all.
+///
+/// # Errors
+/// [`DiagnosisError::Holdout`] where a run cannot be predicted.
+pub fn held_out(
+    model: &FlightModel,
+    causes: &[Effect],
+    holdout: &[RecordedRun],
+) -> Result<(Vec<Option<IntervalEstimate>>, HoldoutImprovement), DiagnosisError> {
+    let flown: Vec<free_run::ValidationRun<'_>> =
+        holdout.iter().map(|run| free_run::ValidationRun::of(&run.samples, &run.geometry)).collect();
+    let own = model.file.own_effects();
+    let predict = |causes: &[Effect]| -> Result<Vec<FreeRunPrediction>, DiagnosisError> {
+        let effects: Vec<Effect> = own.iter().chain(causes).copied().collect();
+        let all = flown.iter().zip(holdout).map(|(flown, run)| {
+            free_run::predict(model, &effects, flown).map_err(|wrong| DiagnosisError::Holdout(run.name.clone(), wrong))
+        });
+        all.collect()
+    };
+    let gain_of =
+        |before: &[FreeRunPrediction], after: &[FreeRunPrediction]| improvement(&before.iter().zip(after).collect::<Vec<_>>());
+    let (before, after) = (predict(&[])?, predict(causes)?);
+    let mut ratios = Vec::new();
+    for place in 0..causes.len() {
+        let others: Vec<Effect> =
+            causes.iter().enumerate().filter(|(other, _)| *other != place).map(|(_, effect)| *effect).collect();
+        let without = if others.is_empty() { before.clone() } else { predict(&others)? };
+        ratios.push(gain_of(&without, &after).pooled.map(|pooled| pooled.ratio));
+    }
+    let gain = gain_of(&before, &after);
+    Ok((ratios, (gain, before.into_iter().zip(after).collect())))
+}

@@ -1,0 +1,7 @@
+//! The evidence beside a cause: residuals, their spectra and the regressors that they correlate with.
+
+pub mod flight_path;
+pub mod regressor_plot;
+pub mod residual;
+pub mod residual_coherence;
+pub(crate) mod residual_series;

@@ -1,0 +1,332 @@
+//! A run with the model and everything that reaches it: motion, outputs, and what columns do to forces.
+//!
+//! Consumes the state, the blades' motion and the model; produces the state's rate of change and its Jacobian, each output with
+//! its slopes by the state, by forces and by the place of its sensor, and the force or moment of every column. Equations of
+//! motion are those of `simulation::motion`; gusts take from the velocity through the air, and their rates are
+//!     g' = -g/tau                                                                                     (1)
+//! with tau the scale length over the airspeed along the flight, and two thirds of it across.
+//! Along an axis that the model says nothing of, the force is what the accelerometer felt there; where none stands, and about
+//! such an axis, it is noise, and the motion follows its instruments.
+
+use super::aircraft::{ModifiedAircraft, Partials};
+use super::state::{ALTITUDE, ATTITUDE, FilterState, GUST, LAG, RATES, STATES, StateMatrix, VELOCITY, gust_time, triple};
+use crate::dynamics::kinematics::{Attitude, velocity_rate, velocity_rate_by_rates, velocity_rate_by_velocity};
+use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
+use crate::flight::model::Trim;
+use crate::flight::signal::readings::Readings;
+use crate::postflight::diagnosis::data::blade_input::{BladeInput, InputVector, ROTOR_ACCELERATION, turning};
+use crate::postflight::diagnosis::data::run_data::{
+    ALPHA_OUTPUT, ALTITUDE_OUTPUT, ATTITUDE_OUTPUT, BETA_OUTPUT, FORCE_OUTPUT, MEASURED_FORCE, OUTPUTS, RATE_OUTPUT, ROTOR,
+    RunData, TAS_OUTPUT,
+};
+
+/// Forward speed below which vanes tell nothing, m/s.
+const SPEED_MIN: f64 = 2.0;
+
+/// A run with the model and everything that reaches it.
+pub struct RunModel<'a> {
+    /// The run.
+    pub record: &'a RunData,
+    /// The model.
+    pub model: &'a ModifiedAircraft<'a>,
+    /// Its trim.
+    pub trim: &'a Trim,
+    /// What reaches the blades.
+    pub blade_input: &'a BladeInput,
+    /// Changes of that, by place.
+    pub blade_input_changes: &'a [&'a BladeInput],
+    /// The outputs' readings, skews undone.
+    pub readings: &'a Readings,
+    /// Offset of the forces and moments of this run.
+    pub constant: [f64; AXES],
+    /// Biases and factors of the outputs.
+    pub bias: [f64; OUTPUTS],
+    /// See `bias`.
+    pub factor: [f64; OUTPUTS],
+    /// Where accelerometers stand, m.
+    pub accelerometer_m: [f64; 3],
+    /// Where vanes stand, m.
+    pub vane_m: [f64; 3],
+    /// The output with a lag of its own, and its time constant, s.
+    pub lag: Option<(usize, f64)>,
+}
+
+/// Forces and their slopes at a node.
+#[derive(Clone, Copy)]
+pub struct OperatingPoint {
+    pub(crate) force: [f64; AXES],
+    pub(crate) by: Partials,
+    pub(crate) by_rotor: [f64; AXES],
+    pub(crate) by_rate: [f64; AXES],
+    pub(crate) deviations: [f64; VARIABLES],
+    pub(crate) inputs: InputVector,
+}
+
+impl RunModel<'_> {
+    pub(crate) fn deviations(&self, x: &FilterState, moved: &InputVector) -> [f64; VARIABLES] {
+        deviations(self.trim, x, moved)
+    }
+
+    pub(crate) fn force(&self, x: &FilterState, moved: &InputVector) -> [f64; AXES] {
+        let mut force = self.model.forces(&self.deviations(x, moved), turning(moved));
+        let turning = [force[3], force[4], force[5]];
+        for (axis, force) in force.iter_mut().enumerate() {
+            *force = self.measured_force_at_cg(axis, x, moved, turning).unwrap_or(*force) + self.constant[axis];
+        }
+        force
+    }
+
+    /// What an accelerometer felt along an axis that the model says nothing of, brought to the centre of mass:
+    ///     f = f_measured - w' x r - w x (w x r)                                                       (2)
+    fn measured_force_at_cg(&self, axis: usize, x: &FilterState, moved: &InputVector, [dp, dq, dr]: [f64; 3]) -> Option<f64> {
+        self.record.inputs.get(MEASURED_FORCE + axis)?.as_ref()?;
+        let ([rx, ry, rz], [p, q, r]) = (self.accelerometer_m, triple(x, RATES));
+        let arm = match axis {
+            0 => dq * rz - dr * ry + p * (q * ry + r * rz) - (q * q + r * r) * rx,
+            1 => dr * rx - dp * rz + q * (p * rx + r * rz) - (p * p + r * r) * ry,
+            _ => dp * ry - dq * rx + r * (p * rx + q * ry) - (p * p + q * q) * rz,
+        };
+        Some(moved.get(MEASURED_FORCE + axis)? - arm)
+    }
+
+    /// Rate of change of the state.
+    pub(crate) fn rate(&self, x: &FilterState, force: &[f64; AXES], gust_s: f64) -> Option<FilterState> {
+        let attitude = Attitude::regular(x[ATTITUDE], x[ATTITUDE + 1])?;
+        let (velocity, rates) = (triple(x, VELOCITY), triple(x, RATES));
+        let [du, dv, dw] = velocity_rate(velocity, rates, [force[0], force[1], force[2]]);
+        let [gx, gy, gz] = attitude.gravity();
+        let [dphi, dtheta, dpsi] = attitude.euler_rates(rates);
+        let mut rate = [0.0; STATES];
+        rate[..LAG].copy_from_slice(&[
+            du + gx,
+            dv + gy,
+            dw + gz,
+            force[3],
+            force[4],
+            force[5],
+            dphi,
+            dtheta,
+            dpsi,
+            attitude.climb(velocity),
+        ]);
+        for axis in 0..3 {
+            rate[GUST + axis] = -x[GUST + axis] / gust_time(axis, gust_s);
+        }
+        Some(rate)
+    }
+
+    /// Jacobian of the rate of change by the state.
+    pub(crate) fn jacobian(&self, x: &FilterState, by: &Partials, gust_s: f64) -> Option<StateMatrix> {
+        let attitude = Attitude::regular(x[ATTITUDE], x[ATTITUDE + 1])?;
+        let (velocity, rates) = (triple(x, VELOCITY), triple(x, RATES));
+        let (by_velocity, by_rates) = (velocity_rate_by_velocity(rates), velocity_rate_by_rates(velocity));
+        let (gravity, euler) = (attitude.gravity_partials(), attitude.euler_partials(rates));
+        let mut a = [[0.0; STATES]; STATES];
+        for i in 0..3 {
+            for j in 0..3 {
+                a[VELOCITY + i][VELOCITY + j] = by_velocity[i][j];
+                a[VELOCITY + i][RATES + j] = by_rates[i][j];
+                a[ATTITUDE + i][RATES + j] = euler.by_rates[i][j];
+            }
+            a[VELOCITY + i][ATTITUDE..ATTITUDE + 2].copy_from_slice(&gravity[i]);
+            a[ATTITUDE + i][ATTITUDE..ATTITUDE + 2].copy_from_slice(&euler.by_attitude[i]);
+            a[GUST + i][GUST + i] = -1.0 / gust_time(i, gust_s);
+        }
+        a[ALTITUDE][VELOCITY..VELOCITY + 3].copy_from_slice(&attitude.climb_by_vector());
+        a[ALTITUDE][ATTITUDE..ATTITUDE + 2].copy_from_slice(&attitude.climb_by_attitude(velocity));
+        for (row, by) in a.iter_mut().zip(by) {
+            for j in 0..6 {
+                row[j] += by[j];
+            }
+            for j in 0..3 {
+                row[GUST + j] -= by[j];
+            }
+        }
+        Some(a)
+    }
+
+    /// An output's true value, its slope by the state, and by forces and moments.
+    pub(crate) fn predict(
+        &self,
+        output: usize,
+        x: &FilterState,
+        here: &OperatingPoint,
+    ) -> Option<(f64, FilterState, [f64; AXES])> {
+        let mut h = [0.0; STATES];
+        let mut by_force = [0.0; AXES];
+        let [p, q, r] = triple(x, RATES);
+        let value = match output {
+            FORCE_OUTPUT..RATE_OUTPUT => {
+                let [rx, ry, rz] = self.accelerometer_m;
+                let [dp, dq, dr] = [here.force[3], here.force[4], here.force[5]];
+                let (tangential, centripetal, by_moment, by_rate) = match output {
+                    0 => (
+                        dq * rz - dr * ry,
+                        p * (q * ry + r * rz) - (q * q + r * r) * rx,
+                        [0.0, rz, -ry],
+                        [q * ry + r * rz, p * ry - 2.0 * q * rx, p * rz - 2.0 * r * rx],
+                    ),
+                    1 => (
+                        dr * rx - dp * rz,
+                        q * (p * rx + r * rz) - (p * p + r * r) * ry,
+                        [-rz, 0.0, rx],
+                        [q * rx - 2.0 * p * ry, p * rx + r * rz, q * rz - 2.0 * r * ry],
+                    ),
+                    _ => (
+                        dp * ry - dq * rx,
+                        r * (p * rx + q * ry) - (p * p + q * q) * rz,
+                        [ry, -rx, 0.0],
+                        [r * rx - 2.0 * p * rz, r * ry - 2.0 * q * rz, p * rx + q * ry],
+                    ),
+                };
+                by_force[output] = 1.0;
+                by_force[3..].copy_from_slice(&by_moment);
+                for (j, slope) in by_rate.into_iter().enumerate() {
+                    h[RATES + j] += slope;
+                }
+                for (axis, weight) in by_force.into_iter().enumerate() {
+                    if weight != 0.0 {
+                        let by = &here.by[axis];
+                        h.iter_mut().zip(by).take(6).for_each(|(h, by)| *h += weight * by);
+                        h.iter_mut().skip(GUST).zip(by).take(3).for_each(|(h, by)| *h -= weight * by);
+                    }
+                }
+                here.force[output] + tangential + centripetal
+            }
+            RATE_OUTPUT..TAS_OUTPUT => {
+                let state = RATES + output - RATE_OUTPUT;
+                h[state] = 1.0;
+                x[state]
+            }
+            TAS_OUTPUT | ALPHA_OUTPUT | BETA_OUTPUT => {
+                let [rx, ry, rz] = if output == TAS_OUTPUT { [0.0; 3] } else { self.vane_m };
+                let u = x[VELOCITY] - x[GUST] + q * rz - r * ry;
+                let v = x[VELOCITY + 1] - x[GUST + 1] + r * rx - p * rz;
+                let w = x[VELOCITY + 2] - x[GUST + 2] + p * ry - q * rx;
+                if !(u > SPEED_MIN) {
+                    return None;
+                }
+                let s2 = u * u + w * w;
+                let speed2 = s2 + v * v;
+                let (s, speed) = (libm::sqrt(s2), libm::sqrt(speed2));
+                let (value, [a, b, c]) = match output {
+                    TAS_OUTPUT => (speed, [u / speed, v / speed, w / speed]),
+                    ALPHA_OUTPUT => (libm::atan2(w, u), [-w / s2, 0.0, u / s2]),
+                    _ => (libm::atan2(v, s), [-v * u / (s * speed2), s / speed2, -v * w / (s * speed2)]),
+                };
+                for (j, slope) in [a, b, c].into_iter().enumerate() {
+                    h[VELOCITY + j] = slope;
+                    h[GUST + j] = -slope;
+                }
+                h[RATES] = c * ry - b * rz;
+                h[RATES + 1] = a * rz - c * rx;
+                h[RATES + 2] = b * rx - a * ry;
+                value
+            }
+            _ => {
+                h[ALTITUDE] = 1.0;
+                x[ALTITUDE]
+            }
+        };
+        Some((value, h, by_force))
+    }
+
+    /// Slope of an output by the place of its sensor.
+    pub(crate) fn by_sensor_position(&self, output: usize, axis: usize, x: &FilterState, here: &OperatingPoint) -> f64 {
+        let [p, q, r] = triple(x, RATES);
+        let [dp, dq, dr] = [here.force[3], here.force[4], here.force[5]];
+        match output {
+            FORCE_OUTPUT..RATE_OUTPUT => {
+                let rows = [
+                    [-(q * q + r * r), p * q - dr, p * r + dq],
+                    [p * q + dr, -(p * p + r * r), q * r - dp],
+                    [p * r - dq, q * r + dp, -(p * p + q * q)],
+                ];
+                rows[output][axis]
+            }
+            ALPHA_OUTPUT | BETA_OUTPUT => {
+                let Some((_, h, _)) = self.predict(output, x, here) else { return 0.0 };
+                let [a, b, c] = triple(&h, VELOCITY);
+                [b * r - c * q, c * p - a * r, a * q - b * p][axis]
+            }
+            _ => 0.0,
+        }
+    }
+}
+
+impl RunModel<'_> {
+    pub(crate) fn operating_point(&self, x: &FilterState, moved: &InputVector) -> OperatingPoint {
+        let deviations = self.deviations(x, moved);
+        OperatingPoint {
+            force: self.force(x, moved),
+            by: self.model.partials(&deviations, moved[ROTOR]),
+            by_rotor: self.model.by_rotor(&deviations, moved[ROTOR]),
+            by_rate: core::array::from_fn(|axis| {
+                if axis == Axis::N.index() { self.model.reaction() * self.model.share_of_yaw() } else { 0.0 }
+            }),
+            deviations,
+            inputs: *moved,
+        }
+    }
+
+    /// The same after the state has been corrected.
+    pub(crate) fn updated(&self, mut here: OperatingPoint, x: &FilterState, before: &FilterState) -> OperatingPoint {
+        for (axis, force) in here.force.iter_mut().enumerate() {
+            for j in 0..6 {
+                *force += here.by[axis][j] * (x[j] - before[j]);
+            }
+            for j in 0..3 {
+                *force -= here.by[axis][j] * (x[GUST + j] - before[GUST + j]);
+            }
+        }
+        here
+    }
+}
+
+/// Deviations from trim of a state, through the air, and of what moves the blades.
+pub(crate) fn deviations(trim: &Trim, x: &FilterState, moved: &InputVector) -> [f64; VARIABLES] {
+    let mut deviations = [0.0; VARIABLES];
+    deviations[Variable::U.index()] = x[VELOCITY] - x[GUST] - trim.u;
+    deviations[Variable::V.index()] = x[VELOCITY + 1] - x[GUST + 1] - trim.v;
+    deviations[Variable::W.index()] = x[VELOCITY + 2] - x[GUST + 2] - trim.w;
+    deviations[3..6].copy_from_slice(&x[3..6]);
+    for (place, variable) in Variable::CONTROLS.into_iter().enumerate() {
+        deviations[variable.index()] = moved[place];
+    }
+    deviations
+}
+
+/// A first guess of the state, by what is measured at the start.
+pub(crate) fn initial_state(run: &RunModel<'_>) -> Option<FilterState> {
+    let record = run.record;
+    let time_s = record.mesh.time_s(0);
+    let read = |output: usize| {
+        let series = record.outputs.get(output).and_then(Option::as_ref)?;
+        Some((series.mean(time_s, time_s + 0.2) - run.bias[output]) / run.factor[output])
+    };
+    let trim = run.trim;
+    let speed = read(TAS_OUTPUT).unwrap_or(trim.airspeed()).max(3.0);
+    let alpha = read(ALPHA_OUTPUT).unwrap_or(libm::atan2(trim.w, trim.u));
+    let beta = read(BETA_OUTPUT).unwrap_or(libm::asin((trim.v / trim.airspeed().max(1.0)).clamp(-1.0, 1.0)));
+    let (sin_beta, cos_beta) = libm::sincos(beta);
+    let (sin_alpha, cos_alpha) = libm::sincos(alpha);
+    let mut x = [0.0; STATES];
+    x[..3].copy_from_slice(&[speed * cos_alpha * cos_beta, speed * sin_beta, speed * sin_alpha * cos_beta]);
+    for (output, x) in x.iter_mut().enumerate().take(9).skip(3) {
+        const THETA_OUTPUT: usize = ATTITUDE_OUTPUT + 1;
+        let at_trim = match output {
+            ATTITUDE_OUTPUT => trim.phi,
+            THETA_OUTPUT => trim.theta,
+            _ => 0.0,
+        };
+        *x = read(output).unwrap_or(at_trim);
+    }
+    x[ALTITUDE] = read(ALTITUDE_OUTPUT).unwrap_or(0.0);
+    x.iter().all(|x| x.is_finite()).then_some(x)
+}
+
+/// Rate of change of an axis's force or moment by the controls and the rotor.
+pub(crate) fn force_rate(here: &OperatingPoint, axis: usize, turning: &InputVector) -> f64 {
+    let blades = Variable::CONTROLS.into_iter().zip(turning).map(|(variable, rate)| here.by[axis][variable.index()] * rate);
+    blades.sum::<f64>() + here.by_rotor[axis] * turning[ROTOR] + here.by_rate[axis] * turning[ROTOR_ACCELERATION]
+}

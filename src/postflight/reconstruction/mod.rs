@@ -1,0 +1,29 @@
+//! Kinematic compatibility of a run's instruments (data compatibility, flight path reconstruction): the command `check`.
+//!
+//! In: samples of one or several runs, and where their instruments are said to stand. Out: biases, factors, lags, skews and
+//! places of instruments that are not what they should be, each with its standard error and with what else it may be; what
+//! these runs cannot tell; a verdict a run.
+//! Assumed: a rigid body in air that moves steadily; gusts widen the errors. Refused: to name one cause where two fit alike.
+
+pub mod correction;
+pub mod fault_selection;
+pub mod filter;
+pub mod fit;
+pub mod flow_angle_r2;
+pub mod gross_errors;
+pub mod mean_force_check;
+pub mod motion;
+pub mod noise;
+pub mod observability;
+pub mod outlier_runs;
+pub mod parallel_map;
+pub mod parameter;
+#[cfg(test)]
+mod reconstruction_tests;
+pub mod record;
+mod refusal;
+mod run_verdict;
+pub mod screening;
+pub mod single_run;
+pub mod verdict;
+mod wiring;

@@ -1,0 +1,413 @@
+//! The estimation stage: samples in; state, innovations, smoothed regressors, trim and events out.
+//!
+//! Consumes [`Sample`]s in order of time; produces an [`EstimationOutput`] a sample. It starts by itself as soon as rates,
+//! airspeed and attitude are there, runs on what is there, and says what is missing.
+
+use super::admission::{Admission, Verdict};
+mod regressors;
+
+use super::aid::inertial;
+use super::centre_of_mass::{lagged, state_record};
+use super::config::{Config, ConfigError};
+use super::consistency::Consistency;
+use super::delay_line::DelayLine;
+use super::ekf::{Ekf, FilterObserver};
+use super::fixed_lag::FixedLag;
+use super::health::AidHealth;
+use super::latest::{INPUTS, Input};
+use super::latest::{Latest, carries_rates};
+use super::noise::NoiseStatistics;
+use super::process::{
+    ACCELEROMETER_BIAS, ALTITUDE, ANGULAR_ACCELERATION, ATTITUDE, GYRO_BIAS, RATES, SCALE_ERROR, SPECIFIC_FORCE, STATES, State,
+    VELOCITY,
+};
+use super::record::{
+    AIDS, Aid, EstimationEvent, Innovation, Instrumentation, LaggedRecord, NoiseRecord, SmoothedRecord, StateRecord, StateSet,
+    TrimRecord,
+};
+use super::state_variable::StateVariable;
+use super::trim::TrimWindow;
+use super::vibration::LineNotch;
+use crate::flight::channel::{CHANNELS, Channel};
+use crate::flight::run::RunGeometry;
+use crate::flight::sample::Sample;
+use crate::flight::unit::STANDARD_GRAVITY as G0;
+use crate::num::ud::Breakdown;
+use crate::realtime::estimation::aid;
+use heapless::Vec;
+
+/// Signals that go through the delay line: u v w, p q r, phi theta, ax ay az, controls, then measured alpha and beta and
+/// their rates by kinematics.
+const SIGNALS: usize = 19;
+const CONTROL_SIGNALS: usize = 11;
+/// The regression's signals end here.
+const VANE_SIGNALS: usize = 15;
+const KINEMATIC_SIGNALS: usize = 17;
+
+/// rad/s of 1 Hz.
+const TURN: f64 = 2.0 * core::f64::consts::PI;
+
+/// Instants of the regression grid that one sample can complete; slower samples than so many instants are too slow for
+/// derivatives.
+pub const INSTANTS: usize = 4;
+
+/// Events that one sample can bring: two of its time, one a channel (taken out, or judged as an aid), the start or a breakdown,
+/// the trim, two vanes that disagree, and once the states, the lines of vibration and the instruments that are missing.
+pub const EVENTS: usize = 2 + CHANNELS + 1 + 1 + 2 + 3 + 3 + AIDS;
+
+/// How long the filter waits for the aids that it would like to start with, s.
+const START_WAIT_S: f64 = 0.5;
+/// The noise statistics are brought up to date so often, s.
+const NOISE_STEP_S: f64 = 0.1;
+/// What angular accelerations and specific forces may be when the filter starts, rad/s^2 and m/s^2 (standard deviations), and
+/// the rates, rad/s: the instruments have the say at once.
+const START_STD: [f64; 3] = [1.0, 2.0, 30.0];
+/// Standard deviation of a scale error that is taken for exact: no variance may be nothing.
+const EXACT_STD: f64 = 1e-9;
+/// Gate of gyros and accelerometers: their innovations are never rejected, for they say how the aircraft moves.
+const NO_GATE: f64 = 1e9;
+/// How long after the start an instrument that has not come counts as missing, s.
+const MISSING_AFTER_S: f64 = 1.0;
+
+/// What one sample brought.
+#[derive(Clone, Debug, Default)]
+pub struct EstimationOutput {
+    /// The filtered state at the sample.
+    pub state: Option<StateRecord>,
+    /// What the aids did.
+    pub innovations: Vec<Innovation, AIDS>,
+    /// The state of a while ago from everything until now (fixed-lag smoother), where one came of age. The biases are the
+    /// filter's newest.
+    pub lagged: Option<LaggedRecord>,
+    /// Smoothed signals at the instants of the regression grid that the sample completed.
+    pub smoothed: Vec<SmoothedRecord, INSTANTS>,
+    /// The trim, at the one sample that completed its window.
+    pub trim: Option<TrimRecord>,
+    /// What was noticed.
+    pub events: Vec<EstimationEvent, EVENTS>,
+}
+
+impl EstimationOutput {
+    const EMPTY: EstimationOutput = EstimationOutput {
+        state: None,
+        innovations: Vec::new(),
+        lagged: None,
+        smoothed: Vec::new(),
+        trim: None,
+        events: Vec::new(),
+    };
+}
+
+/// The estimation stage.
+#[derive(Clone, Debug)]
+pub struct Estimator {
+    config: Config,
+    geometry: RunGeometry,
+    admission: Admission,
+    vibration: LineNotch,
+    latest: Latest,
+    ekf: Option<Ekf>,
+    fixed_lag: FixedLag,
+    noise: NoiseStatistics,
+    noise_due_s: f64,
+    time_s: f64,
+    input: Input,
+    waiting_since_s: Option<f64>,
+    started_s: f64,
+    missing_said: bool,
+    folded_said: bool,
+    health: [AidHealth; AIDS],
+    delay: DelayLine<SIGNALS>,
+    next_grid: u64,
+    grid_origin_s: Option<f64>,
+    filtered: StateVariable<VANE_SIGNALS>,
+    /// The next instant to ask it for.
+    filtered_next_s: Option<f64>,
+    trim: TrimWindow,
+    consistency: [Consistency; 2],
+    disagreement_said: [bool; 2],
+    output: EstimationOutput,
+}
+
+impl Estimator {
+    /// A stage for a run with that geometry.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the setting that cannot be used.
+    pub fn new(config: Config, geometry: RunGeometry) -> Result<Self, ConfigError> {
+        config.validate()?;
+        Ok(Estimator::of(config, geometry))
+    }
+
+    /// The same for a configuration that has been validated; at compile time too.
+    pub(crate) const fn of(config: Config, geometry: RunGeometry) -> Self {
+        Estimator {
+            admission: Admission::new(config.gap_s),
+            vibration: LineNotch::new(geometry.blades, config.hold_s),
+            latest: Latest::new(config.hold_s),
+            ekf: None,
+            fixed_lag: FixedLag::new(config.smoother_lag_s, config.grid_s),
+            noise: NoiseStatistics::new(&config),
+            noise_due_s: 0.0,
+            time_s: 0.0,
+            input: [0.0; INPUTS],
+            waiting_since_s: None,
+            started_s: 0.0,
+            missing_said: false,
+            folded_said: false,
+            health: [AidHealth::NEW; AIDS],
+            delay: DelayLine::new(config.lag_s, config.hold_s),
+            next_grid: 0,
+            grid_origin_s: None,
+            filtered: StateVariable::new(TURN * config.cutoff_hz, config.hold_s),
+            filtered_next_s: None,
+            trim: TrimWindow::new(config.trim_window_s),
+            consistency: [Consistency::NEW; 2],
+            disagreement_said: [false; 2],
+            output: EstimationOutput::EMPTY,
+            config,
+            geometry,
+        }
+    }
+
+    /// Which instruments have been found.
+    pub fn instrumentation(&self) -> Instrumentation {
+        Instrumentation {
+            trusted: self.health.map(|health| health.is_trusted()),
+            as_expected: self.health.map(|health| health.is_as_expected()),
+            // Once found it stays: quiet flight afterwards adds noise to the comparison, and does not make the vane right.
+            vanes_disagree: self.disagreement_said,
+            ..self.latest.instrumentation(self.ekf.is_some())
+        }
+    }
+
+    /// The filter, where it runs.
+    pub fn filter(&self) -> Option<&Ekf> {
+        self.ekf.as_ref()
+    }
+
+    /// The noise statistics in use.
+    pub fn noise(&self) -> &NoiseRecord {
+        self.noise.record()
+    }
+
+    /// Coefficients of determination of the flow-angle rates (incidence, sideslip) by the kinematics, where they can be told.
+    pub fn consistency(&self) -> [Option<f64>; 2] {
+        self.consistency.map(|comparison| comparison.r_squared())
+    }
+
+    /// One sample.
+    pub fn step(&mut self, sample: &Sample) -> &EstimationOutput {
+        self.step_with(sample, &mut ())
+    }
+
+    /// One sample, with somebody who follows what the filter does.
+    pub fn step_with(&mut self, sample: &Sample, observer: &mut impl FilterObserver) -> &EstimationOutput {
+        self.output = EstimationOutput::default();
+        let mut sample = *sample;
+        let events = &mut self.output.events;
+        let verdict = self.admission.admit(&mut sample, |event| {
+            // `EVENTS` has a place for every channel and for the time.
+            let _ = events.push(event);
+        });
+        match verdict {
+            Verdict::Drop => return &self.output,
+            Verdict::Restart => self.restart(),
+            Verdict::Use => {}
+        }
+        self.vibration.clean(&mut sample);
+        let silence_s = self.latest.silence_s(sample.time_s);
+        if silence_s > self.config.hold_s && verdict == Verdict::Use && !carries_rates(&sample) {
+            // The last rates have served for long enough: a filter that ran on them would leave the flight.
+            self.notice(EstimationEvent::RatesSilent { seconds: silence_s });
+            self.restart();
+        }
+        let tick = self.latest.take(&sample);
+        self.noise.take(&sample);
+        if sample.time_s >= self.noise_due_s || self.noise_due_s - sample.time_s > NOISE_STEP_S {
+            self.noise_due_s = sample.time_s + NOISE_STEP_S;
+            self.noise.update();
+        }
+        if self.ekf.is_none() {
+            if tick {
+                self.start(sample.time_s);
+            }
+        } else if self.advance(&sample, tick, observer).is_err() {
+            self.notice(EstimationEvent::NumericBreakdown);
+            self.restart();
+        }
+        &self.output
+    }
+
+    fn notice(&mut self, event: EstimationEvent) {
+        let _ = self.output.events.push(event);
+    }
+
+    fn restart(&mut self) {
+        self.ekf = None;
+        self.fixed_lag.clear();
+        self.noise.break_off();
+        self.waiting_since_s = None;
+        self.latest.clear();
+        self.delay.clear();
+        self.filtered.clear();
+        self.filtered_next_s = None;
+        self.health = [AidHealth::NEW; AIDS];
+    }
+
+    /// Starts the filter where the instruments allow it.
+    fn start(&mut self, time_s: f64) {
+        let waiting_since_s = *self.waiting_since_s.get_or_insert(time_s);
+        let patient = time_s - waiting_since_s < START_WAIT_S;
+        let latest = &self.latest;
+        let get = |channel| latest.get(channel, time_s);
+        let wanted = Aid::ALL.iter().all(|aid| get(aid.channel()).is_some()) && get(Channel::Ay).is_some();
+        if patient && !wanted {
+            return;
+        }
+        let Some(tas) = get(Channel::Tas).filter(|tas| *tas > aid::AIRSPEED_MIN_M_S) else { return };
+        let n = self.noise.noise();
+        let (phi, theta, attitude_std) = match (get(Channel::Phi), get(Channel::Theta)) {
+            (Some(phi), Some(theta)) => (phi, theta, n.bank_std.max(n.pitch_std)),
+            // No attitude gyro: level by the accelerometers, as if the aircraft were not accelerating.
+            _ => match (get(Channel::Ax), get(Channel::Ay), get(Channel::Az)) {
+                (Some(ax), Some(ay), Some(az)) => (libm::atan2(-ay, -az), libm::asin((ax / G0).clamp(-1.0, 1.0)), 0.1),
+                _ => return,
+            },
+        };
+        let (alpha, alpha_std) = get(Channel::Alpha).map_or((0.0, 0.2), |alpha| (alpha, n.incidence_std));
+        let (beta, beta_std) = get(Channel::Beta).map_or((0.0, 0.1), |beta| (beta, n.sideslip_std));
+        let (psi, psi_std) = get(Channel::Psi).map_or((0.0, 3.0), |psi| (psi, n.heading_std));
+        let (altitude, altitude_std) = get(Channel::Altitude).map_or((0.0, 1e3), |h| (h, n.altitude_std));
+        let mut x: State = [0.0; STATES];
+        let (sin_alpha, cos_alpha) = libm::sincos(alpha);
+        let (sin_beta, cos_beta) = libm::sincos(beta);
+        x[VELOCITY] = tas * cos_alpha * cos_beta;
+        x[VELOCITY + 1] = tas * sin_beta;
+        x[VELOCITY + 2] = tas * sin_alpha * cos_beta;
+        x[ATTITUDE] = phi;
+        x[ATTITUDE + 1] = theta;
+        x[ATTITUDE + 2] = psi;
+        x[ALTITUDE] = altitude;
+        let square = |std: f64| std * std;
+        let mut variances = [0.0; STATES];
+        variances[VELOCITY] = square(n.airspeed_std);
+        variances[VELOCITY + 1] = square(tas * beta_std);
+        variances[VELOCITY + 2] = square(tas * alpha_std);
+        variances[ATTITUDE] = square(attitude_std);
+        variances[ATTITUDE + 1] = square(attitude_std);
+        variances[ATTITUDE + 2] = square(psi_std);
+        variances[ALTITUDE] = square(altitude_std);
+        let [rate_std, acceleration_std, force_std] = START_STD;
+        for i in 0..3 {
+            variances[RATES + i] = square(rate_std);
+            variances[ANGULAR_ACCELERATION + i] = square(acceleration_std);
+            variances[SPECIFIC_FORCE + i] = square(force_std);
+            variances[ACCELEROMETER_BIAS + i] = square(self.config.accelerometer_bias_std);
+            variances[GYRO_BIAS + i] = square(self.config.gyro_bias_std);
+            variances[SCALE_ERROR + i] = square(self.config.scale_error_std[i].max(EXACT_STD));
+        }
+        self.input = self.latest.input(time_s, &x).0;
+        x[RATES..RATES + 3].copy_from_slice(&self.input[3..]);
+        x[SPECIFIC_FORCE..SPECIFIC_FORCE + 3].copy_from_slice(&self.input[..3]);
+        let mut ekf = Ekf::new(x, variances);
+        for (place, channel) in inertial::INERTIAL.into_iter().enumerate() {
+            let Some(observation) = get(channel) else { continue };
+            let prediction = inertial::predict(place, ekf.state(), self.noise.noise());
+            if ekf.fuse(observation, &prediction, NO_GATE).is_err() {
+                self.notice(EstimationEvent::NumericBreakdown);
+                return;
+            }
+        }
+        self.ekf = Some(ekf);
+        self.time_s = time_s;
+        self.started_s = time_s;
+        self.notice(EstimationEvent::Initialised);
+    }
+
+    fn advance(&mut self, sample: &Sample, tick: bool, observer: &mut impl FilterObserver) -> Result<(), Breakdown> {
+        let Some(mut ekf) = self.ekf.take() else { return Ok(()) };
+        let time_s = sample.time_s;
+        let dt = time_s - self.time_s;
+        let (input, measured) = self.latest.input(time_s, ekf.state());
+        ekf.propagate(dt, &self.noise.process(&self.config, measured))?;
+        self.fixed_lag.propagate(ekf.transition());
+        observer.propagate(ekf.transition());
+        self.input = input;
+        self.time_s = time_s;
+        for (place, channel) in inertial::INERTIAL.into_iter().enumerate() {
+            let Some(observation) = sample.get(channel) else { continue };
+            let prediction = inertial::predict(place, ekf.state(), self.noise.noise());
+            let fusion = ekf.fuse(observation, &prediction, NO_GATE)?;
+            self.fixed_lag.fuse(&prediction.row, &fusion);
+            observer.fuse(&prediction.row, &fusion);
+        }
+        for aid in Aid::ALL {
+            let Some(observation) = sample.get(aid.channel()) else { continue };
+            let Some(prediction) = aid::predict(aid, ekf.state(), &self.geometry, self.noise.noise()) else { continue };
+            let fusion = ekf.fuse(observation, &prediction, self.config.gate_sigmas)?;
+            self.fixed_lag.fuse(&prediction.row, &fusion);
+            observer.fuse(&prediction.row, &fusion);
+            let innovation = Innovation {
+                time_s,
+                aid,
+                observation,
+                observation_var: prediction.noise_var,
+                innovation: fusion.innovation,
+                innovation_var: fusion.innovation_var,
+                test_ratio: fusion.test_ratio,
+                fused: fusion.gain.is_some(),
+            };
+            // Judged by the aid's own noise; what the filter makes of it beyond that is the filter's affair.
+            let own_var = fusion.innovation_var - prediction.noise_var + self.noise.without_inflation(aid);
+            if let Some(event) = self.health[aid.index()].judge(&innovation, own_var) {
+                self.notice(event);
+            }
+            if innovation.fused {
+                self.noise.fused(aid, fusion.innovation * fusion.innovation / fusion.innovation_var);
+            }
+            let _ = self.output.innovations.push(innovation);
+        }
+        let state = self.record(&ekf);
+        self.output.state = Some(state);
+        if tick {
+            self.output.lagged = self.fixed_lag.tick(time_s, &ekf).map(|point| lagged(&point, time_s, &ekf, &self.geometry));
+        }
+        self.ekf = Some(ekf);
+        if self.vibration.folded() && !self.folded_said {
+            self.folded_said = true;
+            self.notice(EstimationEvent::LineFolded);
+        }
+        self.delay(sample, &state);
+        if tick {
+            self.emit_grid();
+            self.emit_filtered();
+        }
+        if !self.missing_said && time_s - self.started_s > MISSING_AFTER_S {
+            self.missing_said = true;
+            let found = self.instrumentation();
+            let scale_error = core::array::from_fn(|i| found.aids[i] && self.config.scale_error_std[i] > 0.0);
+            let set = StateSet { specific_force: found.accelerometers, scale_error };
+            self.notice(EstimationEvent::StatesChosen { set });
+            if let Some(passing_hz) = self.vibration.passing_hz() {
+                self.notice(EstimationEvent::LinesNotched { passing_hz });
+            }
+            for (i, channel) in [Channel::Ax, Channel::Ay, Channel::Az].into_iter().enumerate() {
+                if !found.accelerometers[i] {
+                    self.notice(EstimationEvent::NoAccelerometer { channel });
+                }
+            }
+            for aid in Aid::ALL {
+                if !found.aids[aid.index()] {
+                    self.notice(EstimationEvent::AidMissing { aid });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn record(&self, ekf: &Ekf) -> StateRecord {
+        let fused = self.output.innovations.iter().filter(|innovation| innovation.fused).count() as u8;
+        StateRecord { fused, ..state_record(self.time_s, ekf.state(), &ekf.stds(), &self.geometry) }
+    }
+}

@@ -1,0 +1,193 @@
+//! What the regression gets: every signal through one kernel, or through one causal filter, at the instants of its grid.
+//!
+//! Consumes samples with their filtered states; produces [`SmoothedRecord`]s, the run's trim, and the comparison of the vanes
+//! with the kinematics. Velocity and attitude are the filter's through the kernel, and what the fixed-lag smoother has changed in
+//! them since, which is slow; through the state-variable filter they are the filter's alone.
+
+use crate::flight::channel::Channel;
+use crate::flight::sample::Sample;
+use crate::realtime::estimation::centre_of_mass::centre_force;
+use crate::realtime::estimation::config::RegressionStates;
+use crate::realtime::estimation::consistency::flow_angle_rates;
+use crate::realtime::estimation::delay_line::Smoothed;
+use crate::realtime::estimation::estimator::{CONTROL_SIGNALS, Estimator, INSTANTS, KINEMATIC_SIGNALS, SIGNALS, VANE_SIGNALS};
+use crate::realtime::estimation::process::{ATTITUDE, VELOCITY};
+use crate::realtime::estimation::record::{Aid, EstimationEvent, SmoothedRecord, StateRecord, TrimRecord};
+use crate::realtime::estimation::trim::STEADY_RATE_RMS;
+
+impl Estimator {
+    /// Puts a sample on the delay line, and into the trim while its window is open: what it does not carry is not sampled.
+    pub(super) fn delay(&mut self, sample: &Sample, state: &StateRecord) {
+        let value = |channel| sample.get(channel).unwrap_or(f64::NAN);
+        let rates = [value(Channel::P), value(Channel::Q), value(Channel::R)];
+        let [p, q, r]: [f64; 3] = core::array::from_fn(|i| self.input[3 + i]);
+        let force = [value(Channel::Ax), value(Channel::Ay), value(Channel::Az)];
+        // The kinematics hold where the accelerometers stand, so the vanes are brought there (small angles).
+        let felt = self.ekf.as_ref().map_or(state.velocity, |ekf| core::array::from_fn(|i| ekf.state()[VELOCITY + i]));
+        let ([xv, yv, zv], [xa, ya, za]) = (self.geometry.vane_position_m, self.geometry.accelerometer_position_m);
+        let ([x, y, z], u) = ([xv - xa, yv - ya, zv - za], felt[0]);
+        let alpha = value(Channel::Alpha) - (p * y - q * x) / u;
+        let beta = value(Channel::Beta) - (r * x - p * z) / u;
+        let attitude = [state.attitude[0], state.attitude[1]];
+        let kinematic = flow_angle_rates(felt, attitude, force, [p, q, r]).unwrap_or([f64::NAN; 2]);
+        let controls = Channel::CONTROLS.map(value);
+        let mut row = [f64::NAN; SIGNALS];
+        row[..3].copy_from_slice(&state.velocity);
+        row[3..6].copy_from_slice(&rates);
+        row[6..8].copy_from_slice(&attitude);
+        row[8..CONTROL_SIGNALS].copy_from_slice(&force);
+        row[CONTROL_SIGNALS..VANE_SIGNALS].copy_from_slice(&controls);
+        row[VANE_SIGNALS..KINEMATIC_SIGNALS].copy_from_slice(&[alpha, beta]);
+        row[KINEMATIC_SIGNALS..].copy_from_slice(&kinematic);
+        self.delay.push(self.time_s, &row);
+        self.through_filter(&row);
+
+        let (velocity, velocity_std) = (state.velocity, state.velocity_std);
+        let tick = TrimRecord { velocity, velocity_std, rates, attitude, specific_force: force, controls };
+        if let Some((trim, rate_rms)) = self.trim.take(self.time_s, &tick) {
+            self.output.trim = Some(trim);
+            if rate_rms > STEADY_RATE_RMS {
+                self.notice(EstimationEvent::TrimNotSteady { rate_rms });
+            }
+        }
+    }
+
+    /// Takes the instants of the regression grid off the delay line whose kernel is now covered.
+    pub(super) fn emit_grid(&mut self) {
+        let grid_s = self.config.grid_s;
+        let ready_s = self.time_s - self.config.lag_s;
+        let origin_s = *self.grid_origin_s.get_or_insert(self.time_s);
+        let mut centre_s = origin_s + self.next_grid as f64 * grid_s;
+        if centre_s > self.time_s + grid_s {
+            // A clock that was set back: the grid starts again.
+            self.grid_origin_s = Some(self.time_s);
+            self.next_grid = 0;
+            return;
+        }
+        if ready_s - centre_s > INSTANTS as f64 * grid_s {
+            // Silence, or a clock that was set forward: the grid goes on from here.
+            self.next_grid = libm::floor((ready_s - origin_s) / grid_s) as u64;
+            centre_s = origin_s + self.next_grid as f64 * grid_s;
+        }
+        // Instants closer than the samples would count the same information twice.
+        let stride = libm::ceil(self.latest.interval_s() / grid_s - 0.01).clamp(1.0, INSTANTS as f64);
+        for _ in 0..INSTANTS {
+            if !(centre_s < ready_s) {
+                break;
+            }
+            self.next_grid = self.next_grid.saturating_add(stride as u64);
+            if let Some(smoothed) = self.delay.at(centre_s) {
+                self.compare_vanes(&smoothed);
+                if self.config.regression_states == RegressionStates::Smoothed {
+                    self.emit_smoothed(centre_s, stride * grid_s, &smoothed);
+                }
+            }
+            centre_s = origin_s + self.next_grid as f64 * grid_s;
+        }
+    }
+
+    /// One instant through the kernel, with what the fixed-lag smoother has changed since.
+    fn emit_smoothed(&mut self, centre_s: f64, interval_s: f64, smoothed: &Smoothed<SIGNALS>) {
+        let slopes = [smoothed.slope[3], smoothed.slope[4], smoothed.slope[5]];
+        let mut record = self.regressors(centre_s, interval_s, &smoothed.value, slopes);
+        if let Some(correction) = self.fixed_lag.correction(centre_s, self.config.hold_s) {
+            for i in 0..3 {
+                record.velocity[i] += correction[VELOCITY + i];
+            }
+            for i in 0..2 {
+                record.attitude[i] += correction[ATTITUDE + i];
+            }
+        }
+        let _ = self.output.smoothed.push(record);
+    }
+
+    /// Asks the state-variable filter for the instants up to the sample, and gives it the signals of the regression.
+    fn through_filter(&mut self, row: &[f64; SIGNALS]) {
+        if self.config.regression_states != RegressionStates::Filtered {
+            return;
+        }
+        // Instants closer than the samples would count the same information twice.
+        let stride = libm::ceil(self.latest.interval_s() / self.config.grid_s - 0.01).clamp(1.0, INSTANTS as f64);
+        let interval_s = stride * self.config.grid_s;
+        let mut next_s = self.filtered_next_s.unwrap_or(self.time_s);
+        if self.time_s - next_s > INSTANTS as f64 * interval_s {
+            // Silence: the instants go on from here.
+            next_s = self.time_s;
+        }
+        while next_s <= self.time_s {
+            self.filtered.ask(next_s, interval_s);
+            next_s += interval_s;
+        }
+        self.filtered_next_s = Some(next_s);
+        let mut signals = [f64::NAN; VANE_SIGNALS];
+        signals.copy_from_slice(&row[..VANE_SIGNALS]);
+        self.filtered.push(self.time_s, &signals);
+    }
+
+    /// Takes the instants that every signal has come to through the state-variable filter.
+    pub(super) fn emit_filtered(&mut self) {
+        while !self.output.smoothed.is_full() {
+            let Some(filtered) = self.filtered.take() else { return };
+            let (value, slope) = (&filtered.value, &filtered.slope);
+            // Not settled since the start or a hole: what every equation needs is not there.
+            if value[..8].iter().all(|signal| signal.is_finite()) {
+                let time_s = filtered.time_s - self.filtered.delay_s();
+                let record = self.regressors(time_s, filtered.interval_s, value, [slope[3], slope[4], slope[5]]);
+                let _ = self.output.smoothed.push(record);
+            }
+        }
+    }
+
+    /// What the regression gets of signals in the order of `SIGNALS`, the forces brought to the centre of mass.
+    fn regressors<const S: usize>(&self, time_s: f64, interval_s: f64, value: &[f64; S], slopes: [f64; 3]) -> SmoothedRecord {
+        const { assert!(S >= VANE_SIGNALS, "every signal of the regression") };
+        let [u, v, w, p, q, r, phi, theta, ax, ay, az] = core::array::from_fn(|i| value[i]);
+        let [dp, dq, dr] = slopes;
+        let force = centre_force([ax, ay, az], [p, q, r], [dp, dq, dr], &self.geometry);
+        let mut controls = [0.0; 4];
+        let mut controls_present = [false; 4];
+        for i in 0..4 {
+            let control = value[CONTROL_SIGNALS + i];
+            controls_present[i] = control.is_finite();
+            if controls_present[i] {
+                controls[i] = control;
+            }
+        }
+        SmoothedRecord {
+            time_s,
+            interval_s,
+            velocity: [u, v, w],
+            rates: [p, q, r],
+            attitude: [phi, theta],
+            specific_force: force,
+            angular_acceleration: [dp, dq, dr],
+            controls,
+            controls_present,
+        }
+    }
+
+    fn compare_vanes(&mut self, smoothed: &Smoothed<SIGNALS>) {
+        let n = *self.noise.noise();
+        let u = smoothed.value[0];
+        let vane_var = [n.incidence_std * n.incidence_std, n.sideslip_std * n.sideslip_std];
+        // alpha moves by az and q, beta by ay and r.
+        let inertial_var = [(n.accelerometer_std[2], n.gyro_std[1]), (n.accelerometer_std[1], n.gyro_std[2])]
+            .map(|(force, rate)| force * force / (u * u) + rate * rate);
+        let aids = [Aid::Incidence, Aid::Sideslip];
+        for (i, aid) in aids.into_iter().enumerate() {
+            let (vane, rate) = (VANE_SIGNALS + i, KINEMATIC_SIGNALS + i);
+            let noise_var = self.delay.ticks_a_sample(vane) * smoothed.slope_noise_gain * vane_var[i]
+                + self.delay.ticks_a_sample(rate) * smoothed.value_noise_gain * inertial_var[i];
+            let measured = if self.delay.is_silent(vane) { f64::NAN } else { smoothed.slope[vane] };
+            let kinematic = smoothed.value[rate];
+            self.consistency[i].compare(measured, kinematic, noise_var);
+            if self.disagreement_said[i] {
+                continue;
+            }
+            if let Some(r_squared) = self.consistency[i].disagreement() {
+                self.disagreement_said[i] = true;
+                self.notice(EstimationEvent::KinematicsDisagree { aid, r_squared });
+            }
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! The newest value of every channel, with its age: what stands in where channels come at different rates.
+//!
+//! Consumes admitted samples; produces held values, the filter's inputs, and which instruments there are. A value serves
+//! for at most the hold time; then the channel counts as silent.
+
+use super::process::{ATTITUDE, State};
+use super::record::{AIDS, Aid, Instrumentation};
+use crate::flight::channel::{CHANNELS, Channel};
+use crate::flight::sample::Sample;
+use crate::flight::unit::STANDARD_GRAVITY as G0;
+
+/// Weight of the newest interval in the running mean of the gyros' interval.
+const INTERVAL_GAIN: f64 = 0.05;
+
+/// Inertial inputs: three specific forces, three rates.
+pub const INPUTS: usize = 6;
+/// ax ay az p q r.
+pub type Input = [f64; INPUTS];
+
+/// Newest values and their times.
+#[derive(Clone, Debug)]
+pub struct Latest {
+    hold_s: f64,
+    values: [f64; CHANNELS],
+    times_s: [f64; CHANNELS],
+    /// Changes of the inertial channels from the last sample but one to the last, a second; zero where that is too old.
+    slopes: [f64; INPUTS],
+    seen: u32,
+    tick_s: Option<f64>,
+    interval_s: f64,
+}
+
+const GYROS: [Channel; 3] = [Channel::P, Channel::Q, Channel::R];
+const ACCELEROMETERS: [Channel; 3] = [Channel::Ax, Channel::Ay, Channel::Az];
+
+/// Whether all three rates were sampled.
+pub fn carries_rates(sample: &Sample) -> bool {
+    GYROS.iter().all(|&gyro| sample.get(gyro).is_some())
+}
+
+impl Latest {
+    /// Values serve for `hold_s`.
+    pub const fn new(hold_s: f64) -> Self {
+        Latest {
+            hold_s,
+            values: [0.0; CHANNELS],
+            times_s: [f64::NEG_INFINITY; CHANNELS],
+            slopes: [0.0; INPUTS],
+            seen: 0,
+            tick_s: None,
+            interval_s: 0.0,
+        }
+    }
+
+    /// Forgets the values, not which instruments there are.
+    pub fn clear(&mut self) {
+        self.times_s = [f64::NEG_INFINITY; CHANNELS];
+        self.slopes = [0.0; INPUTS];
+        self.tick_s = None;
+    }
+
+    /// Takes a sample in; says whether it is a tick: all three rates were sampled.
+    pub fn take(&mut self, sample: &Sample) -> bool {
+        for (slope, channel) in self.slopes.iter_mut().zip(ACCELEROMETERS.into_iter().chain(GYROS)) {
+            if let Some(value) = sample.get(channel) {
+                let interval_s = sample.time_s - self.times_s[channel.index()];
+                let fresh = interval_s > 0.0 && interval_s <= self.hold_s;
+                *slope = if fresh { (value - self.values[channel.index()]) / interval_s } else { 0.0 };
+            }
+        }
+        for channel in Channel::ALL {
+            if let Some(value) = sample.get(channel) {
+                self.values[channel.index()] = value;
+                self.times_s[channel.index()] = sample.time_s;
+            }
+        }
+        self.seen |= sample.present;
+        let tick = carries_rates(sample);
+        if tick {
+            if let Some(before_s) = self.tick_s {
+                let interval_s = sample.time_s - before_s;
+                let gain = if self.interval_s > 0.0 { INTERVAL_GAIN } else { 1.0 };
+                self.interval_s += gain * (interval_s - self.interval_s);
+            }
+            self.tick_s = Some(sample.time_s);
+        }
+        tick
+    }
+
+    /// How long ago the rates last came together, s.
+    pub fn silence_s(&self, time_s: f64) -> f64 {
+        self.tick_s.map_or(0.0, |tick_s| time_s - tick_s)
+    }
+
+    /// Running mean of the gyros' interval, s; 0 before two of their samples.
+    pub fn interval_s(&self) -> f64 {
+        self.interval_s
+    }
+
+    /// The channel's value, where it is no older than the hold time.
+    pub fn get(&self, channel: Channel, time_s: f64) -> Option<f64> {
+        let i = channel.index();
+        (time_s - self.times_s[i] <= self.hold_s).then_some(self.values[i])
+    }
+
+    /// An inertial channel now: its last sample carried on along the line through the last two. Held instead, it would be late
+    /// by half its interval wherever the other channels come more often, and the states with it.
+    fn now(&self, input: usize, channel: Channel, time_s: f64) -> f64 {
+        self.values[channel.index()] + self.slopes[input] * (time_s - self.times_s[channel.index()])
+    }
+
+    /// The filter's inputs, and which specific forces were measured. One that was not is taken to balance gravity at the
+    /// state's attitude.
+    pub fn input(&self, time_s: f64, state: &State) -> (Input, [bool; 3]) {
+        let (sin_phi, cos_phi) = libm::sincos(state[ATTITUDE]);
+        let (sin_theta, cos_theta) = libm::sincos(state[ATTITUDE + 1]);
+        let balance = [G0 * sin_theta, -G0 * cos_theta * sin_phi, -G0 * cos_theta * cos_phi];
+        let mut input = [0.0; INPUTS];
+        let mut measured = [false; 3];
+        for i in 0..3 {
+            let force = self.get(ACCELEROMETERS[i], time_s).map(|_| self.now(i, ACCELEROMETERS[i], time_s));
+            measured[i] = force.is_some();
+            input[i] = force.unwrap_or(balance[i]);
+            input[3 + i] = self.now(3 + i, GYROS[i], time_s);
+        }
+        (input, measured)
+    }
+
+    /// Which instruments have been seen.
+    pub fn instrumentation(&self, running: bool) -> Instrumentation {
+        let seen = |channel: Channel| self.seen & (1 << channel.index()) != 0;
+        Instrumentation {
+            running,
+            rate_hz: if self.interval_s > 0.0 { 1.0 / self.interval_s } else { 0.0 },
+            gyros: GYROS.into_iter().all(seen),
+            accelerometers: ACCELEROMETERS.map(seen),
+            aids: Aid::ALL.map(|aid| seen(aid.channel())),
+            trusted: [true; AIDS],
+            as_expected: [true; AIDS],
+            vanes_disagree: [false; 2],
+        }
+    }
+}

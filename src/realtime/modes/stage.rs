@@ -1,0 +1,57 @@
+//! The modes stage: derivatives in, modes out, with a status of their own.
+
+use super::record::ModesRecord;
+use crate::flight::derivative::{Axis, Variable};
+use crate::realtime::modes::{coupled, lateral};
+use crate::realtime::regression::record::{DerivativesRecord, LateralDerivatives, Reason, SixAxisDerivatives, Status};
+
+/// Standard error of omega, relative, below which the Dutch roll is known.
+const OMEGA_KNOWN: f64 = 0.05;
+/// Standard error of zeta below which the Dutch roll is known.
+const ZETA_KNOWN: f64 = 0.02;
+
+/// The modes of these derivatives; `six_axis` where all six equations have what the whole aircraft's need.
+pub fn step(derivatives: &DerivativesRecord, six_axis: Option<&SixAxisDerivatives>) -> ModesRecord {
+    let time_s = derivatives.time_s;
+    let status = match (least(derivatives), lacking(derivatives)) {
+        (Status::Converging | Status::Converged | Status::Stale, Some(reason)) => Status::NotIdentifiable(reason),
+        (status, _) => status,
+    };
+    let record = derivatives.lateral.as_ref().and_then(|lateral| lateral::modes(time_s, status, lateral));
+    let Some(mut record) = record else {
+        return ModesRecord { time_s, status, dutch_roll: None, roll: None, spiral: None, lateral_phugoid: None, coupled: None };
+    };
+    if let (Some(six_axis), Some(lateral), Some(alone)) = (six_axis, &derivatives.lateral, &record.dutch_roll) {
+        record.coupled = coupled::dutch_roll(six_axis, lateral, alone);
+    }
+    if record.status == Status::Converged {
+        let known = record.dutch_roll.is_some_and(|pair| pair.std_omega < OMEGA_KNOWN * pair.omega && pair.std_zeta < ZETA_KNOWN);
+        if !known {
+            record.status = Status::Converging;
+        }
+    }
+    record
+}
+
+/// The first derivative that the modes need and no equation has.
+fn lacking(derivatives: &DerivativesRecord) -> Option<Reason> {
+    let lacks = |&(axis, variable): &(Axis, Variable)| derivatives.equations[axis.index()].term(variable).is_none();
+    let (axis, variable) = LateralDerivatives::NEEDED.into_iter().find(lacks)?;
+    Some(Reason::NotExcited { axis, variable })
+}
+
+/// The status of the least advanced of the three lateral equations.
+fn least(derivatives: &DerivativesRecord) -> Status {
+    let mut least = Status::Converged;
+    for axis in [Axis::L, Axis::N, Axis::Y] {
+        let equation = &derivatives.equations[axis.index()];
+        if equation.status.rank() < least.rank() {
+            least = match equation.status {
+                // Which of the three it is says more than its condition index; of other reasons the reason itself does.
+                Status::NotIdentifiable(Reason::Collinear { .. }) => Status::NotIdentifiable(Reason::Equation { axis }),
+                status => status,
+            };
+        }
+    }
+    least
+}

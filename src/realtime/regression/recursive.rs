@@ -1,0 +1,445 @@
+//! The regression stage: smoothed signals in, all six equations out, at a cost that does not grow with the record.
+//!
+//! Consumes the run's trim once and a [`SmoothedRecord`] an instant of the grid; produces a [`DerivativesRecord`] whenever
+//! asked, with a status where there is no number.
+
+mod in_band;
+
+use super::candidate::{BIAS, REGRESSORS, SIGNALS, STILL, UNMOVED, is_primary, regressor, response};
+use super::config::Config;
+use super::excitation::Excitation;
+use super::frequency::estimate::Shared;
+use super::frequency::transforms::Transforms;
+use super::information::{Information, LAGS};
+use super::record::{
+    DerivativesRecord, EquationRecord, FrequencyTerm, LATERAL, LateralDerivatives, MOTION, Reason, RegressionEvent,
+    SixAxisDerivatives, Status, TermRecord,
+};
+use super::status::Settling;
+use super::stepwise::{Fit, Offer, Thresholds, fit};
+use crate::flight::channel::Channel;
+use crate::flight::derivative::{AXES, Axis, Variable};
+use crate::flight::setting::ConfigError;
+use crate::num::eigen::condition_index;
+use crate::realtime::estimation::record::{Aid, Instrumentation, SmoothedRecord, TrimRecord};
+use crate::realtime::regression::candidate;
+use crate::realtime::regression::coloured_errors;
+use heapless::Vec;
+
+/// Events that one publication can bring.
+pub const EVENTS: usize = AXES + 6;
+
+/// How long an instrument may keep away before what needs it is called not identifiable, s.
+const PATIENCE_S: f64 = 2.0;
+
+const ACCELEROMETERS: [Channel; 3] = [Channel::Ax, Channel::Ay, Channel::Az];
+
+/// Whether the axis' equation is about v, which the sideslip vane observes; the others are about w and the incidence vane.
+const fn is_lateral(axis: Axis) -> bool {
+    matches!(axis, Axis::Y | Axis::L | Axis::N)
+}
+
+/// The aids that the axis' motion stands on.
+const fn needs(axis: Axis) -> [Aid; 3] {
+    if is_lateral(axis) { [Aid::Sideslip, Aid::Bank, Aid::Airspeed] } else { [Aid::Incidence, Aid::Pitch, Aid::Airspeed] }
+}
+
+/// Whether the velocity is observed: without its vane it drifts with the accelerometers' bias.
+fn observed(variable: Variable, instruments: &Instrumentation) -> bool {
+    match variable {
+        Variable::V => instruments.aids[Aid::Sideslip.index()],
+        Variable::W => instruments.aids[Aid::Incidence.index()],
+        _ => true,
+    }
+}
+
+/// The regression stage.
+#[derive(Clone, Debug)]
+pub struct Recursive {
+    config: Config,
+    trim: Option<TrimRecord>,
+    information: Information<SIGNALS>,
+    transforms: Transforms,
+    excitation: Excitation,
+    excited: bool,
+    excited_s: f64,
+    quiet_s: f64,
+    newest_s: Option<f64>,
+    /// Time without a record, s.
+    silent_s: f64,
+    age_s: f64,
+    settling: [Settling; AXES],
+    statuses: [Status; AXES],
+    six_axis: Option<SixAxisDerivatives>,
+    /// Channels whose absence has been said.
+    said: u32,
+    events: Vec<RegressionEvent, EVENTS>,
+}
+
+impl Recursive {
+    /// A stage that has seen nothing yet.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the setting that cannot be used.
+    pub fn new(config: Config) -> Result<Self, ConfigError> {
+        config.validate()?;
+        Ok(Recursive::of(config))
+    }
+
+    /// The same for a configuration that has been validated; at compile time too.
+    pub(crate) const fn of(config: Config) -> Self {
+        Recursive {
+            trim: None,
+            information: Information::EMPTY,
+            transforms: Transforms::new(config.band, config.forgetting_s),
+            excitation: Excitation::START,
+            excited: false,
+            excited_s: 0.0,
+            quiet_s: 0.0,
+            newest_s: None,
+            silent_s: 0.0,
+            age_s: 0.0,
+            settling: [Settling::new(config.settled_s); AXES],
+            statuses: [Status::Waiting; AXES],
+            six_axis: None,
+            said: 0,
+            events: Vec::new(),
+            config,
+        }
+    }
+
+    /// The run's trim; signals before it are not used.
+    pub fn begin(&mut self, trim: TrimRecord) {
+        self.trim = Some(trim);
+    }
+
+    /// The information matrix.
+    pub fn information(&self) -> &Information<SIGNALS> {
+        &self.information
+    }
+
+    /// What was noticed since the last call.
+    pub fn take_events(&mut self) -> Vec<RegressionEvent, EVENTS> {
+        core::mem::take(&mut self.events)
+    }
+
+    fn notice(&mut self, event: RegressionEvent) {
+        let _ = self.events.push(event);
+    }
+
+    /// One instant of the grid.
+    pub fn step(&mut self, record: &SmoothedRecord) {
+        let Some(trim) = self.trim else { return };
+        // Instants that never came of age (silence, a hole under the kernel) are holes in the lagged products as well.
+        let missed = match self.newest_s.replace(record.time_s) {
+            Some(newest_s) if record.time_s > newest_s => libm::round((record.time_s - newest_s) / record.interval_s) - 1.0,
+            Some(_) => LAGS as f64,
+            None => 0.0,
+        };
+        for _ in 0..missed.clamp(0.0, LAGS as f64) as usize {
+            self.information.skip();
+            self.transforms.hole();
+        }
+        self.silent_s = 0.0;
+        self.untrimmed(record, &trim);
+        let Some(z) = candidate::signals(record, &trim) else {
+            self.information.skip();
+            self.transforms.hole();
+            self.quiet_s += record.interval_s;
+            self.missing(record, &trim);
+            return;
+        };
+        let interval_s = record.interval_s;
+        let excited = self.excitation.step(&z, interval_s);
+        if excited != self.excited {
+            self.excited = excited;
+            self.notice(if excited { RegressionEvent::ExcitationBegan } else { RegressionEvent::ExcitationEnded });
+        }
+        if excited {
+            self.information.add(&z, libm::exp(-interval_s / self.config.forgetting_s));
+            self.transforms.add(&z, interval_s);
+            self.excited_s += interval_s;
+            self.quiet_s = 0.0;
+        } else {
+            self.information.skip();
+            self.transforms.hole();
+            self.quiet_s += interval_s;
+        }
+    }
+
+    /// Says once for each channel that it left instants of the grid without a number.
+    fn missing(&mut self, record: &SmoothedRecord, trim: &TrimRecord) {
+        for (i, channel) in ACCELEROMETERS.into_iter().enumerate() {
+            if trim.specific_force[i].is_finite() && !record.specific_force[i].is_finite() {
+                self.say_once(channel, RegressionEvent::SignalMissing { channel });
+            }
+        }
+        for (i, channel) in Channel::CONTROLS.into_iter().enumerate() {
+            if trim.controls[i].is_finite() && !record.controls_present[i] {
+                self.say_once(channel, RegressionEvent::SignalMissing { channel });
+            }
+        }
+    }
+
+    /// Says once for each control that it came without a trim.
+    fn untrimmed(&mut self, record: &SmoothedRecord, trim: &TrimRecord) {
+        for (i, channel) in Channel::CONTROLS.into_iter().enumerate() {
+            if record.controls_present[i] && !trim.controls[i].is_finite() {
+                self.say_once(channel, RegressionEvent::NoTrim { channel });
+            }
+        }
+    }
+
+    fn say_once(&mut self, channel: Channel, event: RegressionEvent) {
+        let mark = 1 << channel.index();
+        // Room is left for what else a publication may bring; what finds none is said at the next instant.
+        if self.said & mark == 0 && self.events.len() < EVENTS - AXES - 2 {
+            self.said |= mark;
+            self.notice(event);
+        }
+    }
+
+    /// All equations as they stand; `elapsed_s` since the last time, for what depends on time alone.
+    pub fn record(&mut self, time_s: f64, elapsed_s: f64, instruments: &Instrumentation) -> DerivativesRecord {
+        self.age_s += elapsed_s;
+        self.silent_s += elapsed_s;
+        let mut fits: [Option<Fit>; AXES] = [const { None }; AXES];
+        let mut equations = Axis::ALL.map(|axis| {
+            let refused = self.refusal(axis, instruments);
+            let (equation, fit) = match refused {
+                Some(reason) => (EquationRecord::empty(axis, Status::NotIdentifiable(reason)), None),
+                None => self.equation(axis, time_s, instruments),
+            };
+            fits[axis.index()] = fit;
+            equation
+        });
+        self.add_frequency_estimates(&mut equations);
+        for (i, axis) in Axis::ALL.into_iter().enumerate() {
+            let status = equations[i].status;
+            if core::mem::discriminant(&status) != core::mem::discriminant(&self.statuses[i]) {
+                self.notice(RegressionEvent::StatusChanged { axis, status });
+            }
+            self.statuses[i] = status;
+        }
+        let lateral = self.lateral(&fits);
+        self.six_axis = self.trim.as_ref().and_then(|trim| six_axis(trim, &fits, &equations));
+        DerivativesRecord { time_s, equations, lateral, excited: self.excited }
+    }
+
+    /// The terms of every equation once more, from the band of frequencies.
+    fn add_frequency_estimates(&self, equations: &mut [EquationRecord; AXES]) {
+        let mut wanted = [false; REGRESSORS];
+        let place = |term: &TermRecord| term.variable.map_or(BIAS, regressor);
+        equations.iter().flat_map(|equation| &equation.terms).for_each(|term| wanted[place(term)] = true);
+        if !wanted.contains(&true) {
+            return;
+        }
+        let shared = Shared::new(&self.transforms, &wanted);
+        for equation in equations {
+            let order: Vec<usize, REGRESSORS> = equation.terms.iter().map(place).collect();
+            let Some(estimate) = shared.fit(&self.transforms, equation.axis, &order) else { continue };
+            for term in &mut equation.terms {
+                let place = place(term);
+                term.frequency = Some(FrequencyTerm { value: estimate.theta[place], std: estimate.std[place] });
+            }
+        }
+    }
+
+    /// The derivatives of all six equations as of the last record, where all have numbers.
+    pub fn six_axis(&self) -> Option<&SixAxisDerivatives> {
+        self.six_axis.as_ref()
+    }
+
+    /// Why the axis can have no number from these instruments.
+    fn refusal(&self, axis: Axis, instruments: &Instrumentation) -> Option<Reason> {
+        if self.age_s < PATIENCE_S {
+            return None;
+        }
+        if !instruments.gyros || instruments.rate_hz <= 0.0 {
+            return Some(Reason::NoRates);
+        }
+        if instruments.rate_hz > 0.0 && instruments.rate_hz < self.config.rate_min_hz {
+            return Some(Reason::RateTooLow { hz: instruments.rate_hz, needed_hz: self.config.rate_min_hz });
+        }
+        if !instruments.aids[Aid::Airspeed.index()] {
+            return Some(Reason::Unobserved { variable: Variable::U, missing: Channel::Tas });
+        }
+        if axis.is_force() && !instruments.accelerometers[axis.index()] {
+            return Some(Reason::NoAccelerometer { channel: ACCELEROMETERS[axis.index()] });
+        }
+        if axis.is_force() && self.trim.is_some_and(|trim| !trim.specific_force[axis.index()].is_finite()) {
+            return Some(Reason::NoTrim { channel: ACCELEROMETERS[axis.index()] });
+        }
+        let (needed, vane) = if is_lateral(axis) { (Variable::V, Aid::Sideslip) } else { (Variable::W, Aid::Incidence) };
+        if !observed(needed, instruments) {
+            return Some(Reason::Unobserved { variable: needed, missing: vane.channel() });
+        }
+        let rejected = needs(axis).into_iter().find(|aid| !instruments.trusted[aid.index()])?;
+        Some(Reason::AidRejected { channel: rejected.channel() })
+    }
+
+    /// Whether a velocity that nothing observes must have moved: its terms are in no equation, and their part is in the others.
+    fn unobserved_motion(&self, instruments: &Instrumentation) -> bool {
+        let moved = |variable: Variable| self.information.deviation(regressor(variable)) > STILL[variable.index()];
+        !observed(Variable::V, instruments) && (moved(Variable::P) || moved(Variable::R))
+            || !observed(Variable::W, instruments) && moved(Variable::Q)
+    }
+
+    fn offer(&self, axis: Axis, instruments: &Instrumentation) -> Offer {
+        let mut offer = Offer { primary: [false; REGRESSORS], optional: [false; REGRESSORS] };
+        for variable in Variable::ALL {
+            let place = regressor(variable);
+            let deviation = self.information.deviation(place);
+            let still = STILL[variable.index()];
+            if deviation > UNMOVED * still && observed(variable, instruments) {
+                let primary = is_primary(axis, variable) && deviation > still;
+                offer.primary[place] = primary;
+                offer.optional[place] = !primary;
+            }
+        }
+        offer
+    }
+
+    fn equation(&mut self, axis: Axis, time_s: f64, instruments: &Instrumentation) -> (EquationRecord, Option<Fit>) {
+        if self.excited_s <= 0.0 {
+            return (EquationRecord::empty(axis, Status::Waiting), None);
+        }
+        if self.excited_s < self.config.exciting_s {
+            return (EquationRecord::empty(axis, Status::Exciting), None);
+        }
+        let offer = self.offer(axis, instruments);
+        let thresholds = Thresholds { f_enter: self.config.f_enter, f_remove: self.config.f_remove };
+        let Some(fit) = fit(&self.information, response(axis), &offer, &thresholds) else {
+            return (EquationRecord::empty(axis, Status::Exciting), None);
+        };
+        let mut equation = self.written(axis, &fit, &offer);
+        let doubtful = self.unobserved_motion(instruments)
+            || instruments.vanes_disagree[usize::from(is_lateral(axis))]
+            || needs(axis).into_iter().any(|aid| !instruments.as_expected[aid.index()]);
+        equation.status = match self.status(&equation, time_s) {
+            // Settled, about a motion that may not be the aircraft's.
+            Status::Converged if doubtful => Status::Converging,
+            status => status,
+        };
+        (equation, Some(fit))
+    }
+
+    /// The fit as a record; the status is still to come.
+    fn written(&self, axis: Axis, fit: &Fit, offer: &Offer) -> EquationRecord {
+        let information = &self.information;
+        let parameters = fit.order.len();
+        let residual = coloured_errors::residual_covariance(information, &fit.residual, &fit.residual, parameters);
+        let cov_white = coloured_errors::white_covariance(information, &fit.dispersion, residual[0]);
+        let samples = information.effective_samples();
+        let r_squared = if fit.response_squares > 0.0 { 1.0 - fit.squares / fit.response_squares } else { 0.0 };
+        let mut equation = EquationRecord::empty(axis, Status::Converging);
+        equation.r_squared = r_squared;
+        // (21) of the paper: p parameters, the bias among them, on m samples.
+        equation.f_total = r_squared / (parameters as f64 - 1.0) * (samples - parameters as f64) / (1.0 - r_squared);
+        equation.samples = samples;
+        equation.residual_std = libm::sqrt(residual[0]);
+        equation.condition_index = condition_index(information.sums(), &fit.order);
+        for (step, &place) in fit.order.iter().enumerate() {
+            let term = TermRecord {
+                variable: candidate::variable(place),
+                value: fit.theta[place],
+                std: libm::sqrt(fit.cov[place][place]),
+                std_white: libm::sqrt(cov_white[place][place]),
+                step: step as u8,
+                primary: offer.primary[place],
+                frequency: None,
+            };
+            let _ = equation.terms.push(term);
+        }
+        equation
+    }
+
+    /// Whether the equation's numbers have settled.
+    fn status(&mut self, equation: &EquationRecord, time_s: f64) -> Status {
+        if !equation.terms.iter().all(|term| term.value.is_finite() && term.std.is_finite()) {
+            return Status::NotIdentifiable(Reason::Collinear { condition_index: equation.condition_index });
+        }
+        let settled = self.settling[equation.axis.index()].step(time_s, equation);
+        if self.quiet_s + self.silent_s > self.config.stale_s {
+            return Status::Stale;
+        }
+        let deviation = self.information.deviation(response(equation.axis));
+        let known = equation.terms.iter().filter(|term| term.primary).all(|term| {
+            let Some(variable) = term.variable else { return true };
+            let contribution = term.std * self.information.deviation(regressor(variable)) / deviation;
+            term.std < self.config.known_relative * term.value.abs() || contribution < self.config.known_contribution
+        });
+        if settled && known { Status::Converged } else { Status::Converging }
+    }
+
+    /// The lateral derivatives with their joint covariance, where Y, L and N all have numbers.
+    fn lateral(&self, fits: &[Option<Fit>; AXES]) -> Option<LateralDerivatives> {
+        let trim = self.trim.as_ref()?;
+        let inside = |(axis, variable): (Axis, Variable)| {
+            fits[axis.index()].as_ref().is_some_and(|fit| fit.order.contains(&regressor(variable)))
+        };
+        if !LateralDerivatives::NEEDED.into_iter().all(inside) {
+            return None;
+        }
+        let mut values = [0.0; LATERAL];
+        let mut cov = [[0.0; LATERAL]; LATERAL];
+        let axes = [Axis::Y, Axis::L, Axis::N];
+        for (a, axis_a) in axes.into_iter().enumerate() {
+            let fit_a = fits[axis_a.index()].as_ref()?;
+            for (b, axis_b) in axes.into_iter().enumerate().skip(a) {
+                let fit_b = fits[axis_b.index()].as_ref()?;
+                if a == b {
+                    continue;
+                }
+                let parameters = fit_a.order.len().max(fit_b.order.len());
+                let ahead = coloured_errors::residual_covariance(&self.information, &fit_a.residual, &fit_b.residual, parameters);
+                let behind =
+                    coloured_errors::residual_covariance(&self.information, &fit_b.residual, &fit_a.residual, parameters);
+                let block = coloured_errors::covariance(&self.information, &fit_a.dispersion, &fit_b.dispersion, &ahead, &behind);
+                for i in 0..3 {
+                    for j in 0..3 {
+                        let (row, column) = (LateralDerivatives::NAMES[3 * a + i].1, LateralDerivatives::NAMES[3 * b + j].1);
+                        cov[3 * a + i][3 * b + j] = block[regressor(row)][regressor(column)];
+                        // The same where a is b: the block of one equation is symmetric.
+                        cov[3 * b + j][3 * a + i] = block[regressor(row)][regressor(column)];
+                    }
+                }
+            }
+            for i in 0..3 {
+                for j in 0..3 {
+                    let (row, column) = (LateralDerivatives::NAMES[3 * a + i].1, LateralDerivatives::NAMES[3 * a + j].1);
+                    cov[3 * a + i][3 * a + j] = fit_a.cov[regressor(row)][regressor(column)];
+                }
+                values[3 * a + i] = fit_a.theta[regressor(LateralDerivatives::NAMES[3 * a + i].1)];
+            }
+        }
+        let [u0, _, w0] = trim.velocity;
+        let [phi0, theta0] = trim.attitude;
+        let trim_std = [trim.velocity_std[0], trim.velocity_std[2]];
+        Some(LateralDerivatives { values, cov, u0, w0, trim_std, phi0, theta0 })
+    }
+}
+
+/// The derivatives of every equation, where each has numbers and the longitudinal ones that the coupling needs are among them.
+fn six_axis(trim: &TrimRecord, fits: &[Option<Fit>; AXES], equations: &[EquationRecord; AXES]) -> Option<SixAxisDerivatives> {
+    let has_numbers = |equation: &EquationRecord| equation.status.rank() >= Status::Stale.rank();
+    let missing = |&(axis, variable): &(Axis, Variable)| equations[axis.index()].term(variable).is_none();
+    if !equations.iter().all(has_numbers) || SixAxisDerivatives::NEEDED.iter().any(missing) {
+        return None;
+    }
+    let [_, v0, _] = trim.velocity;
+    let [_, v0_std, _] = trim.velocity_std;
+    let (values, cov) = ([[0.0; MOTION]; AXES], [[[0.0; MOTION]; MOTION]; AXES]);
+    let mut six_axis = SixAxisDerivatives { values, cov, v0, v0_std };
+    for ((fit, values), cov) in fits.iter().zip(&mut six_axis.values).zip(&mut six_axis.cov) {
+        let fit = fit.as_ref()?;
+        for i in 0..MOTION {
+            let row = regressor(Variable::ALL[i]);
+            values[i] = fit.theta[row];
+            for (entry, variable) in cov[i].iter_mut().zip(Variable::ALL) {
+                *entry = fit.cov[row][regressor(variable)];
+            }
+        }
+    }
+    Some(six_axis)
+}

@@ -1,0 +1,4 @@
+//! The slow part: the smoother and instrument biases over many seeded flights.
+
+mod biases;
+mod smoother;

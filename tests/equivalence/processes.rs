@@ -1,0 +1,3 @@
+//! The part that counts allocations.
+
+mod allocation;

@@ -1,0 +1,3 @@
+//! The slow part: the firmware profile is built and run.
+
+mod firmware;

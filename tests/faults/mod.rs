@@ -1,0 +1,13 @@
+//! The fault matrix: broken inputs give a clear end, never a panic and never a guess.
+
+mod design;
+mod flight_condition;
+mod inspect;
+mod instrument_files;
+mod level1_files;
+mod mavlink;
+mod model_files;
+mod multirate;
+mod replay;
+mod run_files;
+mod silence;

@@ -1,0 +1,3 @@
+//! The slow part: whole diagnoses of broken flights.
+
+mod diagnose;

@@ -1,0 +1,4 @@
+//! Preliminary interpretation: simulated flights whose answers are known, and real recordings with published ones.
+
+mod flights;
+mod recordings;

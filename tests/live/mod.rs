@@ -1,0 +1,12 @@
+//! Live: real processes over shared memory, killed at the worst moments. Each test has a root of its own.
+
+mod demo;
+mod kills;
+mod latency;
+mod links;
+mod payload;
+mod processes;
+mod real_time;
+mod sender;
+mod services;
+mod stage;

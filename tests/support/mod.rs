@@ -1,0 +1,17 @@
+//! What several kinds of proof use: aircraft, manoeuvres, the program itself, random numbers, counters.
+#![allow(dead_code, reason = "each binary uses its part")]
+
+pub(crate) mod allocations;
+pub(crate) mod equation;
+#[path = "../../firmware-profile/src/fingerprint.rs"]
+#[allow(unreachable_pub, reason = "the firmware's own file")]
+pub(crate) mod fingerprint;
+#[path = "../../firmware-profile/src/manoeuvre.rs"]
+#[allow(unreachable_pub, reason = "the firmware's own file")]
+pub(crate) mod firmware_manoeuvre;
+pub(crate) mod manoeuvre;
+pub(crate) mod paper_cases;
+pub(crate) mod program;
+pub(crate) mod puma;
+pub(crate) mod short_period;
+pub(crate) mod uniform;
