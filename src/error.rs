@@ -4,11 +4,10 @@ use std::path::Path;
 
 /// A command's failure. The line says which file, line and column, what was expected and what was found.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of each says what its fields are")]
 pub enum Failure {
-    /// The call or an input file is wrong (exit status 2).
     #[error("{0}")]
     Input(String),
-    /// It failed while running (exit status 1).
     #[error("{0}")]
     Running(String),
 }

@@ -22,20 +22,20 @@ struct Call {
 
 #[derive(Subcommand)]
 enum Command {
-    Demo(command::demo::Args),
-    Live(command::live::Args),
-    Ingest(command::ingest::Args),
-    Estimate(command::estimate::Args),
-    Watch(command::watch::Args),
-    Replay(command::replay::Args),
-    Check(command::check::Args),
-    Compare(command::compare::Args),
-    Identify(command::identify::Args),
-    Simulate(command::simulate::Args),
-    Linearise(command::linearise::Args),
-    Design(command::design::Args),
-    Diagnose(command::diagnose::Args),
-    Inspect(command::inspect::Args),
+    Demo(command::demo::DemoArgs),
+    Live(command::live::LiveArgs),
+    Ingest(command::ingest::IngestArgs),
+    Estimate(command::estimate::EstimateArgs),
+    Watch(command::watch::WatchArgs),
+    Replay(command::replay::ReplayArgs),
+    Check(command::check::CheckArgs),
+    Compare(command::compare::CompareArgs),
+    Identify(command::identify::IdentifyArgs),
+    Simulate(command::simulate::SimulateArgs),
+    Linearise(command::linearise::LineariseArgs),
+    Design(command::design::DesignArgs),
+    Diagnose(command::diagnose::DiagnoseArgs),
+    Inspect(command::inspect::InspectArgs),
 }
 
 fn main() -> ExitCode {

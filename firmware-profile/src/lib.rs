@@ -10,10 +10,10 @@ pub mod manoeuvre;
 
 use sideslip::flight::run::RunGeometry;
 use sideslip::flight::sample::Sample;
-use sideslip::realtime::pipeline::{Checked, Config, Pipeline, Tick};
+use sideslip::realtime::pipeline::{CheckedConfig, Pipeline, PipelineConfig, Tick};
 
 /// The settings that the profile flies with. One out of its range does not compile.
-pub const SETTINGS: Checked = match Config::DEFAULT.check() {
+pub const SETTINGS: CheckedConfig = match PipelineConfig::DEFAULT.check() {
     Ok(checked) => checked,
     Err(_) => panic!("a setting of the profile is out of its range"),
 };
@@ -27,7 +27,7 @@ pub struct Profile {
 
 impl Profile {
     /// The pipeline for a run with that geometry, ready for its first sample.
-    pub const fn new(settings: &Checked, geometry: RunGeometry) -> Self {
+    pub const fn new(settings: &CheckedConfig, geometry: RunGeometry) -> Self {
         Profile { pipeline: Pipeline::of(settings, geometry) }
     }
 

@@ -5,7 +5,7 @@
 
 use firmware_profile::budget::PARTS;
 use firmware_profile::fingerprint::Fingerprint;
-use firmware_profile::manoeuvre::Manoeuvre;
+use firmware_profile::manoeuvre::ManoeuvreSamples;
 use firmware_profile::{Profile, SETTINGS};
 use sideslip::flight::run::RunGeometry;
 use sideslip::realtime::modes::record::ModesRecord;
@@ -54,7 +54,7 @@ fn fly() -> Result<(Option<ModesRecord>, Fingerprint), String> {
     let mut profile = PROFILE.lock().map_err(|error| error.to_string())?;
     let mut fingerprint = Fingerprint::default();
     IN_FLIGHT.store(true, Ordering::Relaxed);
-    for sample in Manoeuvre::default() {
+    for sample in ManoeuvreSamples::default() {
         fingerprint.take(profile.step(&sample));
     }
     let tick = profile.finish();

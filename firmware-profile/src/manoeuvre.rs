@@ -30,18 +30,18 @@ const LON_CYCLIC: Doublets = [(11.0, 0.8, 0.01), (24.0, 0.8, -0.01), (37.0, 0.5,
 
 /// The flight so far; an iterator of samples.
 #[derive(Clone, Debug)]
-pub struct Manoeuvre {
+pub struct ManoeuvreSamples {
     state: [f64; STATES],
     number: u32,
     seed: u64,
 }
 
-impl Default for Manoeuvre {
+impl Default for ManoeuvreSamples {
     fn default() -> Self {
         let mut state = [0.0; STATES];
         [state[0], state[2], state[7]] = TRIM;
         state[9] = 500.0;
-        Manoeuvre { state, number: 0, seed: 2 }
+        ManoeuvreSamples { state, number: 0, seed: 2 }
     }
 }
 
@@ -101,7 +101,7 @@ fn moved(x: &[f64; STATES], slope: &[f64; STATES], by: f64) -> [f64; STATES] {
     core::array::from_fn(|i| x[i] + by * slope[i])
 }
 
-impl Manoeuvre {
+impl ManoeuvreSamples {
     fn advance(&mut self) {
         let from = controls(f64::from(self.number) * INTERVAL_S);
         let to = controls(f64::from(self.number + 1) * INTERVAL_S);
@@ -123,7 +123,7 @@ impl Manoeuvre {
     }
 }
 
-impl Iterator for Manoeuvre {
+impl Iterator for ManoeuvreSamples {
     type Item = Sample;
 
     fn next(&mut self) -> Option<Sample> {

@@ -1,6 +1,6 @@
 //! The profile flies its own manoeuvre and tells the Dutch roll that was put into it.
 
-use crate::manoeuvre::{LATERAL, Manoeuvre, TRIM};
+use crate::manoeuvre::{LATERAL, ManoeuvreSamples, TRIM};
 use crate::{Profile, SETTINGS};
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::run::RunGeometry;
@@ -12,7 +12,7 @@ extern crate std;
 #[test]
 fn the_flights_own_dutch_roll_comes_out() {
     let mut profile = std::boxed::Box::new(Profile::new(&SETTINGS, RunGeometry::DEFAULT));
-    for sample in Manoeuvre::default() {
+    for sample in ManoeuvreSamples::default() {
         profile.step(&sample);
     }
     let tick = profile.finish();

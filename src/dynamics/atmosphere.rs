@@ -1,11 +1,11 @@
-//! The standard atmosphere: at what altitude the air has a given density, and the other way round.
+//! The standard atmosphere: altitude from density, and density from altitude.
 //!
 //! Consumes a density (kg/m^3); produces the pressure altitude h (m, geopotential) at which air at rest has it, with
 //! T0 = 288.15 K, L = 6.5 K/km, p0 = 101325 Pa, R = 287.05287 J/(kg K), rho0 = p0/(R T0):
 //!     h = T0/L (1 - (rho/rho0)^(1/(g/(R L) - 1)))                  up to 11 km              (1)
 //!     h = 11 km - R T11/g ln(rho/rho11)                            above, T11 = T0 - L 11 km (2)
-//! Source: ISO 2533:1975, Standard Atmosphere. Below sea level (1) goes on; above 20 km, where the standard grows warmer, (2)
-//! goes on: no helicopter flies there.
+//! Source: ISO 2533:1975, Standard Atmosphere. (1) is extrapolated below sea level, (2) above 20 km, where the standard has a
+//! temperature gradient.
 
 use crate::flight::unit::STANDARD_GRAVITY;
 

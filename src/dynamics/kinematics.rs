@@ -1,4 +1,4 @@
-//! Rigid-body kinematics over a flat earth in still air: how velocity, attitude and height follow from rates and specific force.
+//! Rigid-body kinematics over a flat earth in still air: rates of velocity, attitude and height from rates and specific force.
 //!
 //! Consumes velocity u v w (m/s, body axes, any point of the body), rates p q r (rad/s), the specific force felt at that point
 //! (m/s^2) and the attitude; produces rates of change and their partial derivatives.
@@ -8,8 +8,7 @@
 //!     theta' = q cos(phi) - r sin(phi)                                                              (5)
 //!     psi'   = (q sin(phi) + r cos(phi)) / cos(theta)                                               (6)
 //!     h' = u sin(theta) - (v sin(phi) + w cos(phi)) cos(theta)                                      (7)
-//! Source: UK Research into System Identification for Helicopter Flight Mechanics (RAE/Glasgow), (1) to (6); (7) is the vertical
-//! row of the same rotation.
+//! Source: Padfield et al. 1987, (1) to (6); (7) is the vertical row of the same rotation.
 //! Numerics: (4) and (6) have a pole at theta = +-90 deg; there is no [`Attitude::regular`] within 3 deg of it.
 
 use crate::flight::unit::STANDARD_GRAVITY as G0;

@@ -100,11 +100,20 @@ pub fn state_matrix(model: &LinearModel) -> SMatrix<f64, 8, 8> {
         }
     }
     let Trim { u, v, w, phi, theta, .. } = model.trim;
+    for (row, column, value) in kinematic_entries([u, v, w], phi, theta) {
+        a[(row, column)] += value;
+    }
+    a
+}
+
+/// What the kinematics add to the derivatives in A, equation (5), about a trim at that velocity, m/s, bank and pitch attitude,
+/// rad: row, column, value.
+pub fn kinematic_entries([u, v, w]: [f64; 3], phi: f64, theta: f64) -> [(usize, usize, f64); 16] {
     let (sin_phi, cos_phi) = libm::sincos(phi);
     let (sin_theta, cos_theta) = libm::sincos(theta);
     let tan_theta = sin_theta / cos_theta;
     let g = STANDARD_GRAVITY;
-    let kinematics = [
+    [
         (0, 2, -w),
         (0, 7, v),
         (0, 3, -g * cos_theta),
@@ -121,11 +130,7 @@ pub fn state_matrix(model: &LinearModel) -> SMatrix<f64, 8, 8> {
         (6, 5, 1.0),
         (6, 2, sin_phi * tan_theta),
         (6, 7, cos_phi * tan_theta),
-    ];
-    for (row, column, value) in kinematics {
-        a[(row, column)] += value;
-    }
-    a
+    ]
 }
 
 /// The matrix B of equation (5); a cross feed gives its source's column a share of its target's.
@@ -148,11 +153,13 @@ pub fn input_matrix(model: &LinearModel, effects: &[Effect]) -> SMatrix<f64, 8, 
     b
 }
 
+/// Place in the states of u v w p q r, and with it the row of the axis that drives each: X Y Z L M N.
+pub(crate) const MOTION_PLACES: [usize; AXES] = [0, 4, 1, 5, 2, 7];
+
 /// Place in the states of each variable that is one.
 pub(crate) const VARIABLE_STATES: [(Variable, usize); 6] =
     [(Variable::U, 0), (Variable::W, 1), (Variable::Q, 2), (Variable::V, 4), (Variable::P, 5), (Variable::R, 7)];
 
-/// Row of each axis.
 pub(crate) const AXIS_ROWS: [(Axis, usize); AXES] =
     [(Axis::X, 0), (Axis::Z, 1), (Axis::M, 2), (Axis::Y, 4), (Axis::L, 5), (Axis::N, 7)];
 

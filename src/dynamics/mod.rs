@@ -6,3 +6,4 @@
 pub mod atmosphere;
 pub mod kinematics;
 pub mod linear;
+pub mod sensors;

@@ -1,4 +1,4 @@
-//! The four pilot controls by place, whatever an aircraft calls them.
+//! The four pilot controls by place, independent of their names on an aircraft.
 
 use super::channel::{Channel, ControlNames};
 use super::derivative::Variable;

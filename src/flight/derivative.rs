@@ -1,7 +1,7 @@
 //! Names of stability and control derivatives: `AXIS_variable`, such as `N_v` or `L_lat_cyclic`.
 //!
-//! Force derivatives are divided by mass (X Y Z: m/s^2 per unit of the variable); moment derivatives carry the
-//! product-of-inertia terms (L M N: rad/s^2 per unit), so that `dr/dt = N_v v + N_p p + N_r r + ...`, the paper's (23), (24).
+//! Force derivatives are divided by mass (X Y Z: m/s^2 per unit of the variable); moment derivatives carry the product-of-inertia
+//! terms (L M N: rad/s^2 per unit), so that `dr/dt = N_v v + N_p p + N_r r + ...`: Padfield et al. 1987, (23), (24).
 
 use super::channel::{Channel, ControlNames};
 

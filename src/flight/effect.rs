@@ -1,4 +1,4 @@
-//! Effects: a flaw put into data, a hypothesis about a model, or an extension of one; the same words for all three.
+//! Effects: an error in simulated data, a hypothesis about a model, or an extension of one, in one vocabulary.
 //!
 //! An effect changes a model (`model`), the path from the pilot's control to the blade, the air, or an instrument.
 //! Every number is finite, SI and radians. A kind is one variant of [`Effect`] and one line of the table at `kinds!`: names,
@@ -8,6 +8,7 @@ use super::channel::Channel;
 use super::control::Control;
 use super::derivative::{Axis, Variable};
 use super::effect_field::{EffectField, EffectReader, NumberRange, field, neutral, read_field};
+pub use super::positioned_sensor::PositionedSensor;
 use super::term::Term;
 
 /// One effect with its numbers.
@@ -148,28 +149,6 @@ pub enum Effect {
         /// The axis.
         axis: Axis,
     },
-}
-
-/// An instrument whose position matters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum PositionedSensor {
-    /// The three accelerometers.
-    Accelerometer,
-    /// The flow-angle vanes.
-    Vane,
-}
-
-impl PositionedSensor {
-    /// Both.
-    pub const ALL: [PositionedSensor; 2] = [PositionedSensor::Accelerometer, PositionedSensor::Vane];
-
-    /// The name in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            PositionedSensor::Accelerometer => "accelerometer",
-            PositionedSensor::Vane => "vane",
-        }
-    }
 }
 
 /// What sort of cause an effect is.

@@ -3,7 +3,7 @@
 use super::channel::Channel;
 use super::control::Control;
 use super::derivative::{Axis, Variable};
-use super::effect::PositionedSensor;
+use super::positioned_sensor::PositionedSensor;
 use super::term::Term;
 
 /// A field's value.

@@ -1,6 +1,6 @@
 //! Vocabulary of flight that every stage shares: channels, units, derivative names, axes, runs and models.
 //!
-//! In: texts and numbers of the outside world. Out: typed names, SI values, body axes.
+//! In: texts and numbers from outside the program. Out: typed names, SI values, body axes.
 //! Assumed: body axes x forward, y right, z down, origin at the centre of mass; gravity 9.80665 m/s^2.
 //! Refused: an unknown unit on a known channel, a name that is not a derivative's, a value that is not finite.
 
@@ -12,6 +12,7 @@ pub mod effect_field;
 #[cfg(feature = "std")]
 pub mod file;
 pub mod model;
+pub mod positioned_sensor;
 pub mod run;
 pub mod sample;
 pub mod setting;

@@ -1,6 +1,6 @@
 //! A linear model of an aircraft about one trim: derivatives, nonlinear terms, rotor-speed derivatives.
 //!
-//! Consumes nothing; it is data that simulation, regression and diagnosis share. Perturbation forces it stands for:
+//! Data that simulation, regression and diagnosis share. Its perturbation forces are
 //!     a_axis = a_axis(trim) + sum over variables (derivative * deviation) + sum over terms (coefficient * term)
 //!              + rotor_speed derivative * (rotor speed - trim rotor speed)                                        (1)
 //! Forces are divided by mass (m/s^2), moments carry the products of inertia (rad/s^2); see `derivative`.
@@ -32,6 +32,16 @@ impl Trim {
     /// True airspeed, m/s.
     pub fn airspeed(&self) -> f64 {
         libm::sqrt(self.u * self.u + self.v * self.v + self.w * self.w)
+    }
+
+    /// Incidence, rad.
+    pub fn incidence(&self) -> f64 {
+        libm::atan2(self.w, self.u)
+    }
+
+    /// Sideslip, rad; below 1 m/s as if at 1 m/s.
+    pub fn sideslip(&self) -> f64 {
+        libm::asin((self.v / self.airspeed().max(1.0)).clamp(-1.0, 1.0))
     }
 
     /// Flight-path angle, rad, climb positive: `sin gamma = climb rate / airspeed`; zero without airspeed.

@@ -1,4 +1,4 @@
-//! What the estimator must know of a run besides its samples: where instruments stand and how controls are called.
+//! Properties of a run besides its samples: positions of instruments and names of controls.
 
 use super::channel::ControlNames;
 

@@ -1,4 +1,4 @@
-//! The published vocabulary of telemetry: one time-stamped sample, whatever brought it.
+//! The published vocabulary of telemetry: one time-stamped sample from any source.
 
 use super::channel::{CHANNELS, Channel};
 

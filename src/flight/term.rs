@@ -1,4 +1,4 @@
-//! Regressor terms: what a force or moment may depend on, by name and by value.
+//! Regressor terms: on which quantities a force or moment may depend, by name and by value.
 //!
 //! Consumes deviations from trim by [`Variable`] place (m/s, rad/s, rad); produces a term's value.
 //! Terms over the motion `u v w p q r`, written without spaces:

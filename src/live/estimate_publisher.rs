@@ -13,7 +13,6 @@ use crate::postflight::diagnosis::record::FindingRecord;
 use crate::postflight::output_error::record::OutputErrorRecord;
 use crate::realtime::pipeline::Tick;
 
-/// Between two signs of life.
 const SIGN_OF_LIFE_NS: u64 = 100_000_000;
 
 /// One publisher a service.

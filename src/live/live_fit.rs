@@ -20,7 +20,7 @@ use crate::postflight::identification::start_values::starts;
 use crate::postflight::output_error::decimated::by_blocks;
 use crate::postflight::output_error::record::{OutputErrorRecord, ParameterRecord};
 use crate::postflight::output_error::{FitResult, FitSettings, InputOutputRecord, ModelStructure, fit as search};
-use crate::realtime::modes::record::{Oscillation, RealRoot};
+use crate::realtime::modes::record::{OscillatoryMode, RealRoot};
 
 /// Relative standard error of omega, and standard error of zeta, below which an oscillation is known.
 const OMEGA_KNOWN: f64 = 0.05;
@@ -44,7 +44,7 @@ pub(crate) struct LiveFit {
 
 /// Whether its oscillation is known well enough to be reported as converged.
 pub(crate) fn is_known(record: &OutputErrorRecord) -> bool {
-    let known = |pair: &Oscillation| pair.std_omega < OMEGA_KNOWN * pair.omega && pair.std_zeta < ZETA_KNOWN;
+    let known = |pair: &OscillatoryMode| pair.std_omega < OMEGA_KNOWN * pair.omega && pair.std_zeta < ZETA_KNOWN;
     record.dutch_roll.as_ref().or(record.short_period.as_ref()).is_some_and(known)
 }
 
@@ -118,7 +118,7 @@ fn fit_with(
     if fitted.theta.iter().chain(&fitted.std).any(|x| !x.is_finite()) {
         return Err("the estimates or their errors are no numbers".to_owned());
     }
-    Ok(told(&linear, &names, &fitted, &records))
+    Ok(output_error_record(&linear, &names, &fitted, &records))
 }
 
 /// Axis and variable of a derivative by its name in an identification.
@@ -196,7 +196,12 @@ fn structure(
     Ok((ModelVariables { states: owned(&states), inputs: owned(&inputs), outputs: owned(&outputs) }, only))
 }
 
-fn told(linear: &IdentificationModel, names: &[(Axis, Variable)], fitted: &FitResult, records: &[InputOutputRecord]) -> LiveFit {
+fn output_error_record(
+    linear: &IdentificationModel,
+    names: &[(Axis, Variable)],
+    fitted: &FitResult,
+    records: &[InputOutputRecord],
+) -> LiveFit {
     let mut record = OutputErrorRecord::EMPTY;
     let numbers = fitted.theta.iter().zip(&fitted.std).zip(&fitted.std_cramer_rao);
     for (&(axis, variable), ((&value, &std), &std_cramer_rao)) in names.iter().zip(numbers) {
@@ -209,7 +214,7 @@ fn told(linear: &IdentificationModel, names: &[(Axis, Variable)], fitted: &FitRe
     if !fitted.converged {
         record.explain("the search has not ended within its steps");
     } else if coloured {
-        record.explain("residuals are far from white: something acts that the model lacks; errors may be too small");
+        record.explain("residuals are far from white: unmodelled dynamics or gusts; standard errors may be too small");
     }
     let roots = |structure: &ModelStructure| {
         modes(structure, &fitted.theta, &fitted.cov, &linear.reference_trim.steps(linear.reference_trim_std, &structure.states))
@@ -237,9 +242,9 @@ fn told(linear: &IdentificationModel, names: &[(Axis, Variable)], fitted: &FitRe
     LiveFit { record, searched: fitted.converged, coloured }
 }
 
-fn pair(root: &IdentifiedRoot) -> Oscillation {
+fn pair(root: &IdentifiedRoot) -> OscillatoryMode {
     let IdentifiedRoot { real, imag, omega, zeta, std_omega, std_zeta, .. } = *root;
-    Oscillation { real, imag, omega, zeta, std_omega, std_zeta }
+    OscillatoryMode { real, imag, omega, zeta, std_omega, std_zeta }
 }
 
 /// The part of the structure that is of those states alone; `None` where one is missing.

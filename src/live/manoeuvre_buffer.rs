@@ -62,8 +62,8 @@ impl ManoeuvreBuffer {
         }
     }
 
-    /// Takes whether the aircraft is excited at that time; the length of the manoeuvre that ended with it, s.
-    pub fn seen(&mut self, time_s: f64, excited: bool) -> Option<f64> {
+    /// Excitation at a time; the length of the manoeuvre that ended with it, s.
+    pub fn set_excited(&mut self, time_s: f64, excited: bool) -> Option<f64> {
         match self.open_s {
             None if excited => {
                 self.open_s = Some(time_s);
@@ -152,7 +152,7 @@ mod tests {
         let ended = (from..to).filter_map(|k| {
             let time_s = 0.1 * f64::from(k);
             manoeuvres.sample(&Sample::new(time_s));
-            manoeuvres.seen(time_s, excited)
+            manoeuvres.set_excited(time_s, excited)
         });
         ended.count()
     }

@@ -83,20 +83,20 @@ impl LiveOutputError {
     }
 
     /// Takes a publication of the regression; the record where it has become stale.
-    pub fn seen(&mut self, seen: &RegressionReport) -> Option<&OutputErrorRecord> {
-        if seen.terms.iter().any(|bits| *bits != 0) {
-            self.terms = seen.terms;
+    pub fn regression_report(&mut self, report: &RegressionReport) -> Option<&OutputErrorRecord> {
+        if report.terms.iter().any(|bits| *bits != 0) {
+            self.terms = report.terms;
         }
-        let ended = self.manoeuvres.seen(seen.time_s, seen.excited);
+        let ended = self.manoeuvres.set_excited(report.time_s, report.excited);
         self.over(ended);
-        let open_for_s = self.manoeuvres.open_for(seen.time_s);
+        let open_for_s = self.manoeuvres.open_for(report.time_s);
         let long_enough = open_for_s.is_some_and(|open_for_s| open_for_s >= self.config.shortest_s);
-        let again = self.config.streaming && long_enough && seen.time_s - self.fitted_s >= self.config.every_s;
+        let again = self.config.streaming && long_enough && report.time_s - self.fitted_s >= self.config.every_s;
         self.due |= again && self.terms.iter().any(|bits| *bits != 0);
-        let old = open_for_s.is_none() && seen.time_s - self.record.fitted_s > self.config.stale_s;
+        let old = open_for_s.is_none() && report.time_s - self.record.fitted_s > self.config.stale_s;
         if old && !self.due && matches!(self.record.progress, OutputErrorProgress::Converging | OutputErrorProgress::Converged) {
             self.record.progress = OutputErrorProgress::Stale;
-            self.record.time_s = seen.time_s;
+            self.record.time_s = report.time_s;
             return Some(&self.record);
         }
         None
@@ -179,7 +179,7 @@ impl LiveOutputError {
 mod tests {
     use super::*;
 
-    fn seen(time_s: f64, excited: bool) -> RegressionReport {
+    fn report(time_s: f64, excited: bool) -> RegressionReport {
         RegressionReport { time_s, excited, terms: [0; AXES] }
     }
 
@@ -188,7 +188,7 @@ mod tests {
         for k in from..to {
             let time_s = 0.1 * f64::from(k);
             live.sample(&Sample::new(time_s));
-            let _ = live.seen(&seen(time_s, excited));
+            let _ = live.regression_report(&report(time_s, excited));
         }
     }
 

@@ -23,7 +23,7 @@ pub struct LiveOutputErrorConfig {
     pub iterations: usize,
     /// Excitation from which on all terms are free, not only those that the regression has selected, s.
     pub all_terms_s: f64,
-    /// Whether a control at rest is replaced by its mean: see [`crate::postflight::identification::resting_controls`].
+    /// Whether a control at rest is replaced by its mean: see `resting_controls`.
     pub hold_controls: bool,
     /// Time without excitation after which estimates are stale, s.
     pub stale_s: f64,

@@ -111,7 +111,7 @@ impl RecordSink {
     /// What the diagnosis says.
     pub fn finding(&mut self, record: &FindingRecord) {
         self.log(|| Message::Finding(record.clone()));
-        self.findings.hear(record);
+        self.findings.update(record);
     }
 
     /// Whether more than half of the queue to the log is taken.

@@ -11,7 +11,7 @@ use super::record_sink::RecordSink;
 use super::worker::{Task, Worker};
 use crate::flight::sample::Sample;
 use crate::io::telemetry::record::RecordingRow;
-use crate::postflight::diagnosis::record::{FindingRecord, Standing};
+use crate::postflight::diagnosis::record::{FindingRecord, FindingStatus};
 use crate::postflight::output_error::record::OutputErrorRecord;
 use crate::realtime::pipeline::{Pipeline, Tick};
 use std::io;
@@ -79,10 +79,10 @@ impl<F: Task> Schedule<F> {
         Worker::spawn(follow).map(Schedule::Thread)
     }
 
-    fn step(&mut self, sample: &Sample, seen: Option<RegressionReport>, take: &mut dyn FnMut(F::Record)) {
+    fn step(&mut self, sample: &Sample, report: Option<RegressionReport>, take: &mut dyn FnMut(F::Record)) {
         match self {
-            Schedule::InStep(follow) => follow.step(sample, seen.as_ref(), take),
-            Schedule::Thread(follower) => follower.step(sample, seen).into_iter().for_each(take),
+            Schedule::InStep(task) => task.step(sample, report.as_ref(), take),
+            Schedule::Thread(worker) => worker.step(sample, report).into_iter().for_each(take),
         }
     }
 
@@ -102,15 +102,15 @@ impl Task for diagnosis::LiveDiagnosis {
     const RECORDS: usize = 32;
 
     fn status(&mut self, publish: &mut dyn FnMut(FindingRecord)) {
-        self.standing().into_iter().for_each(publish);
+        self.current_findings().into_iter().for_each(publish);
     }
 
     fn sample(&mut self, sample: &Sample) {
         diagnosis::LiveDiagnosis::sample(self, sample);
     }
 
-    fn seen(&mut self, seen: &RegressionReport, _: &mut dyn FnMut(FindingRecord)) {
-        diagnosis::LiveDiagnosis::seen(self, seen.time_s, seen.excited);
+    fn regression_report(&mut self, report: &RegressionReport, _: &mut dyn FnMut(FindingRecord)) {
+        diagnosis::LiveDiagnosis::set_excited(self, report.time_s, report.excited);
     }
 
     fn is_due(&self) -> bool {
@@ -118,7 +118,7 @@ impl Task for diagnosis::LiveDiagnosis {
     }
 
     fn work(&mut self, publish: &mut dyn FnMut(FindingRecord)) {
-        self.look().into_iter().for_each(publish);
+        self.run_due().into_iter().for_each(publish);
     }
 
     fn finish(&mut self) {
@@ -126,8 +126,8 @@ impl Task for diagnosis::LiveDiagnosis {
     }
 
     fn ended() -> FindingRecord {
-        let mut record = FindingRecord { standing: Standing::Failed, ..FindingRecord::EMPTY };
-        record.say("the thread that diagnoses has ended");
+        let mut record = FindingRecord { standing: FindingStatus::Failed, ..FindingRecord::EMPTY };
+        record.set_statement("the thread that diagnoses has ended");
         record
     }
 }
@@ -189,10 +189,10 @@ impl WiredRun {
         let tick = pipeline.step(&row.sample);
         publisher.tick(tick)?;
         sink.tick(tick);
-        let seen = tick.derivatives.as_ref().map(RegressionReport::from);
+        let report = tick.derivatives.as_ref().map(RegressionReport::from);
         let mut published = Ok(());
         if let Some(output_error) = output_error {
-            output_error.step(&row.sample, seen, &mut |record| {
+            output_error.step(&row.sample, report, &mut |record| {
                 if published.is_ok() {
                     published = publisher.output_error(&record);
                 }
@@ -200,7 +200,7 @@ impl WiredRun {
             });
         }
         if let Some(diagnosis) = diagnosis {
-            diagnosis.step(&row.sample, seen, &mut |record| {
+            diagnosis.step(&row.sample, report, &mut |record| {
                 if published.is_ok() {
                     published = publisher.finding(&record);
                 }

@@ -31,7 +31,7 @@ pub trait Task: Send + 'static {
     /// A sample as it came.
     fn sample(&mut self, sample: &Sample);
     /// A publication of the regression.
-    fn seen(&mut self, seen: &RegressionReport, publish: &mut dyn FnMut(Self::Record));
+    fn regression_report(&mut self, report: &RegressionReport, publish: &mut dyn FnMut(Self::Record));
     /// Whether there is work.
     fn is_due(&self) -> bool;
     /// Does the work that is due.
@@ -42,10 +42,10 @@ pub trait Task: Send + 'static {
     fn ended() -> Self::Record;
 
     /// A sample, the regression's publication with it, and the work that is due then: for a recording, step by step.
-    fn step(&mut self, sample: &Sample, seen: Option<&RegressionReport>, publish: &mut dyn FnMut(Self::Record)) {
+    fn step(&mut self, sample: &Sample, report: Option<&RegressionReport>, publish: &mut dyn FnMut(Self::Record)) {
         self.sample(sample);
-        if let Some(seen) = seen {
-            self.seen(seen, publish);
+        if let Some(report) = report {
+            self.regression_report(report, publish);
         }
         if self.is_due() {
             self.work(publish);
@@ -73,8 +73,8 @@ impl Task for LiveOutputError {
         LiveOutputError::sample(self, sample);
     }
 
-    fn seen(&mut self, seen: &RegressionReport, publish: &mut dyn FnMut(OutputErrorRecord)) {
-        if let Some(record) = LiveOutputError::seen(self, seen) {
+    fn regression_report(&mut self, report: &RegressionReport, publish: &mut dyn FnMut(OutputErrorRecord)) {
+        if let Some(record) = LiveOutputError::regression_report(self, report) {
             publish(record.clone());
         }
     }
@@ -100,7 +100,7 @@ impl Task for LiveOutputError {
 
 enum WorkerInput {
     Sample(Sample),
-    Seen(RegressionReport),
+    Report(RegressionReport),
 }
 
 /// The sample path's side of a worker thread.
@@ -116,7 +116,7 @@ impl std::fmt::Debug for WorkerInput {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             WorkerInput::Sample(_) => "sample",
-            WorkerInput::Seen(_) => "seen",
+            WorkerInput::Report(_) => "report",
         })
     }
 }
@@ -134,10 +134,10 @@ impl<T: Task> Worker<T> {
     }
 
     /// Hands over a sample and the regression's publication with it; the next record, if any.
-    pub fn step(&mut self, sample: &Sample, seen: Option<RegressionReport>) -> Option<T::Record> {
+    pub fn step(&mut self, sample: &Sample, report: Option<RegressionReport>) -> Option<T::Record> {
         self.sample(sample);
-        if let Some(seen) = seen {
-            self.seen(seen);
+        if let Some(report) = report {
+            self.regression_report(report);
         }
         self.next_record()
     }
@@ -148,8 +148,8 @@ impl<T: Task> Worker<T> {
     }
 
     /// Hands over a publication of the regression; likewise.
-    pub fn seen(&mut self, seen: RegressionReport) {
-        self.lost += u64::from(self.to.try_send(WorkerInput::Seen(seen)).is_err());
+    pub fn regression_report(&mut self, report: RegressionReport) {
+        self.lost += u64::from(self.to.try_send(WorkerInput::Report(report)).is_err());
     }
 
     /// Inputs lost to a full queue.
@@ -190,7 +190,7 @@ fn work<T: Task>(mut task: T, inputs: &Receiver<WorkerInput>, to: &Sender<T::Rec
         for one in std::iter::once(first).chain(inputs.try_iter().take(T::WAITING)) {
             match one {
                 WorkerInput::Sample(sample) => task.sample(&sample),
-                WorkerInput::Seen(seen) => task.seen(&seen, &mut publish),
+                WorkerInput::Report(report) => task.regression_report(&report, &mut publish),
             }
         }
         if task.is_due() {
@@ -222,8 +222,8 @@ mod tests {
         fn sample(&mut self, sample: &Sample) {
             Task::sample(&mut self.0, sample);
         }
-        fn seen(&mut self, seen: &RegressionReport, publish: &mut dyn FnMut(OutputErrorRecord)) {
-            Task::seen(&mut self.0, seen, publish);
+        fn regression_report(&mut self, report: &RegressionReport, publish: &mut dyn FnMut(OutputErrorRecord)) {
+            Task::regression_report(&mut self.0, report, publish);
         }
         fn is_due(&self) -> bool {
             self.0.is_due()
@@ -251,7 +251,7 @@ mod tests {
             let begun = Instant::now();
             worker.sample(&Sample::new(time_s));
             if k % 8 == 0 {
-                worker.seen(RegressionReport { time_s, excited: k < 7000, terms: [7; AXES] });
+                worker.regression_report(RegressionReport { time_s, excited: k < 7000, terms: [7; AXES] });
             }
             records.extend(worker.next_record());
             longest = longest.max(begun.elapsed());
@@ -279,7 +279,7 @@ mod tests {
         while records.last().is_none_or(|last| last.progress != OutputErrorProgress::Failed) && Instant::now() < until {
             // The manoeuvre's end may have found no room: it is said until the thread hears it.
             time_s += 0.1;
-            worker.seen(RegressionReport { time_s, excited: false, terms: [7; AXES] });
+            worker.regression_report(RegressionReport { time_s, excited: false, terms: [7; AXES] });
             std::thread::sleep(Duration::from_millis(1));
             records.extend(worker.next_record());
         }

@@ -6,15 +6,20 @@
 //!     B_0 = I,  c_k = -trace(A B_(k-1))/k,  B_k = A B_(k-1) + c_k I                               (2)
 //! (1) follows from adj(lambda I - A) = (product of the other lambda - lambda_i) x y', x and y the right and left
 //! eigenvectors; its trace is the derivative of the characteristic polynomial.
+//! Participation factors of a mode: with right and left eigenvectors v and w of its eigenvalue, state k takes part with
+//!     p_k = |v_k w_k| / sum_j |v_j w_j|                                                          (3)
+//! which no change of a state's unit alters.
 //! Source: F. R. Gantmacher, The Theory of Matrices, 1959, ch. IV.5; P. Lancaster, On eigenvalues of matrices dependent on
-//! a parameter, Numer. Math. 6, 1964. Eigenvalues by nalgebra's real Schur form.
+//! a parameter, Numer. Math. 6, 1964; of (3) I. J. Perez-Arriaga, G. C. Verghese, F. C. Schweppe, IEEE Trans. PAS-101(9), 1982.
+//! Eigenvalues by nalgebra's real Schur form, eigenvectors by inverse iteration beside the eigenvalue.
 //! Numerics: double eigenvalues have no derivative; [`sensitivity`] then returns `None`, never a huge number.
 
 #![expect(clippy::needless_range_loop, reason = "indices are those of the equations")]
 
-use nalgebra::{Complex, Matrix4, SMatrix, Schur};
+use nalgebra::allocator::Allocator;
+use nalgebra::{Complex, DefaultAllocator, DimMin, Matrix4, OMatrix, OVector, SMatrix, Schur};
 
-/// Iterations of the Schur form before it is said not to converge.
+/// Largest number of iterations of the Schur form.
 const ITERATIONS: usize = 500;
 
 /// Two eigenvalues closer than this part of the matrix' size count as double.
@@ -87,6 +92,40 @@ pub fn sensitivity<const N: usize>(a: &[[f64; N]; N], lambda: Complex<f64>) -> O
     Some(core::array::from_fn(|i| core::array::from_fn(|j| adjugate[j][i] / trace)))
 }
 
+/// (3) for the mode of an eigenvalue of `a`; `None` where no eigenvector comes out.
+pub fn participation<D>(a: &OMatrix<f64, D, D>, lambda: Complex<f64>) -> Option<OVector<f64, D>>
+where
+    D: DimMin<D, Output = D>,
+    DefaultAllocator: Allocator<D> + Allocator<D, D>,
+{
+    let (right, left) = (eigenvector(a, lambda)?, eigenvector(&a.transpose(), lambda)?);
+    let products = right.zip_map(&left, |v, w| libm::hypot(v.re, v.im) * libm::hypot(w.re, w.im));
+    let sum: f64 = products.iter().sum();
+    (sum > 0.0 && sum.is_finite()).then(|| products.map(|product| product / sum))
+}
+
+/// Inverse iteration: solving with A less almost the eigenvalue leaves little but its eigenvector.
+fn eigenvector<D>(a: &OMatrix<f64, D, D>, lambda: Complex<f64>) -> Option<OVector<Complex<f64>, D>>
+where
+    D: DimMin<D, Output = D>,
+    DefaultAllocator: Allocator<D> + Allocator<D, D>,
+{
+    const BESIDE: f64 = 1e-8;
+    let beside = lambda + Complex::from(BESIDE * (1.0 + libm::hypot(lambda.re, lambda.im)));
+    let size = a.shape_generic().0;
+    let shifted = OMatrix::<Complex<f64>, D, D>::from_fn_generic(size, size, |row, column| {
+        Complex::from(a[(row, column)]) - if row == column { beside } else { Complex::from(0.0) }
+    });
+    let lu = shifted.lu();
+    let mut vector = OVector::<Complex<f64>, D>::from_element_generic(size, nalgebra::Const::<1>, Complex::new(1.0, 0.5));
+    for _ in 0..3 {
+        vector = lu.solve(&vector)?;
+        let size = vector.iter().map(|part| libm::fabs(part.re).max(libm::fabs(part.im))).fold(0.0, f64::max);
+        vector /= Complex::from(size);
+    }
+    Some(vector)
+}
+
 /// Largest condition index of the columns `chosen` of X (at most 11) brought to unit length: largest over smallest singular
 /// value, from their sums of products X'X; infinite where they are dependent.
 ///
@@ -115,6 +154,25 @@ mod tests {
 
     const A: [[f64; 4]; 4] =
         [[-0.138, 0.0, 9.81, -51.44], [-0.0702, -1.79, 0.0, 0.138], [0.0, 1.0, 0.0, 0.01], [0.0056, -0.21, 0.0, -0.5]];
+
+    #[test]
+    fn participation_is_that_of_a_mode_found_by_hand() {
+        // x1' = -x1 + x2, x2' = -3 x2: of -1 the right eigenvector is (1, 0), the left (2, 1); of -3 (1, -2) and (0, 1). The
+        // unit of a state alters neither. An integrator beside them takes part in its own mode alone, also at the root zero.
+        for unit in [1.0, 1e4] {
+            let a = nalgebra::Matrix3::new(-1.0, unit, 0.0, 0.0, -3.0, 0.0, 0.0, 0.0, 0.0);
+            for (place, root) in [-1.0, -3.0, 0.0].into_iter().enumerate() {
+                let shares = participation(&a, Complex::from(root)).unwrap();
+                for (state, share) in shares.iter().enumerate() {
+                    assert!((share - f64::from(u8::from(state == place))).abs() < 1e-6, "{root}: {shares}");
+                }
+            }
+        }
+        // An oscillator at rest in neither of its states: half each.
+        let oscillator = nalgebra::DMatrix::from_row_slice(2, 2, &[0.0, 4.0, -1.0, 0.0]);
+        let shares = participation(&oscillator, Complex::new(0.0, 2.0)).unwrap();
+        assert!(shares.iter().all(|share| (share - 0.5).abs() < 1e-6), "{shares}");
+    }
 
     #[test]
     fn a_companion_matrix_has_the_roots_of_its_polynomial() {

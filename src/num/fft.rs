@@ -1,8 +1,10 @@
 //! Discrete Fourier transform of lengths that are powers of two.
 //!
-//! Consumes F numbers; produces
+//! Consumes F numbers x(k); produces
 //!     X(f) = sum_k x(k) e^(-2 pi j f k/F)                                                          (1)
-//! By halves (Cooley and Tukey), the factors of every stage beside each other in memory.
+//! by decimation in time (radix 2).
+//! Source: J. W. Cooley and J. W. Tukey, Math. Comput. 19, 1965. Numerics: twiddle factors of every stage are stored
+//! contiguously.
 
 /// A length with its factors.
 #[derive(Clone, Debug)]

@@ -4,13 +4,13 @@
 //!     (k * x)(t) = sum_i w_i x_i        d/dt (k * x)(t) = sum_i w'_i x_i                          (1)
 //! for x a straight line between samples and, with s = (t_i - t)/T,
 //!     k(s) = 35/32 (1 - s^2)^3 / T,  |s| <= 1                                                      (2)
-//! Both are exact integrals, so for y = dx/dt = a x + b z the smoothed signals obey the same equation: smoothing
-//! takes information away and adds no bias (the kernel commutes with differentiation).
+//! Both are exact integrals, so for y = dx/dt = a x + b z the smoothed signals obey the same equation: the kernel commutes with
+//! differentiation, and smoothing adds no bias.
 //! Integrals of (2) from 0 to s:
 //!     K0 = 35/32 (s - s^3 + 3/5 s^5 - s^7/7)       K1 = integral of s k = 35/256 (1 - (1 - s^2)^4)  (3)
 //! Kernel: the triweight of M. P. Wand and M. C. Jones, Kernel Smoothing, 1995, section 2.7 (family of (1 - s^2)^m).
 //! Numerics: variance of the kernel is T^2/9, so T = 0.4 s passes 1 Hz at 0.70 and 2 Hz at 0.19 of its amplitude.
-//! Cannot answer where the samples do not cover t - T .. t + T.
+//! Returns false where the samples do not cover t - T .. t + T, or leave a gap under the kernel.
 
 /// K0 of (3), odd in s; s within -1 .. 1.
 fn integral(s: f64) -> f64 {

@@ -1,12 +1,15 @@
-//! Small dense mathematics without a word of aerospace: only what nalgebra lacks or does with an allocator.
+//! Small dense mathematics: only what nalgebra lacks or does with an allocator.
 //!
 //! In: arrays of fixed size. Out: arrays of fixed size, or a refusal that says which pivot or variance failed.
 //! Assumed: finite input. Refused: a variance that is not positive, a pivot that has vanished; nothing is repaired.
 
+#[cfg(feature = "std")]
+pub mod dense;
 pub mod eigen;
 #[cfg(feature = "std")]
 pub mod fft;
 pub mod kernel;
+pub(crate) mod product;
 #[cfg(feature = "std")]
 pub mod random;
 pub(crate) mod real;

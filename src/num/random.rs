@@ -2,7 +2,7 @@
 //!
 //! Consumes a seed and a stream's number; produces independent standard normal numbers by Box and Muller's method:
 //!     n1 = sqrt(-2 ln a) cos(2 pi b),  n2 = sqrt(-2 ln a) sin(2 pi b),  a in (0, 1], b in [0, 1)   (1)
-//! Each channel has a stream of its own, so that one channel more changes nothing in the others.
+//! Each channel has a stream of its own, so that a further channel does not change the others.
 //! Source: Box, Muller, "A note on the generation of random normal deviates", Ann. Math. Stat. 29 (1958).
 
 use core::f64::consts::TAU;

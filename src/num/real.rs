@@ -1,4 +1,4 @@
-//! The arithmetic a factorisation asks of its scalar: closed under + - * /, ordered, with a test for infinities and NaN.
+//! The arithmetic that a factorisation requires of its scalar: closed under + - * /, ordered, with a test for infinities and NaN.
 
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 

@@ -1,8 +1,8 @@
-//! Sums of multiples of rows, block by block, so that the sum stays in registers and a compiler makes vectors of it.
+//! Sums of multiples of rows, block by block, so that the sums stay in registers and are vectorised.
 //!
 //! Consumes rows [K x N] and their weights \[K\]; produces
 //!     s_i <- s_i + sum_k w_k r_ki          r_ki <- r_ki - w_k s_i                                    (1)
-//! Numerics: each entry is summed in the order of k, so blocks change no bit. A weight of nothing is left out.
+//! Numerics: each entry is summed in the order of k, so blocks change no bit. A zero weight is skipped.
 
 use super::real::Real;
 

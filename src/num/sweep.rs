@@ -1,4 +1,4 @@
-//! The sweep operator: least squares on a matrix of sums of products, one variable in or out at a time.
+//! The sweep operator: least squares on a matrix of sums of products, one variable entered or removed at a time.
 //!
 //! Consumes S [N x N], the symmetric matrix of sums of products of regressors and responses. After sweeping the set A
 //! of regressors (Goodnight 1979),

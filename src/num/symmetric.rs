@@ -1,8 +1,8 @@
 //! Eigenvalues and eigenvectors of a symmetric matrix whose order is known only at run time.
 //!
 //! Consumes A [n x n], row after row; leaves its eigenvalues on the diagonal and the eigenvectors as columns of V:
-//!     A <- J' A J,  V <- V J,  J the plane rotation that takes the entry (i, j) away                  (1)
-//! for every pair in turn, until nothing is left beside the diagonal.
+//!     A <- J' A J,  V <- V J,  J the plane rotation that annihilates entry (i, j)                  (1)
+//! for every pair in turn (cyclic Jacobi), until the matrix is diagonal.
 //! Source: C. G. J. Jacobi, 1846, in the form of H. Rutishauser, Numer. Math. 9, 1966.
 //! Numerics: small eigenvalues of a matrix with unit diagonal come out to nearly full relative accuracy (Demmel and Veselic,
 //! SIAM J. Matrix Anal. 13, 1992), which condition indexes need.

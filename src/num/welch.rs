@@ -1,14 +1,14 @@
-//! Spectra and coherence of what is sampled evenly: averaged periodograms over overlapping windows.
+//! Spectra and coherence of evenly sampled signals: averaged periodograms over overlapping windows.
 //!
-//! Consumes a signal x_j at steps dt; produces for every segment of length T, half overlapping the next, its mean taken off,
-//! Hann's window w over it, at the lines f_k = k/T
+//! Consumes a signal x_j at steps dt; produces for every segment of length T, overlapping the next by half, its mean subtracted,
+//! under Hann's window w, at the lines f_k = k/T
 //!     X_k = sum_j w_j x_j exp(-2 pi i f_k j dt)                                                           (1)
 //! then, over all segments of all runs, the one-sided density and the coherence of two signals,
 //!     S_k = 2 dt/sum w^2 mean |X_k|^2     gamma^2_k = |mean X_k* Y_k|^2/(mean |X_k|^2 mean |Y_k|^2)        (2)
-//! Two signals that have nothing to do with each other pass gamma^2 = 1 - p^(1/(n - 1)) with chance p, n the segments that are
-//! as good as independent: of m that overlap by half under Hann's window, m/(1 + 2 (m - 1)/m rho^2), rho = 1/6.  (3)
+//! Independent signals exceed gamma^2 = 1 - p^(1/(n - 1)) with probability p, n the equivalent number of independent segments:
+//! of m that overlap by half under Hann's window, m/(1 + 2 (m - 1)/m rho^2), rho = 1/6.  (3)
 //! Source: P. D. Welch, IEEE Trans. AU-15 (1967); G. C. Carter, C. H. Knapp, A. H. Nuttall, IEEE Trans. AU-21 (1973), for (3).
-//! Numerics: a signal that does not vary has no coherence, zero.
+//! Numerics: the coherence of a constant signal is zero.
 
 use core::f64::consts::TAU;
 

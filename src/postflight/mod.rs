@@ -10,4 +10,5 @@ pub mod identification;
 pub mod manoeuvres;
 pub mod output_error;
 pub mod reconstruction;
+pub mod recorded_run;
 pub mod validation;

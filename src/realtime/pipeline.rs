@@ -2,12 +2,12 @@
 //!
 //! No clock, no I/O, no allocation: live, replay and firmware run this very code.
 
-use super::estimation::config::{Config as EstimationConfig, ConfigError};
+use super::estimation::config::{ConfigError, EstimationConfig};
 use super::estimation::estimator::{EVENTS as ESTIMATION_EVENTS, Estimator};
 use super::estimation::record::{AIDS, EstimationEvent, Innovation, LaggedRecord, StateRecord};
 use super::modes::record::ModesRecord;
 use super::modes::stage;
-use super::regression::config::Config as RegressionConfig;
+use super::regression::config::RegressionConfig;
 use super::regression::record::{DerivativesRecord, RegressionEvent};
 use super::regression::recursive::{EVENTS as REGRESSION_EVENTS, Recursive};
 use crate::flight::run::RunGeometry;
@@ -20,32 +20,33 @@ const PUBLISH_S: f64 = 0.05 - 1e-6;
 
 /// Configuration of every stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Config {
+pub struct PipelineConfig {
     /// Of the state estimation.
     pub estimation: EstimationConfig,
     /// Of the regression.
     pub regression: RegressionConfig,
 }
 
-impl Config {
+impl PipelineConfig {
     /// Instruments of flight-test quality.
-    pub const DEFAULT: Config = Config { estimation: EstimationConfig::DEFAULT, regression: RegressionConfig::DEFAULT };
+    pub const DEFAULT: PipelineConfig =
+        PipelineConfig { estimation: EstimationConfig::DEFAULT, regression: RegressionConfig::DEFAULT };
 
     /// Checks every setting once.
     ///
     /// # Errors
     /// [`ConfigError`] names the first setting that is out of its range.
-    pub const fn check(self) -> Result<Checked, ConfigError> {
+    pub const fn check(self) -> Result<CheckedConfig, ConfigError> {
         match (self.estimation.validate(), self.regression.validate()) {
             (Err(error), _) | (Ok(()), Err(error)) => Err(error),
-            (Ok(()), Ok(())) => Ok(Checked(self)),
+            (Ok(()), Ok(())) => Ok(CheckedConfig(self)),
         }
     }
 }
 
 /// A configuration whose every setting has been checked.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Checked(Config);
+pub struct CheckedConfig(PipelineConfig);
 
 /// What one sample brought.
 #[derive(Clone, Debug, Default)]
@@ -92,13 +93,13 @@ impl Pipeline {
     ///
     /// # Errors
     /// [`ConfigError`] names the setting that cannot be used.
-    pub fn new(config: &Config, geometry: RunGeometry) -> Result<Self, ConfigError> {
+    pub fn new(config: &PipelineConfig, geometry: RunGeometry) -> Result<Self, ConfigError> {
         Ok(Pipeline::of(&config.check()?, geometry))
     }
 
     /// The same from a configuration that has been checked; at compile time too, for a pipeline in a `static`.
-    pub const fn of(config: &Checked, geometry: RunGeometry) -> Self {
-        let Checked(config) = config;
+    pub const fn of(config: &CheckedConfig, geometry: RunGeometry) -> Self {
+        let CheckedConfig(config) = config;
         Pipeline {
             estimator: Estimator::of(config.estimation, geometry),
             recursive: Recursive::of(config.regression),

@@ -1,14 +1,14 @@
 //! The path from the pilot's control to the blade: dead zone, mixing, delay, rate limit, lag.
 //!
 //! Consumes the pilot's controls as deviations from trim and the effects; produces the blade's deviations at the
-//! times asked for. In the order in which they stand between hand and blade, whatever their order in the list:
+//! times asked for. In the order from pilot to blade, whatever their order in the list:
 //!     dead zone of each control, cross feeds (of the deviations past the dead zones, each from the pilot's own
 //!     control: a feed does not feed on another), transport delay, rate limit, and last the lag
 //!     tau y' = x - y                                                                     (1)
 //! Several of one kind on one control act one after the other. All but (1) are exact on straight lines; with x a straight
 //! line over a step h, x(t) = x0 + s t, (1) has the exact solution that is used here
 //!     y(h) = x(h) - s tau + (y(0) - x0 + s tau) exp(-h / tau)                            (2)
-//! The controls come in piece after piece, so that a pilot who answers what the aircraft does takes the same path.
+//! The controls are processed in segments, so that a pilot in the loop takes the same path.
 //! The control effectiveness is not here: it changes derivatives (`linear`).
 
 use crate::flight::control::{CONTROLS, Control};

@@ -1,10 +1,10 @@
-//! Dropouts: stretches in which a link or an instrument gives nothing.
+//! Dropouts: time ranges in which a link or an instrument delivers no samples.
 //!
 //! Consumes how often they begin and how long they last; produces whether a time is lost. Stretches of reception and of loss
 //! follow each other, the lengths of both drawn from exponential laws, so that with r losses a second of reception and a
 //! mean length m
 //!     share of time lost = r m / (1 + r m)                                               (1)
-//! It starts in reception. What is lost is missing: nothing is repeated in its place.
+//! It starts in reception. A lost sample is missing: no value is repeated.
 
 use crate::num::random::NormalNoise;
 

@@ -58,28 +58,19 @@ pub struct FlightModel {
 
 /// Why a text is no model to fly.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of each says what its fields are")]
 pub enum ModelError {
-    /// A wrong place in the text.
     #[error("{0}")]
     Misread(#[from] TomlError),
-    /// A wrong assignment.
     #[error("--set: {0}")]
     Set(String),
-    /// An assignment to a key that the `[level1]` table lacks.
     #[error("--set: expected {expected}, found `{key}`")]
-    Key {
-        /// What could be assigned to.
-        expected: String,
-        /// What was.
-        key: String,
-    },
-    /// Something is asked of a linear model that only one of kind `level1` has.
+    Key { expected: String, key: String },
     #[error(
         "{0}: a model of kind `linear` holds at its own trim only, which is part of its file; a model of kind `level1`, such as \
          puma, can be trimmed anew"
     )]
     Linear(&'static str),
-    /// No such trim.
     #[error("{0}")]
     NoTrim(#[from] TrimError),
 }

@@ -1,17 +1,18 @@
 //! A flight of a model with its effects: controls in, samples and true states out.
 //!
 //! Consumes a model, effects, inputs and instruments; produces what the instruments would have recorded, and the truth.
-//! It starts in the model's trim at the first sample's time, heading zero, unless told otherwise: a linear model at
+//! It starts in the model's trim at the first sample's time, heading zero, by default: a linear model at
 //! [`START_ALTITUDE_M`], a Level-1 aircraft where the standard atmosphere has the density of its trim (which stays as it is
 //! whatever the altitude does).
 
-use super::instrument::{InstrumentErrors, InstrumentSet, MeasuredFlight, SensorPositions, gather, read, sent};
+use super::instrument::{InstrumentSet, MeasuredFlight, SensorPositions, SimulatedChannelErrors, gather, read, sent};
 use super::integrate::{Level1Motion, TrueState, longest_level1_step, longest_step};
 use super::level1::trim::Trimmed;
 use super::motion::Motion;
 use super::pilot::{Pilot, PilotAtWork};
 use super::segment::FlightSegments;
 pub use super::simulation_error::SimulationError;
+use super::simulation_error::{MAX_MESH_POINTS, MOST_DROPOUTS};
 use super::turbulence::gusts;
 use super::unmodelled::Unmodelled;
 use super::vibration::Azimuth;
@@ -27,9 +28,6 @@ use std::borrow::Cow;
 
 /// Altitude at which a linear model's flight starts unless told otherwise, m.
 pub const START_ALTITUDE_M: f64 = 1000.0;
-
-/// How many mesh points a flight may have: several hours at the usual step.
-pub const MAX_MESH_POINTS: usize = 4_000_000;
 
 /// What the pilot and the governor do over time, absolute values.
 #[derive(Clone, Debug, PartialEq)]
@@ -165,8 +163,8 @@ impl Flight {
         let added = longest_step(&model);
         let longest = self.level1.as_ref().map_or(added, |trimmed| Some(longest_level1_step(trimmed)?.min(added?)));
         let step_s = longest.ok_or(SimulationError::NoModes)?.min(self.max_step_s.unwrap_or(f64::INFINITY));
-        let readings: Vec<InstrumentErrors> =
-            self.instruments.channels.iter().map(|i| InstrumentErrors::of(i, &self.effects)).collect();
+        let readings: Vec<SimulatedChannelErrors> =
+            self.instruments.channels.iter().map(|i| SimulatedChannelErrors::of(i, &self.effects)).collect();
         let early_s = readings.iter().map(|reading| -reading.delay_s).fold(0.0, f64::max);
         let last_s = end_s + early_s;
         refuse_long((last_s - start_s) / step_s)?;
@@ -191,8 +189,12 @@ impl Flight {
         wanted.sort_by(f64::total_cmp);
 
         let start = self.start.unwrap_or_else(|| self.start_in_trim());
-        let course = FlightSegments {
-            flight: self,
+        let segments = FlightSegments {
+            controls: &self.inputs.controls,
+            rotor_speed: self.inputs.rotor_speed.as_ref(),
+            effects: &self.effects,
+            unmodelled: self.unmodelled.as_ref(),
+            controls_at_trim: self.model.trim.controls,
             model: &model,
             level1: self.level1.as_ref().map(|trimmed| Level1Motion {
                 trimmed,
@@ -205,9 +207,9 @@ impl Flight {
             wanted_s: &wanted,
             step_s,
         };
-        let (states, diverged_at_s) = match self.holding(&start, start_s)? {
-            None => course.fly(start, last_s),
-            Some((pilot, holding)) => course.fly_held(start, &pilot.acts_s(&self.times_s, last_s), holding),
+        let (states, diverged_at_s) = match self.pilot_at_work(&start, start_s)? {
+            None => segments.fly(start, last_s),
+            Some((pilot, at_work)) => segments.fly_with_pilot(start, &pilot.acts_s(&self.times_s, last_s), at_work),
         };
 
         let vibrates = self.instruments.channels.iter().any(|instrument| instrument.vibration.is_some());
@@ -233,14 +235,92 @@ impl Flight {
         Ok(FlightResult { samples, truth, diverged_at_s })
     }
 
-    /// The pilot with his hands on the controls, where there is one.
-    fn holding(&self, start: &Motion, start_s: f64) -> Result<Option<(Pilot, PilotAtWork)>, SimulationError> {
+    /// Refuses what cannot be flown; gives the first and the last time, s.
+    fn check(&self) -> Result<(f64, f64), SimulationError> {
+        for effect in &self.effects {
+            match *effect {
+                Effect::Unknown { .. } => return Err(SimulationError::NotFlown(effect.kind())),
+                Effect::SensorBias { channel, .. }
+                | Effect::SensorScale { channel, .. }
+                | Effect::SensorLag { channel, .. }
+                | Effect::SensorDelay { channel, .. }
+                    if !self.gives(channel) =>
+                {
+                    return Err(SimulationError::NoChannel(channel));
+                }
+                Effect::RotorSpeed { .. } | Effect::RotorReaction { .. } if self.model.trim.rotor_speed.is_none() => {
+                    return Err(SimulationError::NoRotorSpeed);
+                }
+                Effect::RotorReaction { .. } if self.is_governed() => return Err(SimulationError::Reacts),
+                _ => {}
+            }
+        }
+        if self.inputs.rotor_speed.is_some() && self.is_governed() {
+            return Err(SimulationError::Governed);
+        }
+        let on_rotor_speed =
+            self.inputs.rotor_speed.is_some() || self.model.rotor_speed.iter().any(|&derivative| derivative != 0.0);
+        if on_rotor_speed && self.model.trim.rotor_speed.is_none() {
+            return Err(SimulationError::NoRotorSpeed);
+        }
+        for instrument in &self.instruments.channels {
+            if !self.gives(instrument.channel) && instrument.channel != Channel::RotorSpeed {
+                return Err(SimulationError::NoChannel(instrument.channel));
+            }
+            if let Some(rate_hz) = instrument.rate_hz.filter(|rate_hz| !(rate_hz.is_finite() && *rate_hz > 0.0)) {
+                return Err(SimulationError::Rate(rate_hz));
+            }
+            if instrument.vibration.is_some() && (self.blades().is_none() || self.model.trim.rotor_speed.is_none()) {
+                return Err(SimulationError::NoRotor);
+            }
+            instrument.check()?;
+        }
+        let links = self.instruments.channels.iter().map(|instrument| instrument.dropouts).chain([self.instruments.dropouts]);
+        for dropouts in links.flatten() {
+            let (rate, length) = (dropouts.rate, dropouts.mean_length_s);
+            if !(rate > 0.0 && rate <= MOST_DROPOUTS && length > 0.0 && length.is_finite()) {
+                return Err(SimulationError::Dropouts(dropouts));
+            }
+        }
+        for (&before, &time_s) in self.times_s.iter().zip(self.times_s.iter().skip(1)) {
+            if !(time_s > before && time_s.is_finite()) {
+                return Err(SimulationError::Times(time_s));
+            }
+        }
+        match (self.times_s.first(), self.times_s.last()) {
+            (Some(&first), Some(&last)) if first.is_finite() => Ok((first, last)),
+            (Some(&first), _) => Err(SimulationError::Times(first)),
+            _ => Err(SimulationError::Times(f64::NAN)),
+        }
+    }
+
+    /// Whether an engine turns the rotor, whose speed is then no input.
+    pub fn is_governed(&self) -> bool {
+        self.level1.as_ref().is_some_and(|trimmed| trimmed.aircraft.options.governed)
+    }
+
+    /// Whether the flight has this channel to measure.
+    pub fn gives(&self, channel: Channel) -> bool {
+        match channel {
+            Channel::RotorSpeed => self.model.trim.rotor_speed.is_some(),
+            Channel::Torque | Channel::Flap0 | Channel::Flap1c | Channel::Flap1s => self.level1.is_some(),
+            Channel::Rho => false,
+            _ => true,
+        }
+    }
+
+    /// Blades of the main rotor, where they are known.
+    fn blades(&self) -> Option<f64> {
+        self.instruments.blades.or_else(|| self.level1.as_ref().map(|trimmed| trimmed.aircraft.main_rotor.blades))
+    }
+
+    fn pilot_at_work(&self, start: &Motion, start_s: f64) -> Result<Option<(Pilot, PilotAtWork)>, SimulationError> {
         let Some(pilot) = self.pilot else { return Ok(None) };
         let [_, _, heading] = start.attitude;
         let linear = self.level1.as_ref().map(|trimmed| trimmed.linear());
-        let holding =
+        let at_work =
             PilotAtWork::of(pilot, linear.as_ref().unwrap_or(&self.model), heading, start_s).map_err(SimulationError::NoPower)?;
-        Ok(Some((pilot, holding)))
+        Ok(Some((pilot, at_work)))
     }
 
     fn times_of(&self, rate_hz: Option<f64>, start_s: f64, end_s: f64) -> Result<Cow<'_, [f64]>, SimulationError> {

@@ -1,12 +1,12 @@
-//! Test inputs on the controls: steps, doublets, 3211s and any multistep, as a hand of finite speed flies them.
+//! Test inputs on the controls: steps, doublets, 3211s and any multistep, at the finite rate of a pilot's hand.
 //!
 //! Consumes `control:shape:amplitude:clock[:start]` (rad, s, s); produces the control's deviation over time. Shapes:
 //! `step` moves to the amplitude and stays there (its clock may be left out: it has none); `doublet` is the multistep
 //! `11`; a multistep is a pattern of digits, each the length of one pulse in clocks, pulses of alternating sign, the
 //! first positive; `prbs3` to `prbs8` is the multistep of a pseudo-random binary sequence (`prbs`), 7 to 255 clocks long (the
 //! first of them is the 3211).
-//! After the last pulse the control is back at trim. The hand moves at no more than its rate, [`HAND_RATE`] unless told
-//! otherwise, starting at each switching time, so a pulse shorter than that takes does not reach its amplitude.
+//! After the last pulse the control is back at trim. The hand moves at no more than its rate, [`HAND_RATE`] by default,
+//! starting at each switching time, so a pulse shorter than that takes does not reach its amplitude.
 
 use crate::flight::channel::Channel;
 use crate::flight::signal::piecewise_linear::History;

@@ -1,22 +1,22 @@
 //! Instruments: what each channel reads of the true state.
 //!
-//! Consumes true states and the effects on instruments; produces samples. At a position r from the centre of mass:
-//!     accelerometers  a + dw/dt x r + w x (w x r)                                        (1)
-//!     vanes           u + q z - r y,  v + r x - p z,  w + p y - q x                      (2)
-//!     alpha = atan2(w, u),  beta = asin(v / V) = atan2(v, sqrt(u^2 + w^2))               (3)
-//! with velocities through the air. `tas` is at the centre of mass. Then, in this order: vibration of its place, lag, delay
-//! (steady before the start), `reading = factor * true + bias`, the run's own constant bias, white noise, the word that it
-//! is sent as, and dropouts: of the instrument, and of the link that sends all of them. What the instrument itself does and
-//! what an effect does to it add up: one lag follows the other, delays and biases are summed, factors multiplied.
+//! Consumes true states and the effects on instruments; produces samples. Accelerometers and vanes read (6), and (3) and (4), of
+//! `sensors` at their positions, with velocities through the air; `tas` is (2) at the centre of mass. Then, in this order:
+//! vibration of its place, lag, delay (steady before the start), `reading = factor * true + bias`, the run's own constant bias,
+//! white noise, the word that it is sent as, and dropouts: of the instrument, and of the link that sends all of them. What the
+//! instrument itself does and what an effect does to it add up: one lag follows the other, delays and biases are summed,
+//! factors multiplied.
 //!
 //! A word counts steps of `quantum` from the lower end of its range and holds at both ends (saturation); without a range the
 //! steps are counted from zero.
-//! Refused: a channel that the simulation has nothing to say about (density; torque and flapping of a linear model).
+//! Refused: a channel that the simulation does not model (density; torque and flapping of a linear model).
 
 use super::control_path::Lag;
 use super::dropout::{DropoutLink, Dropouts};
 use super::integrate::TrueState;
+use super::simulation_error::SimulationError;
 use super::vibration::{Azimuth, Vibration};
+use crate::dynamics::sensors::{AirData, specific_force_at_arm, velocity_at_arm};
 use crate::flight::channel::{CHANNELS, Channel};
 use crate::flight::control::Control;
 use crate::flight::effect::{Effect, PositionedSensor};
@@ -81,6 +81,32 @@ impl Instrument {
         // The last count that the range holds; a whole range of counts is not to lose its last to rounding.
         let last = libm::floor((most - least) / quantum * (1.0 + 1e-12));
         least + libm::round((bounded - least) / quantum).min(last) * quantum
+    }
+
+    /// Refuses numbers that no instrument has.
+    pub(super) fn check(&self) -> Result<(), SimulationError> {
+        let positive = |value: f64| value > 0.0 && value.is_finite();
+        let not_negative = |value: f64| value >= 0.0 && value.is_finite();
+        let [least, most] = self.range.unwrap_or([0.0, 1.0]);
+        let [first, second] = self.vibration.unwrap_or_default();
+        let quantum = self.quantum.unwrap_or(1.0);
+        for (found, good, expected) in [
+            (self.noise_std, not_negative(self.noise_std), "a standard deviation of noise of zero or more"),
+            (self.bias_std, not_negative(self.bias_std), "a standard deviation of bias of zero or more"),
+            (self.bias, self.bias.is_finite(), "a finite bias"),
+            (self.factor, self.factor.is_finite(), "a finite scale factor"),
+            (self.lag_s, not_negative(self.lag_s), "a lag of zero seconds or more"),
+            (self.delay_s, self.delay_s.is_finite(), "a finite delay"),
+            (quantum, positive(quantum), "a quantum of more than zero"),
+            (most, least.is_finite() && most.is_finite() && least < most, "a range whose upper end is above its lower"),
+            (first, not_negative(first), "an amplitude of vibration of zero or more"),
+            (second, not_negative(second), "an amplitude of vibration of zero or more"),
+        ] {
+            if !good {
+                return Err(SimulationError::Instrument { channel: self.channel, expected, found });
+            }
+        }
+        Ok(())
     }
 }
 
@@ -161,7 +187,7 @@ impl InstrumentSet {
 
 /// What an instrument and the effects on its channel make of its reading.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct InstrumentErrors {
+pub(crate) struct SimulatedChannelErrors {
     lags_s: Vec<f64>,
     /// Sum of the channel's delays, s; negative reads early.
     pub(crate) delay_s: f64,
@@ -169,10 +195,10 @@ pub(crate) struct InstrumentErrors {
     bias: f64,
 }
 
-impl InstrumentErrors {
+impl SimulatedChannelErrors {
     pub(crate) fn of(instrument: &Instrument, effects: &[Effect]) -> Self {
         let channel = instrument.channel;
-        let mut reading = InstrumentErrors {
+        let mut reading = SimulatedChannelErrors {
             lags_s: if instrument.lag_s > 0.0 { vec![instrument.lag_s] } else { Vec::new() },
             delay_s: instrument.delay_s,
             factor: instrument.factor,
@@ -214,22 +240,14 @@ impl SensorPositions {
         stands
     }
 
-    /// The channel's true value where its instrument stands, equations (1) to (3); `None` where there is none.
+    /// The channel's true value where its instrument stands, `None` where there is none.
     pub(crate) fn true_value(&self, channel: Channel, state: &TrueState) -> Option<f64> {
-        let [p, q, r] = state.motion.rates;
+        let rates = state.motion.rates;
+        let [p, q, r] = rates;
         let [phi, theta, psi] = state.motion.attitude;
-        let [u, v, w] = state.air_velocity;
-        let at_vane = || {
-            let [x, y, z] = self.vane_m;
-            [u + q * z - r * y, v + r * x - p * z, w + p * y - q * x]
-        };
-        let accelerometer = || {
-            let (position, rates) = (self.accelerometer_m, [p, q, r]);
-            let tangential = cross(state.angular_acceleration, position);
-            let centripetal = cross(rates, cross(rates, position));
-            let [ax, ay, az] = state.specific_force;
-            [ax + tangential[0] + centripetal[0], ay + tangential[1] + centripetal[1], az + tangential[2] + centripetal[2]]
-        };
+        let at_vane = || velocity_at_arm(state.air_velocity, rates, self.vane_m);
+        let accelerometer =
+            || specific_force_at_arm(state.specific_force, rates, state.angular_acceleration, self.accelerometer_m);
         Some(match channel {
             Channel::Ax => accelerometer()[0],
             Channel::Ay => accelerometer()[1],
@@ -240,15 +258,9 @@ impl SensorPositions {
             Channel::Phi => phi,
             Channel::Theta => theta,
             Channel::Psi => psi,
-            Channel::Tas => libm::sqrt(u * u + v * v + w * w),
-            Channel::Alpha => {
-                let [u, _, w] = at_vane();
-                libm::atan2(w, u)
-            }
-            Channel::Beta => {
-                let [u, v, w] = at_vane();
-                libm::atan2(v, libm::hypot(u, w))
-            }
+            Channel::Tas => AirData::Airspeed.value(state.air_velocity),
+            Channel::Alpha => AirData::Incidence.value(at_vane()),
+            Channel::Beta => AirData::Sideslip.value(at_vane()),
             Channel::Altitude => state.motion.altitude,
             Channel::LonCyclic => state.controls[Control::LonCyclic.index()],
             Channel::LatCyclic => state.controls[Control::LatCyclic.index()],
@@ -281,7 +293,7 @@ pub(crate) struct MeasuredFlight<'s> {
 /// One instrument's reading at each of its times, s.
 pub(crate) fn read(
     instrument: &Instrument,
-    reading: &InstrumentErrors,
+    reading: &SimulatedChannelErrors,
     seen: &MeasuredFlight<'_>,
     times_s: &[f64],
 ) -> Vec<(f64, f64)> {
@@ -357,8 +369,4 @@ fn between(times_s: &[f64], values: &[f64], time_s: f64, after: usize) -> f64 {
         (Some((_, x)), None) | (None, Some((_, x))) => x,
         (None, None) => f64::NAN,
     }
-}
-
-fn cross([a1, a2, a3]: [f64; 3], [b1, b2, b3]: [f64; 3]) -> [f64; 3] {
-    [a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1]
 }

@@ -74,7 +74,6 @@ const SHAKEN: [Channel; 6] = [Channel::Ax, Channel::Ay, Channel::Az, Channel::P,
 /// Rates that a channel may have, Hz.
 const RATES_HZ: [f64; 2] = [0.01, 1e4];
 
-/// Most bits of a word.
 const MOST_BITS: f64 = 32.0;
 
 /// Longest delay, s, either way.

@@ -1,12 +1,11 @@
-//! The motion over time: Runge and Kutta's fourth order over a mesh that holds every bend of what drives it.
+//! Integration of the motion: the classical Runge-Kutta method of fourth order over a mesh with every breakpoint of the inputs.
 //!
 //! Consumes the model (a linear one, or a Level-1 aircraft to whose accelerations the linear one's deviations add), the
 //! blade's deviations at mesh points and half way between, gusts and rotor speed; produces the true state at every mesh
-//! point. Between neighbouring mesh points everything that drives the motion is a straight line, so the order of the method
-//! is not spoilt by corners.
+//! point. Between neighbouring mesh points every input is linear, so corners do not lower the order of the method.
 //! Numerics: steps of at most [`MAX_STEP_S`], shorter where the model's fastest mode asks for it ([`STEP_ANGLE`]);
 //! `tests/jacobians` compares half the step and the matrix exponential.
-//! Where the motion leaves what the kinematics can carry ([`MAX_PITCH`], [`MAX_MAGNITUDE`]) it ends, and it is said when.
+//! Where the motion leaves the range of the kinematics ([`MAX_PITCH`], [`MAX_MAGNITUDE`]) it ends, at a reported time.
 
 use super::level1::aircraft::{Equations, Situation};
 use super::level1::flapping::Flap;
@@ -94,7 +93,6 @@ pub(crate) struct IntegrationState {
     pub(crate) memory: f64,
 }
 
-/// What holds at one instant.
 struct Moment {
     accelerations: [f64; AXES],
     air_velocity: [f64; 3],
@@ -107,7 +105,6 @@ struct Moment {
     guess: InflowGuess,
 }
 
-/// What drives the motion.
 pub(crate) struct MotionDrive<'d> {
     pub(crate) model: &'d LinearModel,
     pub(crate) level1: Option<Level1Motion<'d>>,

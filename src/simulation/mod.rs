@@ -5,10 +5,10 @@
 //! model's matrices (`linear`).
 //! Assumed: body axes, SI, gravity 9.80665 m/s^2; controls in straight lines between samples; forces as deviations from
 //! one trim; air at rest but for gusts.
-//! Refused: an effect that names no cause, a channel that nothing is known of, times that do not increase. A motion
+//! Refused: an effect of kind `unknown`, a channel that is not modelled, times that do not increase. A motion
 //! that diverges is a result, cut where it leaves the kinematics.
 //!
-//! The way of a control: `input` (hand) and `pilot` -> `control_path` (dead zone, mixing, delay, rate limit, lag) -> `linear` or
+//! The path of a control: `input` (hand) and `pilot` -> `control_path` (dead zone, mixing, delay, rate limit, lag) -> `linear` or
 //! [`level1`] (forces) -> `integrate` (`motion`), one `segment` after the other -> `instrument` (position, `vibration`, lag,
 //! delay, scale, bias, noise, word, `dropout`).
 

@@ -8,8 +8,7 @@
 //!     dtheta/dt = q cos(phi) - r sin(phi)                                                (5)
 //!     dpsi/dt = q sin(phi) / cos(theta) + r cos(phi) / cos(theta)                        (6)
 //!     daltitude/dt = u sin(theta) - v sin(phi) cos(theta) - w cos(phi) cos(theta)        (7)
-//! Source: Padfield, Thorne, Murray-Smith, Black, Caldwell, "UK research into system identification for helicopter
-//! flight mechanics" (1987), equations (1) to (6); (7) is the vertical row of the same rotation.
+//! Source: Padfield et al. 1987, (1) to (6); (7) is the vertical row of the same rotation.
 //! Numerics: (4) and (6) have no value at theta = +-90 degrees; the flight ends before it (`integrate`).
 
 use crate::flight::unit::STANDARD_GRAVITY;

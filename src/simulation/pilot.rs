@@ -1,15 +1,15 @@
 //! A pilot who slowly holds the attitude, so that a long flight of an unstable aircraft stays near its trim.
 //!
 //! Consumes the true states so far; produces deviations of the controls, which add to the test input and are recorded with
-//! it. With angle and rate seen a dead time ago, and P the control's own power (L_lat_cyclic, M_lon_cyclic, N_pedal):
+//! it. With angle and rate a dead time ago, and P the control's own power (L_lat_cyclic, M_lon_cyclic, N_pedal):
 //!     x = -(w^2 (angle - at trim) + 2 z w rate) / P                                      (1)
 //!     tau y' = x - y                                                                     (2)
 //! Bank and roll rate move the lateral cyclic, pitch attitude and pitch rate the longitudinal cyclic, and where he holds the
 //! heading too, heading and yaw rate the pedal. He acts at the times of the samples, straight lines between, so a recording
-//! at those times holds exactly what he did; his dead time is why what he sees is always past.
+//! at those times holds his controls exactly; the dead time makes the loop causal.
 //! With [`Pilot::ATTITUDE`] 0.1 rad of bank of the 100 kn Puma is worth 1.1 mrad of lateral cyclic: a tenth of a usual test
 //! input.
-//! He holds an attitude, not a speed: in the hover, where nothing but he would stop a drift, the aircraft still leaves its trim.
+//! He holds an attitude, not a speed: in the hover the aircraft still drifts from its trim.
 //! Refused: an aircraft whose control has no power.
 
 use super::control_path::Lag;
@@ -56,18 +56,15 @@ impl Pilot {
     }
 }
 
-/// One of his loops.
 #[derive(Clone, Copy, Debug)]
 struct Loop {
     control: Control,
-    /// Which angle and rate.
     axis: usize,
     power: f64,
     at_trim: f64,
     lag: Lag,
 }
 
-/// A pilot at work.
 #[derive(Clone, Debug)]
 pub(crate) struct PilotAtWork {
     pilot: Pilot,

@@ -1,4 +1,4 @@
-//! Gusts after Dryden's spectra, as straight lines between close times.
+//! Gusts with Dryden's spectra, piecewise linear in time.
 //!
 //! Consumes sigma (m/s), scale length L (m), airspeed V (m/s) and a seed; produces the gust along each body axis, white
 //! noise through shaping filters with tau = L / V, the same sigma and L for all three:
@@ -7,9 +7,8 @@
 //! Discretised exactly: x(k+1) = F x(k) + noise of covariance P - F P F', P the stationary covariance. With states
 //! tau x1' = -x1 + n, tau x2' = x1 - x2 and output (2) = sqrt(3) x1 + (1 - sqrt(3)) x2, in units of n's strength,
 //! P = 1/(2 tau) [[1, 1/2], [1/2, 1/2]].
-//! It starts in still air and grows over a few tau, so that the trim is one. The field is even over the aircraft: gusts of
-//! rotation (p, q, r) are left out, for in a quasi-steady rotor and in derivatives alike a rate is that of the body, with its
-//! gyroscopic part, and no model here tells the air's share of it.
+//! It starts in still air and grows over a few tau, so that the run begins in trim. The field is uniform over the aircraft:
+//! rotational gusts (p, q, r) are left out, for derivatives by a rate do not separate the air's share from that of the body.
 //! Source: MIL-F-8785C, section 3.7.1.2, Dryden form; MIL-HDBK-1797, appendix A, has the same with Lu = 2 Lv = 2 Lw = L.
 
 use crate::flight::signal::piecewise_linear::History;

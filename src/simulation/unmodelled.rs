@@ -1,4 +1,4 @@
-//! A force or moment that no effect describes, with a memory of its own, to be put into a flight.
+//! A force or moment that no effect describes, with states of its own, to be added to a flight.
 //!
 //! Consumes the deviations from trim (velocity through the air, rates, blade positions) and the law's memory z; produces what is
 //! added to the accelerations of the six axes, and the memory's rate:

@@ -1,12 +1,12 @@
-//! Vibration at the blades' passing: two lines that follow the rotor.
+//! Blade-passing vibration: two spectral lines that follow the rotor.
 //!
 //! Consumes the rotor's speed over time; produces what an instrument reads besides the motion. With B blades and azimuth psi:
 //!     psi = integral of rotor speed,   y = a1 cos(B psi + f1) + a2 cos(2 B psi + f2)     (1)
 //! so the phase is continuous whatever the speed does; f1 and f2 are drawn by seed for each channel. A first-order lag of the
 //! instrument gives each line, at its angular frequency w of that moment, the gain and phase of
 //!     1 / (1 + i w tau)                                                                  (2)
-//! It is a vibration of the instrument's place, not of the motion: nothing of it is integrated, and no mesh is made finer
-//! for it. Sampled at less than twice its frequency it folds, as it does in an aircraft.
+//! It is a vibration at the instrument, not of the rigid body: it is not integrated, and does not refine the mesh. Sampled at
+//! less than twice its frequency it is aliased, as in an aircraft.
 
 use super::integrate::TrueState;
 use crate::flight::channel::Channel;
@@ -52,7 +52,6 @@ impl Azimuth {
     }
 }
 
-/// The lines of one channel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Vibration {
     blades: f64,

@@ -12,7 +12,7 @@ use sideslip::flight::run::RunGeometry;
 use sideslip::num::ud::UdFactor;
 use sideslip::realtime::estimation::aid;
 use sideslip::realtime::estimation::aid::inertial;
-use sideslip::realtime::estimation::config::{Config, Noise};
+use sideslip::realtime::estimation::config::{EstimationConfig, Noise};
 use sideslip::realtime::estimation::ekf::{Ekf, FilterObserver, ProcessNoise};
 use sideslip::realtime::estimation::process::{STATES, State};
 use sideslip::realtime::estimation::record::Aid;
@@ -31,7 +31,7 @@ pub(crate) struct Ours {
     pub(crate) ekf: Ekf,
     pub(crate) noise: ProcessNoise,
     pub(crate) geometry: RunGeometry,
-    pub(crate) config: Config,
+    pub(crate) config: EstimationConfig,
 }
 
 impl Ours {
@@ -78,7 +78,7 @@ pub(crate) fn ticks(flight: &Flight) -> Vec<Readings> {
 
 /// Both filters at the first sample; the biases walk `walk` times as fast as configured.
 pub(crate) fn start(ticks: &[Readings], walk: f64) -> (Ours, Textbook) {
-    let config = Config::default();
+    let config = EstimationConfig::default();
     let [p, q, r, ax, ay, az, tas, alpha, beta, phi, theta, psi, h] = ticks[0].into();
     let mut x: State = [0.0; STATES];
     x[..3].copy_from_slice(&[tas * alpha.cos() * beta.cos(), tas * beta.sin(), tas * alpha.sin() * beta.cos()]);

@@ -6,7 +6,7 @@ use sideslip::flight::control::Control;
 use sideslip::flight::run::RunGeometry;
 use sideslip::live::output_error::{LiveOutputError, RegressionReport};
 use sideslip::live::output_error_config::LiveOutputErrorConfig as LiveConfig;
-use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
 use sideslip::simulation::flight_model::{FlightModel, FlightRequest, PUMA};
 use sideslip::simulation::fly::{Flight, uniform_times};
 use sideslip::simulation::input::InputSpec;
@@ -29,13 +29,13 @@ fn after(seconds: f64, streaming: bool) -> LiveOutputError {
             *history = history.plus(1.0, &spec.deviation(LEAD_S));
         }
     }
-    let mut pipeline = Box::new(Pipeline::new(&Config::default(), RunGeometry::default()).unwrap());
+    let mut pipeline = Box::new(Pipeline::new(&PipelineConfig::default(), RunGeometry::default()).unwrap());
     let mut live = LiveOutputError::new(LiveConfig { streaming, ..LiveConfig::default() }, RunGeometry::default());
     for sample in &flight.fly().unwrap().samples {
         let tick = pipeline.step(sample);
         live.sample(sample);
         if let Some(derivatives) = &tick.derivatives {
-            let _ = live.seen(&RegressionReport::from(derivatives));
+            let _ = live.regression_report(&RegressionReport::from(derivatives));
         }
         if streaming && live.is_due() {
             live.refit();

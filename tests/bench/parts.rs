@@ -7,14 +7,14 @@ use criterion::Criterion;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::run::RunGeometry;
 use sideslip::flight::sample::Sample;
-use sideslip::realtime::estimation::config::Config as EstimationConfig;
+use sideslip::realtime::estimation::config::EstimationConfig;
 use sideslip::realtime::estimation::ekf::{FilterObserver, Fusion, Transition};
 use sideslip::realtime::estimation::estimator::Estimator;
 use sideslip::realtime::estimation::fixed_lag::FixedLag;
 use sideslip::realtime::estimation::noise::NoiseStatistics;
 use sideslip::realtime::estimation::process::State;
 use sideslip::realtime::estimation::vibration::LineNotch;
-use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -44,7 +44,7 @@ impl FilterObserver for Kept {
 fn longest(samples: &[Sample]) -> (usize, Duration) {
     let mut shortest = vec![Duration::MAX; samples.len()];
     for _ in 0..FLIGHTS {
-        let mut pipeline = Box::new(Pipeline::new(&Config::default(), RunGeometry::default()).unwrap());
+        let mut pipeline = Box::new(Pipeline::new(&PipelineConfig::default(), RunGeometry::default()).unwrap());
         for (sample, shortest) in samples.iter().zip(&mut shortest) {
             let begin = Instant::now();
             black_box(pipeline.step(black_box(sample)));
@@ -136,7 +136,7 @@ pub(crate) fn run(criterion: &mut Criterion, ledger: &Ledger, flight: &Flight) {
             black_box(estimator.step(sample));
         })),
     );
-    let mut pipeline = Box::new(Pipeline::new(&Config::default(), RunGeometry::default()).unwrap());
+    let mut pipeline = Box::new(Pipeline::new(&PipelineConfig::default(), RunGeometry::default()).unwrap());
     ledger.bench(
         &mut group,
         "part: pipeline, all of it",

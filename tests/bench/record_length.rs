@@ -4,7 +4,7 @@ use crate::flight::Flight;
 use crate::ledger::{Ledger, group};
 use criterion::Criterion;
 use sideslip::flight::run::RunGeometry;
-use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -13,7 +13,7 @@ const BLOCK: usize = 1000;
 
 /// Runs the group.
 pub(crate) fn run(criterion: &mut Criterion, ledger: &Ledger, flight: &Flight) {
-    let mut pipeline = Box::new(Pipeline::new(&Config::default(), RunGeometry::default()).unwrap());
+    let mut pipeline = Box::new(Pipeline::new(&PipelineConfig::default(), RunGeometry::default()).unwrap());
     let mut group = group(criterion, "whole sample");
     let mut fed = 0;
     for (name, after) in [("sample: after 1e3", 1_000), ("sample: after 1e4", 10_000), ("sample: after 1e5", 100_000)] {

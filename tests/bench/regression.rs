@@ -6,11 +6,11 @@ use crate::textbook_regression::{LeastSquares, N, Sums};
 use criterion::Criterion;
 use nalgebra::SVector;
 use sideslip::flight::run::RunGeometry;
-use sideslip::realtime::estimation::config::Config;
+use sideslip::realtime::estimation::config::EstimationConfig;
 use sideslip::realtime::estimation::estimator::Estimator;
 use sideslip::realtime::estimation::record::Instrumentation;
 use sideslip::realtime::regression::candidate::{SIGNALS, signals};
-use sideslip::realtime::regression::config::Config as RegressionConfig;
+use sideslip::realtime::regression::config::RegressionConfig;
 use sideslip::realtime::regression::information::Information;
 use sideslip::realtime::regression::recursive::Recursive;
 use std::hint::black_box;
@@ -34,7 +34,7 @@ pub(crate) struct Smoothed {
 impl Smoothed {
     /// Estimates the flight's first part.
     pub(crate) fn of(flight: &Flight) -> Self {
-        let config = Config::default();
+        let config = EstimationConfig::default();
         let mut estimator = Estimator::new(config, RunGeometry::default()).unwrap();
         let mut recursive = Recursive::new(RegressionConfig::default()).unwrap();
         let mut trim = None;

@@ -9,7 +9,7 @@ use nalgebra::{Matrix4, SVector};
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::realtime::modes::stage;
 use sideslip::realtime::regression::candidate::{REGRESSORS, is_primary, regressor, response};
-use sideslip::realtime::regression::config::Config;
+use sideslip::realtime::regression::config::RegressionConfig;
 use sideslip::realtime::regression::information::Information;
 use sideslip::realtime::regression::stepwise::{Fit, Offer, Thresholds, fit};
 use std::hint::black_box;
@@ -75,7 +75,7 @@ fn roots(equations: &[Equation], u0: f64, w0: f64, theta0: f64) -> f64 {
 pub(crate) fn run(criterion: &mut Criterion, ledger: &Ledger, flight: &Flight) {
     let Smoothed { vectors, mut recursive, instruments } = Smoothed::of(flight);
     // The very vectors that the stage took: those from the excited part.
-    let lambda = (-0.08_f64 / Config::default().forgetting_s).exp();
+    let lambda = (-0.08_f64 / RegressionConfig::default().forgetting_s).exp();
     let (mut information, mut sums) = (Information::default(), Sums::new());
     for z in &vectors {
         information.add(z, lambda);

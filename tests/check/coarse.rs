@@ -4,11 +4,13 @@ use super::flown::{candidate, sortie};
 use crate::support::manoeuvre::over_seeds;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::channel::Channel::{Alpha, Altitude, Ay, Az, Beta, P, Phi, Psi, Q, R, Tas, Theta};
+use sideslip::io::outputs::words::instrument_words::verdict_reason;
 use sideslip::postflight::reconstruction::screening::Damage;
-use sideslip::postflight::reconstruction::verdict::{CheckedRun, Fitness, check};
+use sideslip::postflight::reconstruction::verdict::{Fitness, check};
+use sideslip::postflight::recorded_run::RecordedRun;
 
 /// One run of the sortie, each channel's samples changed.
-fn changed(run: usize, seed: u64, mut change: impl FnMut(Channel, f64, f64) -> f64) -> CheckedRun {
+fn changed(run: usize, seed: u64, mut change: impl FnMut(Channel, f64, f64) -> f64) -> RecordedRun {
     let mut one = candidate("run", &sortie()[run], &[], seed);
     for sample in &mut one.samples {
         for channel in Channel::ALL {
@@ -31,11 +33,15 @@ fn a_turned_sign_is_named() {
     for ((channel, _), verdict) in turned.into_iter().zip(verdicts) {
         assert!(verdict.fitness == Fitness::NotFit, "{channel:?}: {verdict:?}");
         let name = channel.name(sideslip::flight::channel::ControlNames::Rotorcraft);
-        assert!(verdict.reason.contains(&format!("{name} with the sign turned")), "{}", verdict.reason);
+        assert!(
+            verdict_reason(&verdict.reason).contains(&format!("{name} with its sign reversed")),
+            "{}",
+            verdict_reason(&verdict.reason)
+        );
     }
     // Gravity tells this one before.
     let verdict = check(&[changed(0, 9, |channel, _, value| if channel == Az { -value } else { value })]).remove(0);
-    assert!(verdict.fitness == Fitness::NotFit && verdict.reason.contains("az is 9."), "{verdict:?}");
+    assert!(verdict.fitness == Fitness::NotFit && verdict_reason(&verdict.reason).contains("az is 9."), "{verdict:?}");
 }
 
 /// Where only the collective moves, rough air would explain a sideways accelerometer with its sign turned: gravity does not.
@@ -43,7 +49,10 @@ fn a_turned_sign_is_named() {
 fn a_turned_sideways_accelerometer_is_told_by_gravity_where_nothing_else_moves() {
     let turned = |number| changed(3, 70 + number, |channel, _, value| if channel == Ay { -value } else { value });
     for verdict in over_seeds(4, |number| check(&[turned(number)]).remove(0)) {
-        assert!(verdict.reason.contains("ay ") && verdict.reason.contains("sign turned"), "{verdict:?}");
+        assert!(
+            verdict_reason(&verdict.reason).contains("ay ") && verdict_reason(&verdict.reason).contains("sign reversed"),
+            "{verdict:?}"
+        );
         assert!(verdict.fitness == Fitness::NotFit || verdict.corrections.is_empty(), "{verdict:?}");
     }
 }
@@ -65,14 +74,16 @@ fn another_unit_is_named() {
             .remove(0)
     });
     for ((.., words), verdict) in cases.into_iter().zip(verdicts) {
-        assert!(verdict.fitness == Fitness::NotFit && verdict.reason.contains(words), "{words}: {verdict:?}");
+        assert!(verdict.fitness == Fitness::NotFit && verdict_reason(&verdict.reason).contains(words), "{words}: {verdict:?}");
     }
 }
 
 #[test]
 fn healthy_runs_have_no_coarse_error() {
     let verdicts = over_seeds(12, |seed| check(&[changed((seed % 4) as usize, 500 + seed, |_, _, value| value)]).remove(0));
-    assert!(verdicts.iter().all(|verdict| !verdict.reason.contains("reads like") && verdict.screened.is_empty()));
+    assert!(
+        verdicts.iter().all(|verdict| !verdict_reason(&verdict.reason).contains("reads like") && verdict.screened.is_empty())
+    );
 }
 
 /// A spike, a frozen and a zeroed stretch are taken out and said; what is left is as good as before.
@@ -93,5 +104,5 @@ fn damaged_samples_make_no_error() {
     };
     assert_eq!(said(P, Damage::OutOfRange) + said(P, Damage::Spike), 1, "{:?}", verdict.screened);
     assert_eq!(said(Phi, Damage::Spike), 1);
-    assert_eq!((said(R, Damage::Standing), said(Ay, Damage::Standing)), (49, 9), "{:?}", verdict.screened);
+    assert_eq!((said(R, Damage::Frozen), said(Ay, Damage::Frozen)), (49, 9), "{:?}", verdict.screened);
 }

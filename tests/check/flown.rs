@@ -5,7 +5,8 @@ use sideslip::flight::channel::Channel;
 use sideslip::flight::control::Control;
 use sideslip::flight::effect::Effect;
 use sideslip::flight::run::RunGeometry;
-use sideslip::postflight::reconstruction::verdict::{CheckedRun, RunVerdict, check};
+use sideslip::postflight::reconstruction::verdict::{RunVerdict, check};
+use sideslip::postflight::recorded_run::RecordedRun;
 use sideslip::simulation::flight_model::{FlightModel, FlightRequest};
 use sideslip::simulation::fly::{Flight, uniform_times};
 use sideslip::simulation::input::InputSpec;
@@ -77,12 +78,12 @@ pub(crate) fn checked(flight: &Flight, effects: &[Effect], seed: u64) -> RunVerd
 }
 
 /// A flight with these effects, as it is handed to the check.
-pub(crate) fn candidate(name: &str, flight: &Flight, effects: &[Effect], seed: u64) -> CheckedRun {
+pub(crate) fn candidate(name: &str, flight: &Flight, effects: &[Effect], seed: u64) -> RecordedRun {
     let flown = Flight { effects: effects.to_vec(), seed, ..flight.clone() }.fly().unwrap();
     let geometry = RunGeometry {
         accelerometer_position_m: flight.instruments.accelerometer_position_m,
         vane_position_m: flight.instruments.vane_position_m,
         ..RunGeometry::default()
     };
-    CheckedRun { name: name.to_owned(), samples: flown.samples, geometry }
+    RecordedRun { name: name.to_owned(), samples: flown.samples, geometry, screened: false }
 }

@@ -3,6 +3,7 @@
 use sideslip::flight::channel::{Channel, ControlNames};
 use sideslip::flight::effect::{Effect, PositionedSensor};
 use sideslip::flight::file::effect_file::DeclaredEffect;
+use sideslip::io::outputs::words::instrument_words::not_observable;
 use sideslip::postflight::reconstruction::verdict::RunVerdict;
 use std::collections::BTreeMap;
 
@@ -143,19 +144,19 @@ fn spoken_of(error: &Effect) -> (String, f64) {
 /// Whether it is named as what would fit but is in doubt.
 fn doubted(verdict: &RunVerdict, error: &Effect) -> bool {
     let (phrase, _) = spoken_of(error);
-    verdict.not_observable.iter().any(|what| what.starts_with(&phrase) && what.contains("would fit"))
+    verdict.not_observable.iter().map(not_observable).any(|what| what.starts_with(&phrase) && what.contains("would fit"))
 }
 
 /// Whether the run says that so small an error could not be told.
 fn said(verdict: &RunVerdict, error: &Effect) -> bool {
     let (phrase, size) = spoken_of(error);
-    let of_it = |what: &&String| what.starts_with(&phrase);
-    verdict.not_observable.iter().filter(of_it).any(|what| match what.split_once("less than ") {
+    let of_it = |what: &String| what.starts_with(&phrase);
+    verdict.not_observable.iter().map(not_observable).filter(of_it).any(|what| match what.split_once("less than ") {
         None => true,
         Some((_, rest)) => {
             rest.split_whitespace().next().and_then(|text| text.parse().ok()).is_some_and(|least: f64| size < least)
         }
-    }) || verdict.not_observable.iter().any(|what| what.contains("the air is too rough"))
+    }) || verdict.not_observable.iter().map(not_observable).any(|what| what.contains("the air is too rough"))
 }
 
 /// Judges a verdict against the errors that were put in.

@@ -89,8 +89,8 @@ fn a_cause_is_said_and_shown() {
 fn that_nothing_is_wrong_is_a_page_too() {
     let (page, answer) = diagnosed(&folder("diagnose-page-none"), &own("replay/models/puma-like.toml"));
     assert_eq!(answer["verdict"]["kind"], "none");
-    assert!(page.contains("Nothing is wrong beyond the noise and the model's own tolerance"));
-    assert!(page.contains("What came nearest to being a cause") && !page.contains("model extended"));
+    assert!(page.contains("The model explains these runs within their noise and its own tolerance"));
+    assert!(page.contains("Closest hypotheses") && !page.contains("model extended"));
     for (title, count) in
         [("controls that moved", 2), ("Spectrum of the residual ", 6), ("Coherence of the residual ", 2), ("Roots", 1)]
     {

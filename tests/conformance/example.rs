@@ -9,7 +9,7 @@ use sideslip::io::outputs::record::{EventKind, EventRecord, Message};
 use sideslip::io::telemetry::mcap::{LogLosses, SampleReader};
 use sideslip::postflight::output_error::record::{OutputErrorProgress, OutputErrorRecord, ParameterRecord};
 use sideslip::realtime::estimation::record::{Aid, EstimationEvent, Innovation, LaggedRecord, StateRecord};
-use sideslip::realtime::modes::record::{ModesRecord, Oscillation, RealRoot};
+use sideslip::realtime::modes::record::{ModesRecord, OscillatoryMode, RealRoot};
 use sideslip::realtime::regression::record::{DerivativesRecord, EquationRecord, FrequencyTerm, Reason, Status, TermRecord};
 use std::io::{Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
@@ -86,7 +86,7 @@ fn derivatives(time_s: f64) -> Message {
 }
 
 fn modes(time_s: f64, with_numbers: bool) -> Message {
-    let pair = Oscillation { real: -0.2, imag: 1.8, omega: 1.81, zeta: 0.11, std_omega: 0.01, std_zeta: 0.02 };
+    let pair = OscillatoryMode { real: -0.2, imag: 1.8, omega: 1.81, zeta: 0.11, std_omega: 0.01, std_zeta: 0.02 };
     let root = RealRoot { value: -2.0, std: 0.1 };
     Message::Modes(ModesRecord {
         time_s,
@@ -104,7 +104,8 @@ fn output_error(time_s: f64, with_numbers: bool) -> Message {
     if with_numbers {
         record.progress = OutputErrorProgress::Converging;
         record.fitted_s = time_s - 0.5;
-        record.dutch_roll = Some(Oscillation { real: -0.2, imag: 1.8, omega: 1.81, zeta: 0.11, std_omega: 0.01, std_zeta: 0.02 });
+        record.dutch_roll =
+            Some(OscillatoryMode { real: -0.2, imag: 1.8, omega: 1.81, zeta: 0.11, std_omega: 0.01, std_zeta: 0.02 });
         record.explain("the search has not ended within its steps");
         let one = ParameterRecord { axis: Axis::N, variable: Variable::Pedal, value: -1.5, std: 0.1, std_cramer_rao: 0.05 };
         record.parameters.push(one).unwrap();

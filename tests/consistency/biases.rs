@@ -5,7 +5,7 @@ use super::smoother::{fly, geometry, instruments};
 use crate::support::manoeuvre::{over_seeds, seeds};
 use crate::support::uniform::Uniform;
 use sideslip::flight::channel::Channel;
-use sideslip::realtime::estimation::config::Config;
+use sideslip::realtime::estimation::config::EstimationConfig;
 use sideslip::realtime::estimation::fixed_interval::smooth;
 
 const INERTIAL: [Channel; 6] = [Channel::Ax, Channel::Ay, Channel::Az, Channel::P, Channel::Q, Channel::R];
@@ -22,7 +22,7 @@ fn scores(input: &str, seed: u64) -> Option<Vec<f64>> {
         one.bias
     });
     let flown = fly(input, &instruments, seed)?;
-    let whole = smooth(&flown.samples, &Config::default(), geometry(&instruments)).unwrap();
+    let whole = smooth(&flown.samples, &EstimationConfig::default(), geometry(&instruments)).unwrap();
     let last = whole.states.last()?;
     let found = [last.accelerometer_bias, last.gyro_bias].concat();
     let std = [last.accelerometer_bias_std, last.gyro_bias_std].concat();
@@ -33,7 +33,7 @@ fn scores(input: &str, seed: u64) -> Option<Vec<f64>> {
 fn biases_are_within_three_standard_errors() {
     let mut all: Vec<Vec<f64>> = Vec::new();
     for input in ["pedal:doublet:0.02:1.0", "pedal:3211:0.02:0.7"] {
-        all.extend(over_seeds(seeds(20), |seed| scores(input, seed)).into_iter().flatten());
+        all.extend(over_seeds(seeds(10), |seed| scores(input, seed)).into_iter().flatten());
     }
     if all.is_empty() {
         return;

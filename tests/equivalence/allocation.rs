@@ -1,18 +1,18 @@
 //! Between a sample and its estimate nothing is allocated: not on the ground, in flight, or when things go wrong.
 
 use crate::support::allocations::during;
-use crate::support::firmware_manoeuvre::{Manoeuvre, SAMPLES};
+use crate::support::firmware_manoeuvre::{ManoeuvreSamples, SAMPLES};
 use sideslip::flight::channel::Channel;
 use sideslip::flight::run::RunGeometry;
 use sideslip::flight::sample::Sample;
 use sideslip::realtime::estimation::config::RegressionStates;
 use sideslip::realtime::estimation::record::EstimationEvent;
-use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
 use std::hint::black_box;
 
 /// The manoeuvre with everything wrong that telemetry gets wrong.
 fn troubled() -> Vec<Sample> {
-    let mut samples: Vec<Sample> = Manoeuvre::default().collect();
+    let mut samples: Vec<Sample> = ManoeuvreSamples::default().collect();
     for (i, sample) in samples.iter_mut().enumerate() {
         match i % 97 {
             3 => sample.set(Channel::P, f64::NAN),
@@ -53,9 +53,9 @@ fn the_counter_counts() {
 #[test]
 fn nothing_is_allocated_between_sample_and_estimate() {
     let _turn = crate::alone();
-    for samples in [Manoeuvre::default().collect(), troubled()] {
+    for samples in [ManoeuvreSamples::default().collect(), troubled()] {
         for states in [RegressionStates::Smoothed, RegressionStates::Filtered] {
-            let mut config = Config::default();
+            let mut config = PipelineConfig::default();
             config.estimation.regression_states = states;
             let mut pipeline = Box::new(Pipeline::new(&config, RunGeometry::default()).unwrap());
             let mut worst = 0;
@@ -75,7 +75,7 @@ fn nothing_is_allocated_between_sample_and_estimate() {
 #[test]
 fn the_troubled_run_had_its_troubles_and_an_answer() {
     let _turn = crate::alone();
-    let mut pipeline = Box::new(Pipeline::new(&Config::default(), RunGeometry::default()).unwrap());
+    let mut pipeline = Box::new(Pipeline::new(&PipelineConfig::default(), RunGeometry::default()).unwrap());
     let mut events = Vec::new();
     for sample in troubled() {
         events.extend(pipeline.step(&sample).estimation_events.iter().copied());

@@ -2,9 +2,9 @@
 //! its budget of stack.
 
 use crate::support::fingerprint::Fingerprint;
-use crate::support::firmware_manoeuvre::Manoeuvre;
+use crate::support::firmware_manoeuvre::ManoeuvreSamples;
 use sideslip::flight::run::RunGeometry;
-use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -33,9 +33,9 @@ fn budget(key: &str) -> String {
 
 #[test]
 fn firmware_and_host_give_the_same_bits_within_the_budget() {
-    let mut pipeline = Box::new(Pipeline::new(&Config::default(), RunGeometry::default()).unwrap());
+    let mut pipeline = Box::new(Pipeline::new(&PipelineConfig::default(), RunGeometry::default()).unwrap());
     let mut fingerprint = Fingerprint::default();
-    for sample in Manoeuvre::default() {
+    for sample in ManoeuvreSamples::default() {
         fingerprint.take(pipeline.step(&sample));
     }
     fingerprint.take(pipeline.finish());

@@ -6,7 +6,7 @@ use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::realtime::estimation::record::{AIDS, Instrumentation, SmoothedRecord, TrimRecord};
 use sideslip::realtime::regression::candidate::{BIAS, REGRESSORS, SIGNALS, regressor, response, signals};
 use sideslip::realtime::regression::coloured_errors;
-use sideslip::realtime::regression::config::Config;
+use sideslip::realtime::regression::config::RegressionConfig;
 use sideslip::realtime::regression::information::{Information, LAGS};
 use sideslip::realtime::regression::record::{DerivativesRecord, LATERAL, LateralDerivatives};
 use sideslip::realtime::regression::recursive::Recursive;
@@ -389,7 +389,7 @@ fn what_the_stage_publishes_is_what_the_stored_vectors_give() {
         controls: [0.0; 4],
     };
     for forgetting_s in [1e9, 60.0, 8.0] {
-        let config = Config { forgetting_s, ..Config::default() };
+        let config = RegressionConfig { forgetting_s, ..RegressionConfig::default() };
         let mut recursive = Recursive::new(config).unwrap();
         recursive.begin(trim);
         let mut seen = Vec::new();

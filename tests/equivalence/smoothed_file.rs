@@ -6,7 +6,7 @@ use sideslip::flight::file::run_file::{RecordingColumn, RecordingTarget, RunInfo
 use sideslip::flight::sample::Sample;
 use sideslip::io::telemetry::record::RecordingRow;
 use sideslip::io::telemetry::recording::Recording;
-use sideslip::realtime::estimation::config::Config;
+use sideslip::realtime::estimation::config::EstimationConfig;
 use sideslip::realtime::estimation::fixed_interval::smooth;
 use sideslip::realtime::estimation::record::StateRecord;
 use std::path::Path;
@@ -29,7 +29,7 @@ fn read(file: &Path) -> Read {
 
 fn smoothed_by_the_library(recording: &Read) -> Vec<StateRecord> {
     let samples: Vec<Sample> = recording.rows.iter().map(|row| row.sample).collect();
-    smooth(&samples, &Config::default(), *recording.info.geometry()).unwrap().states
+    smooth(&samples, &EstimationConfig::default(), *recording.info.geometry()).unwrap().states
 }
 
 fn written(args: &[&str]) -> String {

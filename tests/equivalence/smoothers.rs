@@ -6,7 +6,7 @@ use nalgebra::{SMatrix, SVector};
 use sideslip::flight::channel::Channel;
 use sideslip::flight::run::RunGeometry;
 use sideslip::flight::sample::Sample;
-use sideslip::realtime::estimation::config::{Config, NoiseSource};
+use sideslip::realtime::estimation::config::{EstimationConfig, NoiseSource};
 use sideslip::realtime::estimation::ekf::{FilterObserver, Fusion, Transition};
 use sideslip::realtime::estimation::estimator::Estimator;
 use sideslip::realtime::estimation::fixed_interval::smooth;
@@ -14,8 +14,8 @@ use sideslip::realtime::estimation::process::{MOVING, STATES, State};
 use sideslip::realtime::estimation::record::{LaggedRecord, StateRecord};
 use sideslip::simulation::instrument::InstrumentSet;
 
-fn configured() -> Config {
-    Config { noise_source: NoiseSource::Configured, ..Config::default() }
+fn configured() -> EstimationConfig {
+    EstimationConfig { noise_source: NoiseSource::Configured, ..EstimationConfig::default() }
 }
 
 fn flight(seconds: f64, seed: u64) -> Option<Vec<Sample>> {
@@ -75,7 +75,7 @@ fn steady(rate_hz: f64) -> Vec<Sample> {
 #[test]
 fn live_smoothed_states_come_at_10_hz_or_more_and_no_faster_than_the_smoother_s_grid() {
     for rate_hz in [25.0, 32.0, 40.0, 50.0, 64.0, 100.0, 128.0, 200.0, 256.0] {
-        let mut estimator = Box::new(Estimator::new(Config::default(), RunGeometry::default()).unwrap());
+        let mut estimator = Box::new(Estimator::new(EstimationConfig::default(), RunGeometry::default()).unwrap());
         let of_age = |sample: &Sample| estimator.step(sample).lagged;
         let lagged: Vec<LaggedRecord> = steady(rate_hz).iter().filter_map(of_age).collect();
         assert!(lagged.len() > 50, "{rate_hz} Hz: {}", lagged.len());
@@ -111,7 +111,7 @@ impl FilterObserver for Way {
 fn the_fixed_interval_smoother_is_the_textbook_s() {
     let Some(samples) = flight(3.0, 6) else { return };
     let samples = &samples[..200];
-    let config = Config { accelerometer_bias_walk: 0.0, gyro_bias_walk: 0.0, ..configured() };
+    let config = EstimationConfig { accelerometer_bias_walk: 0.0, gyro_bias_walk: 0.0, ..configured() };
     let mut estimator = Box::new(Estimator::new(config, RunGeometry::default()).unwrap());
     let mut way = Way::default();
     let mut posterior: Vec<(f64, SVector<f64, STATES>, Matrix)> = Vec::new();

@@ -62,7 +62,7 @@ fn what_cannot_be_used_is_refused_in_words() {
         (&model, vec![&good, &other], "runs of one aircraft"),
         (&model, vec![&short], "at least 3 s"),
         (&model, vec![&good, &good], "found the same file twice"),
-        (&empty, vec![&good], "says nothing of any axis"),
+        (&empty, vec![&good], "has no derivatives on any axis"),
         (&misspelt, vec![&good], "peddal"),
     ] {
         let mut call = vec!["diagnose", "--model", path(model), "--fit"];

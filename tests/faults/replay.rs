@@ -1,9 +1,7 @@
 //! `sideslip replay` and `simulate` on broken inputs: each fault ends as the fault matrix says, and leaves no half file.
 
-use crate::support::program::{RunFile, ended, folder, own, path, puma, replayed, sideslip, warns};
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::time::Duration;
+use crate::support::program::{RunFile, ended, files_in, folder, own, path, puma, replayed, sideslip, warns};
+use std::path::PathBuf;
 
 /// The bundled recording, damaged and written into a folder of its own.
 fn damaged(name: &str, damage: impl FnOnce(&mut RunFile)) -> PathBuf {
@@ -12,14 +10,6 @@ fn damaged(name: &str, damage: impl FnOnce(&mut RunFile)) -> PathBuf {
     let file = folder(&format!("replay-{name}")).join("run.csv");
     run.write(&file);
     file
-}
-
-/// Files in a folder.
-fn files_in(folder: &Path) -> Vec<String> {
-    let mut names: Vec<_> =
-        std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
 }
 
 #[test]
@@ -227,27 +217,4 @@ fn a_misspelt_derivative_is_found_where_it_stands() {
     assert_eq!((status, said.lines().count()), (2, 1), "{said}");
     assert!(said.contains(&format!("model.toml:{line}:1:")) && said.contains("uu"), "{said}");
     assert_eq!(files_in(&folder), ["model.toml"]);
-}
-
-#[test]
-fn a_signal_stops_a_run_with_its_log_closed_and_what_there_was_printed() {
-    for signal in ["INT", "TERM"] {
-        let log = folder(&format!("replay-{signal}")).join("run.mcap");
-        let child = Command::new(env!("CARGO_BIN_EXE_sideslip"))
-            .args(["replay", path(&puma()), "--speed", "4", "--out", path(&log)])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        std::thread::sleep(Duration::from_millis(1500));
-        assert!(Command::new("kill").args([&format!("-{signal}"), &child.id().to_string()]).status().unwrap().success());
-        let (status, table, said) = ended(&child.wait_with_output().unwrap());
-        assert_eq!((status, said.lines().count()), (1, 1), "{said}");
-        assert!(said.contains("stopped by a signal at "), "{said}");
-        assert!(table.contains("Lateral modes at") && table.contains("log: "), "{table}");
-        let (status, run, said) = replayed(&log, &[]);
-        assert_eq!(status, 0, "the log has its end: {said}");
-        assert!((1.0..20.0).contains(&run["time"].as_f64().unwrap()), "{}", run["time"]);
-        assert_eq!(files_in(log.parent().unwrap()), ["run.mcap"]);
-    }
 }

@@ -1,17 +1,17 @@
 //! What is hidden is found: the cause, its size, what it gains; nothing where nothing is; unknown where no effect describes it.
 //!
 //! A few cases of each sort run always. The whole study, with a confusion table by kind:
-//!     SIDESLIP_HIDDEN=150 cargo nextest run --release --test slow --no-capture -E 'test(hidden::found::study)'
+//!     SIDESLIP_HIDDEN=150 cargo nextest run --release --test slow --run-ignored all --no-capture -E 'test(hidden::found::study)'
 //! 150 single causes, 100 healthy aircraft, 40 pairs and 40 causes outside of the library (in that proportion for other numbers),
 //! of seeds from `SIDESLIP_HIDDEN_FROM` on, else from 0.
 
 use super::case::{Case, FAMILIES, Sort, case, drawn};
 use crate::support::manoeuvre::over_seeds;
 use sideslip::flight::effect::{Effect, Family, same_cause};
-use sideslip::postflight::diagnosis::data::run::RecordedRun;
 use sideslip::postflight::diagnosis::diagnose::{Diagnosis, diagnose, held_out};
 use sideslip::postflight::diagnosis::record::DiagnosisError;
 use sideslip::postflight::diagnosis::search::next_cause::SearchSettings;
+use sideslip::postflight::recorded_run::RecordedRun;
 use sideslip::postflight::validation::improvement::ImprovementVerdict;
 use sideslip::simulation::flight_model::{FlightModel, FlightRequest};
 use std::collections::BTreeMap;
@@ -34,6 +34,7 @@ fn as_recorded(runs: &[super::case::Recorded]) -> Vec<RecordedRun> {
         name: run.name.clone(),
         samples: run.samples.clone(),
         geometry: *run.info.geometry(),
+        screened: false,
     };
     runs.iter().map(one).collect()
 }
@@ -139,11 +140,11 @@ fn score_of(sort: Sort, seed: u64, case: &Case) -> Scored {
     };
     let mark = if right { "right" } else { "WRONG" };
     eprintln!(
-        "{mark} {sort:?} {seed}: {:?}{words} -> {said} {causes:?}, size {:?}, kept back {:?}",
+        "{mark} {sort:?} {seed}: {:?}{words} -> {said} {causes:?}, size {:?}, hold-out {:?}",
         case.hidden, scored.size, scored.ratio,
     );
     if let Some(ratio) = scored.at_best {
-        eprintln!("  kept back with what is hidden: {ratio}");
+        eprintln!("  hold-out with what is hidden: {ratio}");
     }
     scored
 }
@@ -169,6 +170,7 @@ fn a_healthy_aircraft_is_left_alone() {
 }
 
 #[test]
+#[ignore = "a study"]
 fn a_cause_outside_of_the_library_is_unknown() {
     for one in over_seeds(2, |seed| score(Sort::Outside, 300 + seed)) {
         assert_eq!(one.said, "unknown");
@@ -177,6 +179,7 @@ fn a_cause_outside_of_the_library_is_unknown() {
 
 /// An instrument starts anew with each run, so that its bias is a little different in each.
 #[test]
+#[ignore = "a study"]
 fn a_bias_that_every_run_has_sets_none_aside() {
     let case = case(Sort::Double, 9026);
     let found = diagnosed(&case).unwrap();
@@ -216,6 +219,7 @@ fn the_generator_and_the_diagnosis_are_kept_apart() {
 }
 
 #[test]
+#[ignore = "a study"]
 fn study_of_many_cases() {
     let Some(singles) = std::env::var("SIDESLIP_HIDDEN").ok().and_then(|text| text.parse::<u64>().ok()) else { return };
     let (healthy, doubles) = (singles * 2 / 3, singles * 4 / 15);
@@ -251,10 +255,7 @@ fn study_of_many_cases() {
         share(&|one| one.size.is_some(), &|one| one.size.unwrap().0.abs() < 3.0),
         share(&|one| one.size.is_some(), &|one| one.size.unwrap().1 < 0.25)
     );
-    eprintln!(
-        "gain on runs kept back where named: {:?}",
-        share(&|one| single(one) && one.named, &|one| one.gained == Some(true))
-    );
+    eprintln!("gain on hold-out runs where named: {:?}", share(&|one| single(one) && one.named, &|one| one.gained == Some(true)));
     // A free run has no gusts in it, hidden or found.
     let shown = |one: &Scored| single(one) && one.named && !matches!(one.hidden[0], Effect::Turbulence { .. });
     let lower = |of: &dyn Fn(&Effect) -> bool| {
@@ -262,7 +263,7 @@ fn study_of_many_cases() {
     };
     let instrument = |hidden: &Effect| hidden.kind().family() == Family::Instrument;
     eprintln!(
-        "error on runs kept back lower, without gusts: {:?}; causes in the aircraft {:?}, in instruments {:?}",
+        "error on hold-out runs lower, without gusts: {:?}; causes in the aircraft {:?}, in instruments {:?}",
         lower(&|_| true),
         lower(&|hidden| !instrument(hidden)),
         lower(&instrument)

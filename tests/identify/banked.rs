@@ -1,6 +1,6 @@
 //! A trim with bank and sideslip, where every known entry of the equations of motion counts.
 
-use super::recordings::identified;
+use crate::support::identified::identified;
 use crate::support::program::{ended, folder, own, path, sideslip};
 use serde_json::Value;
 

@@ -37,7 +37,7 @@ fn what_cannot_be_identified_is_refused_with_a_line() {
     std::fs::write(&short, run.text()).unwrap();
     // The call is right; the search comes to nothing.
     let (status, out, said) = ended(&sideslip(&["identify", path(&short), "--states", "p,r", "--inputs", "pedal"]));
-    assert!(status == 1 && out.is_empty() && said.contains("do not tell"), "{status} {said}");
+    assert!(status == 1 && out.is_empty() && said.contains("not identifiable"), "{status} {said}");
     let slow = folder.join("slow.csv");
     let mut run = RunFile::read(&puma);
     let place = run.place("time");

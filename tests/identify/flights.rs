@@ -1,6 +1,6 @@
 //! Flights of a model of kind `linear`, whose derivatives are known to every digit; the motion itself is not linear.
 
-use super::recordings::{derivative, identified};
+use crate::support::identified::{derivative, identified};
 use crate::support::program::{ended, folder, own, path, sideslip};
 use serde_json::Value;
 use std::path::{Path, PathBuf};

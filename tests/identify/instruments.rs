@@ -1,6 +1,6 @@
 //! Instruments that are wrong: `identify` does not tell numbers without a word about it.
 
-use super::recordings::identified;
+use crate::support::identified::identified;
 use crate::support::program::{ended, folder, own, path, sideslip};
 use serde_json::Value;
 

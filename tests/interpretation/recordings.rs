@@ -4,7 +4,7 @@ use sideslip::flight::control::Control;
 use sideslip::io::outputs::json::manoeuvre_json;
 use sideslip::io::outputs::tables::manoeuvre_table;
 use sideslip::io::telemetry::recording::Recording;
-use sideslip::postflight::manoeuvres::record::{Interpretation, Oscillation, Shape, Untold};
+use sideslip::postflight::manoeuvres::record::{FreeOscillation, Interpretation, NotEstimable, Shape};
 use sideslip::postflight::manoeuvres::{Run, interpret};
 use std::path::{Path, PathBuf};
 
@@ -42,17 +42,17 @@ fn looked_at(paths: &[PathBuf]) -> Interpretation {
     all
 }
 
-fn look(name: &str) -> Option<Interpretation> {
+fn interpretation_of(name: &str) -> Option<Interpretation> {
     Some(looked_at(&[real(name)?]))
 }
 
-fn first(all: &Interpretation) -> &Oscillation {
+fn first(all: &Interpretation) -> &FreeOscillation {
     all.runs[0].manoeuvres[0].oscillation.as_ref().unwrap()
 }
 
 #[test]
 fn attas_rudder_doublet() {
-    let Some(all) = look("attas-rud1.csv") else { return };
+    let Some(all) = interpretation_of("attas-rud1.csv") else { return };
     let run = &all.runs[0];
     assert_eq!(run.manoeuvres.len(), 1);
     assert_eq!((run.manoeuvres[0].control, &run.manoeuvres[0].shape), (Control::Pedal, &Shape::Doublet));
@@ -66,11 +66,11 @@ fn attas_rudder_doublet() {
 
 #[test]
 fn attas_aileron_and_elevator() {
-    if let Some(all) = look("attas-ail1.csv") {
+    if let Some(all) = interpretation_of("attas-ail1.csv") {
         let found = first(&all);
         assert!((found.omega.value - 1.8).abs() < 0.06 && (found.zeta.value - 0.085).abs() < 0.035, "{found:?}");
     }
-    let Some(all) = look("attas-elv1.csv") else { return };
+    let Some(all) = interpretation_of("attas-elv1.csv") else { return };
     assert_eq!(all.runs[0].manoeuvres[0].control, Control::LonCyclic);
     match &all.runs[0].manoeuvres[0].oscillation {
         // Output error on the record: omega 2.52, zeta 0.48.
@@ -78,13 +78,13 @@ fn attas_aileron_and_elevator() {
             assert!((found.omega.value - 2.52).abs() < 3.0 * found.omega.std.max(0.05), "{found:?}");
             assert!((found.zeta.value - 0.481).abs() < 3.0 * found.zeta.std.max(0.02), "{found:?}");
         }
-        Err(reason) => assert!(matches!(reason, Untold::TooFewCycles(_) | Untold::Uncertain(..)), "{reason:?}"),
+        Err(reason) => assert!(matches!(reason, NotEstimable::TooFewCycles(_) | NotEstimable::Uncertain(..)), "{reason:?}"),
     }
 }
 
 #[test]
 fn citation_dutch_roll() {
-    let Some(all) = look("citation-2018-dutchroll.csv") else { return };
+    let Some(all) = interpretation_of("citation-2018-dutchroll.csv") else { return };
     let found = first(&all);
     assert_eq!(all.runs[0].manoeuvres[0].control, Control::Pedal);
     assert!((2.02..2.11).contains(&found.omega.value) && (0.085..0.115).contains(&found.zeta.value), "{found:?}");
@@ -98,18 +98,18 @@ fn the_other_recordings_give_no_nonsense() {
         "citation-2018-short-period.csv",
         "twin-otter-020213f1_018.csv",
     ] {
-        let Some(all) = look(name) else { continue };
+        let Some(all) = interpretation_of(name) else { continue };
         for manoeuvre in &all.runs[0].manoeuvres {
             if let Ok(found) = &manoeuvre.oscillation {
                 assert!(found.omega.std < 0.15 * found.omega.value && (-0.2..0.95).contains(&found.zeta.value), "{found:?}");
             }
         }
     }
-    let Some(twin_otter) = look("twin-otter-020213f1_018.csv") else { return };
+    let Some(twin_otter) = interpretation_of("twin-otter-020213f1_018.csv") else { return };
     match &twin_otter.runs[0].manoeuvres[0].oscillation {
         // Output error: 4.087 rad/s, 0.600.
         Ok(found) => assert!((found.zeta.value - 0.6).abs() < 3.0 * found.zeta.std.max(0.04), "{found:?}"),
-        Err(reason) => assert!(matches!(reason, Untold::TooFewCycles(_) | Untold::Uncertain(..)), "{reason:?}"),
+        Err(reason) => assert!(matches!(reason, NotEstimable::TooFewCycles(_) | NotEstimable::Uncertain(..)), "{reason:?}"),
     }
 }
 

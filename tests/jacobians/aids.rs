@@ -4,8 +4,9 @@ use super::dual::Dual;
 use super::states::{DRAWS, assert_close, draw, variables};
 use crate::support::uniform::Uniform;
 use sideslip::flight::run::RunGeometry;
-use sideslip::realtime::estimation::aid::{AIRSPEED_MIN_M_S, inertial, predict};
-use sideslip::realtime::estimation::config::Config;
+use sideslip::realtime::estimation::aid::prediction::AIRSPEED_MIN_M_S;
+use sideslip::realtime::estimation::aid::{inertial, predict};
+use sideslip::realtime::estimation::config::EstimationConfig;
 use sideslip::realtime::estimation::process::STATES;
 use sideslip::realtime::estimation::record::Aid;
 
@@ -36,7 +37,7 @@ fn published(aid: Aid, x: &[Dual; STATES], geometry: &RunGeometry) -> Dual {
     }
 }
 
-fn std_of(aid: Aid, config: &Config) -> f64 {
+fn std_of(aid: Aid, config: &EstimationConfig) -> f64 {
     let n = &config.noise;
     match aid {
         Aid::Airspeed => n.airspeed_std,
@@ -52,7 +53,7 @@ fn std_of(aid: Aid, config: &Config) -> f64 {
 #[test]
 fn predictions_rows_and_noise_are_the_published_ones() {
     let mut uniform = Uniform(43);
-    let config = Config::default();
+    let config = EstimationConfig::default();
     let mut compared = [0; Aid::ALL.len()];
     for draw_number in 0..DRAWS {
         let state = draw(&mut uniform);
@@ -86,7 +87,7 @@ fn predictions_rows_and_noise_are_the_published_ones() {
 #[test]
 fn gyros_and_accelerometers_read_their_rate_or_force_and_their_bias() {
     let mut uniform = Uniform(45);
-    let mut noise = Config::default().noise;
+    let mut noise = EstimationConfig::default().noise;
     (noise.gyro_std, noise.accelerometer_std) = ([0.1, 0.2, 0.3], [0.4, 0.5, 0.6]);
     for _ in 0..100 {
         let state = draw(&mut uniform);
@@ -105,7 +106,7 @@ fn gyros_and_accelerometers_read_their_rate_or_force_and_their_bias() {
 
 #[test]
 fn readings_that_mean_nothing_at_low_speed_are_refused() {
-    let config = Config::default();
+    let config = EstimationConfig::default();
     let geometry = RunGeometry::default();
     let mut uniform = Uniform(44);
     let mut refused = 0;

@@ -62,7 +62,7 @@ fn a_demo_that_is_stopped_leaves_a_whole_log_and_no_process() {
     demo.args(["demo", "--speed", "1", "--out", path(&out)]).stdout(Stdio::null()).stderr(Stdio::null());
     let mut demo = demo.spawn().unwrap();
     let log = out.join("descent-fit/live.mcap");
-    super::stage::soon("a log", std::time::Duration::from_secs(10), || super::stage::times(&log).len() > 50);
+    crate::support::patience::until("a log", || super::stage::times(&log).len() > 50);
     let processes = std::fs::read_to_string(out.join("descent-fit/processes.log")).unwrap();
     assert!(super::stage::signal("INT", demo.id()));
     assert_eq!(demo.wait().unwrap().code(), Some(1));

@@ -1,9 +1,11 @@
 //! Telemetry and estimator are killed at random, in the first 20 ms of their lives too: they come back, and the log is whole.
 //!
-//! `SIDESLIP_KILLS` sets how often (10).
+//! `SIDESLIP_KILLS` sets how often (10). How soon they are back is printed, and held to 2 s only where `SIDESLIP_KILLS` is set: a
+//! figure of a quiet machine, which a busy one does not disprove.
 
 use super::sender::{Vehicle, samples};
-use super::stage::{Running, left_behind, signal, soon, stage, times};
+use super::stage::{Running, left_behind, signal, stage, times};
+use crate::support::patience::{PATIENCE, until};
 use crate::support::program::{ended, own, path, sideslip};
 use sideslip::io::bus::clock::monotonic_ns;
 use sideslip::io::bus::reader::{Reader, VALID_FOR};
@@ -11,7 +13,7 @@ use sideslip::realtime::regression::record::Status;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Back and estimating within.
+/// Back and estimating within, on a quiet machine.
 const BACK: Duration = Duration::from_secs(2);
 /// The log may lack so much, s.
 const LOST_S: f64 = 0.3;
@@ -35,12 +37,14 @@ fn newest(live: &Running, name: &str) -> (u32, Instant) {
     live.said().iter().filter_map(of).next_back().unwrap()
 }
 
-/// Waits for an estimate that rests on a sample from after `since_ns`; how long that took, and the longest that an
-/// estimate was shown as holding whose sample was older than that.
+/// Waits for an estimate that rests on a sample from after `since_ns`: how long that took, and whether the estimate was stale
+/// meanwhile, or the time between two looks so long that it may have been.
 fn back(reader: &mut Reader, since_ns: u64) -> (Duration, bool) {
     let begun = Instant::now();
-    let mut stale = false;
+    let (mut stale, mut last_look) = (false, begun);
     loop {
+        stale |= last_look.elapsed() > Duration::from_millis(20);
+        last_look = Instant::now();
         if let Some(estimate) = reader.latest().unwrap() {
             let old = estimate.age > VALID_FOR;
             assert!(!old || estimate.status == Status::Stale, "an old estimate is stale whatever it says");
@@ -50,7 +54,7 @@ fn back(reader: &mut Reader, since_ns: u64) -> (Duration, bool) {
                 return (begun.elapsed(), stale);
             }
         }
-        assert!(begun.elapsed() < BACK, "not back within {BACK:?}");
+        assert!(begun.elapsed() < PATIENCE, "not back within {PATIENCE:?}");
         std::thread::sleep(Duration::from_millis(1));
     }
 }
@@ -83,7 +87,7 @@ fn who_is_killed_comes_back_and_the_log_is_whole() {
     let (root, logs) = (stage.join("root"), stage.join("logs"));
     let vehicle = Vehicle::start(samples(&flight), 1.0);
     let mut live = Running::start(&["live", "--source", vehicle.url(), "--root", path(&root), "--out", path(&logs)]);
-    soon("a root", BACK, || root.join(".sideslip/runs").exists());
+    until("a root", || root.join(".sideslip/runs").exists());
     let mut reader = Reader::open(&root).unwrap();
     back(&mut reader, monotonic_ns());
     let mut dice = Dice(0x5EED_0001);
@@ -97,7 +101,7 @@ fn who_is_killed_comes_back_and_the_log_is_whole() {
         // Every other time its successor is killed too, in the first 20 ms of its life, up to three times.
         for _ in 0..(kill % 2) * (1 + dice.below(3)) {
             let mut next = newest(&live, name);
-            soon("started again", BACK, || {
+            until("started again", || {
                 next = newest(&live, name);
                 next.0 != number && signal("0", next.0)
             });
@@ -114,7 +118,7 @@ fn who_is_killed_comes_back_and_the_log_is_whole() {
     }
     drop(reader);
     assert!(signal("TERM", live.number()));
-    assert_eq!(live.ended(Duration::from_secs(20)), 3, "data were lost: {:?}", live.said());
+    assert_eq!(live.ended(), 3, "data were lost: {:?}", live.said());
     assert_eq!(left_behind(&root), [""; 0]);
     let found = logged(&logs);
     let all = times(&flight);
@@ -125,6 +129,7 @@ fn who_is_killed_comes_back_and_the_log_is_whole() {
         worst[0], worst[1]
     );
     assert!(lost_s <= LOST_S, "{lost_s}");
+    assert!(std::env::var_os("SIDESLIP_KILLS").is_none() || worst.iter().all(|&took| took <= BACK), "{worst:?}");
     assert_eq!(found.first(), all.first(), "from the first sample on");
 }
 
@@ -143,16 +148,14 @@ fn everybody_killed_at_once_leaves_nothing_that_blocks_the_next_start() {
         estimate.kill();
         ingest.kill();
     }
-    let begun = Instant::now();
     let mut estimate = Running::start(&["estimate", "--root", path(&root)]);
     let mut ingest = Running::start(&["ingest", "--source", &source, "--root", path(&root)]);
-    soon("a root", BACK, || root.join(".sideslip/runs").exists());
+    until("a root", || root.join(".sideslip/runs").exists());
     let mut reader = Reader::open(&root).unwrap();
     back(&mut reader, monotonic_ns());
-    assert!(begun.elapsed() < BACK + Duration::from_secs(1), "{:?}", begun.elapsed());
     for process in [&mut ingest, &mut estimate] {
         assert!(signal("TERM", process.number()));
-        process.ended(BACK);
+        process.ended();
     }
     drop(reader);
     assert_eq!(left_behind(&root), [""; 0]);
@@ -168,7 +171,7 @@ fn of_two_alone_the_one_killed_is_missed_and_the_other_goes_on() {
     let source = format!("file://{}", flight.display());
     let mut ingest = Running::start(&["ingest", "--source", &source, "--root", path(&root)]);
     let mut estimate = Running::start(&call);
-    soon("a root", BACK, || root.join(".sideslip/runs").exists());
+    until("a root", || root.join(".sideslip/runs").exists());
     let mut reader = Reader::open(&root).unwrap();
     back(&mut reader, monotonic_ns());
     std::thread::sleep(Duration::from_millis(300));
@@ -184,7 +187,7 @@ fn of_two_alone_the_one_killed_is_missed_and_the_other_goes_on() {
     std::thread::sleep(VALID_FOR + Duration::from_millis(50));
     assert_eq!(reader.latest().unwrap().unwrap().status, Status::Stale, "an estimator without telemetry has nothing new");
     assert!(signal("TERM", estimate.number()));
-    estimate.ended(Duration::from_secs(5));
+    estimate.ended();
     let (first, second) = (times(&log), times(&stage.join("flight-2.mcap")));
     let seam = first.last().unwrap() - second.first().unwrap();
     assert!(seam > -LOST_S, "between the logs {seam} s are missing");

@@ -1,10 +1,11 @@
 //! Latency: from a sample on the bus to its estimate on the bus, beside two processes that only pass the payload on.
 //!
-//! Both are taken in the same run, one after the other; the stamps are those of the messages. It says what it
-//! measured and asks only that it is not absurd: a shared machine proves no deadline. Figures: run it in the release profile
+//! Both are taken in the same run, one after the other; the stamps are those of the messages. It prints what it measured and
+//! requires only that every sample has its estimate: a shared machine proves no deadline. Figures: run it in the release profile
 //! with `--no-capture`. `SIDESLIP_LATENCY_S` sets how long (4 s).
 
-use super::stage::{Running, soon, stage};
+use super::stage::{Running, stage};
+use crate::support::patience::until;
 use crate::support::program::path;
 use sideslip::io::bus::payload::{Payload, SAMPLE, SamplePayload, StatePayload};
 use sideslip::io::bus::service::{Bus, Publisher, Subscriber};
@@ -15,6 +16,8 @@ use std::time::{Duration, Instant};
 
 const HZ: f64 = 256.0;
 const ECHO: &str = "SIDESLIP_ECHO_ROOT";
+/// The longest wait for the last estimate.
+const LAST_ANSWER: Duration = Duration::from_secs(5);
 /// As the estimator looks at the bus.
 const LOOK: Duration = Duration::from_micros(100);
 
@@ -59,9 +62,14 @@ fn measure(
             latencies.push((state.header.published_ns - state.header.sampled_ns) as f64 / 1e3);
         }
     }
-    std::thread::sleep(Duration::from_millis(50));
-    while let Some(state) = states.receive().unwrap() {
-        latencies.push((state.header.published_ns - state.header.sampled_ns) as f64 / 1e3);
+    let (sent, begun) = ((seconds * HZ) as usize, Instant::now());
+    // Where nobody has answered yet, nobody is there yet.
+    let patience = if latencies.is_empty() { Duration::from_millis(50) } else { LAST_ANSWER };
+    while latencies.len() < sent && begun.elapsed() < patience {
+        match states.receive().unwrap() {
+            Some(state) => latencies.push((state.header.published_ns - state.header.sampled_ns) as f64 / 1e3),
+            None => std::thread::sleep(LOOK),
+        }
     }
     latencies.sort_by(f64::total_cmp);
     latencies
@@ -102,16 +110,14 @@ fn from_sample_to_estimate_beside_a_bare_echo() {
             None
         };
         let mut time_s = 0.0;
-        soon("an answer", Duration::from_secs(10), || {
-            !measure(&mut publisher, &mut states, 0.1, &mut time_s, &mut sample).is_empty()
-        });
+        until("an answer", || !measure(&mut publisher, &mut states, 0.1, &mut time_s, &mut sample).is_empty());
         measure(&mut publisher, &mut states, 1.5, &mut time_s, &mut sample);
         let latencies = measure(&mut publisher, &mut states, seconds, &mut time_s, &mut sample);
         if let Some(mut echo) = echo {
             echo.kill().unwrap();
             echo.wait().unwrap();
         }
-        assert!(latencies.len() as f64 > 0.9 * seconds * HZ, "{name}: {} answers", latencies.len());
+        assert_eq!(latencies.len(), (seconds * HZ) as usize, "{name}: an estimate for every sample");
         answers.push((name, percentiles(&latencies)));
     }
     let [p50, p99, p999] = answers[0].1;
@@ -123,5 +129,4 @@ fn from_sample_to_estimate_beside_a_bare_echo() {
             bare[0], bare[1], bare[2], ratio[0], ratio[1], ratio[2]
         );
     }
-    assert!(p50 < 50_000.0, "{p50} us");
 }

@@ -9,4 +9,4 @@ mod processes;
 mod real_time;
 mod sender;
 mod services;
-mod stage;
+pub(crate) mod stage;

@@ -12,7 +12,7 @@ use sideslip::io::bus::payload::{
 use sideslip::io::outputs::record::{EventKind, EventRecord};
 use sideslip::io::telemetry::recording::Recording;
 use sideslip::realtime::estimation::record::{Aid, EstimationEvent, StateSet};
-use sideslip::realtime::pipeline::{Config, Pipeline, Tick};
+use sideslip::realtime::pipeline::{Pipeline, PipelineConfig, Tick};
 use sideslip::realtime::regression::record::{Reason, RegressionEvent, Status};
 use std::fmt::Debug;
 
@@ -119,7 +119,7 @@ fn compare(tick: &Tick) -> usize {
 fn every_record_of_a_flight_comes_back() {
     let _turn = crate::alone();
     let mut recording = Recording::open(&puma()).unwrap();
-    let mut pipeline = Pipeline::new(&Config::default(), RunGeometry::default()).unwrap();
+    let mut pipeline = Pipeline::new(&PipelineConfig::default(), RunGeometry::default()).unwrap();
     let mut with_lateral = 0;
     while let Some(row) = recording.next_row().unwrap() {
         let others = [1.5, f64::NAN, -0.0];

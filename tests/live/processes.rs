@@ -1,14 +1,13 @@
 //! The processes as a user runs them: the same numbers through shared memory, a second one refused, an end in order.
 
-use super::stage::{Running, left_behind, signal, soon, stage, times};
+use super::stage::{Running, left_behind, signal, stage, times};
+use crate::support::patience::until;
 use crate::support::program::{ended, folder, own, path, puma, real, sideslip};
 use serde_json::Value;
 use sideslip::io::bus::reader::{Reader, VALID_FOR};
 use sideslip::realtime::regression::record::Status;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-
-const SOON: Duration = Duration::from_secs(10);
 
 fn source(file: &Path) -> String {
     format!("file://{}", file.display())
@@ -68,17 +67,17 @@ fn private_roots_go_with_their_process_and_those_of_the_killed_with_the_next() {
     assert!(program(&replay).status().unwrap().success());
     assert!(roots().is_empty(), "{:?}", roots());
     let mut killed = program(&[replay.as_slice(), &["--speed", "1"]].concat()).spawn().unwrap();
-    soon("a private root with somebody in it", SOON, || roots().iter().any(|root| root.join(".sideslip/telemetry").exists()));
+    until("a private root with somebody in it", || roots().iter().any(|root| root.join(".sideslip/telemetry").exists()));
     killed.kill().unwrap();
     killed.wait().unwrap();
     let left = roots();
     assert_eq!(left.len(), 1);
     // Once its telemetry has ended too, and it is older than a minute.
     let inside = left[0].join(".sideslip/inside");
-    soon("its telemetry has left", SOON, || std::fs::File::open(&inside).is_ok_and(|file| file.try_lock().is_ok()));
+    until("its telemetry has left", || std::fs::File::open(&inside).is_ok_and(|file| file.try_lock().is_ok()));
     let old = std::time::SystemTime::now() - Duration::from_secs(100);
     // What its telemetry takes away at the last makes the folder young again.
-    soon("the next has taken it away", SOON, || {
+    until("the next has taken it away", || {
         if let Ok(folder) = std::fs::File::open(&left[0]) {
             folder.set_modified(old).unwrap();
         }
@@ -105,13 +104,11 @@ fn telemetry_and_estimator_meet_whoever_comes_first_and_readers_see_them_go() {
     let stage = stage("meeting");
     let (root, log, json) = (stage.join("root"), stage.join("flight.mcap"), stage.join("flight.json"));
     let mut ingest = Running::start(&["ingest", "--source", &source(&puma()), "--speed", "10", "--root", path(&root)]);
-    soon("telemetry announces its run", SOON, || {
-        root.join(".sideslip/runs").read_dir().is_ok_and(|mut heads| heads.next().is_some())
-    });
+    until("telemetry announces its run", || root.join(".sideslip/runs").read_dir().is_ok_and(|mut heads| heads.next().is_some()));
     let call = ["estimate", "--root", path(&root), "--out", path(&log), "--json", path(&json)];
     let mut estimate = Running::start(&call);
     let mut reader = Reader::open(&root).unwrap();
-    soon("an estimate that holds", SOON, || reader.latest().unwrap().is_some_and(|estimate| estimate.is_valid()));
+    until("an estimate that holds", || reader.latest().unwrap().is_some_and(|estimate| estimate.is_valid()));
     // A second of each is refused in words.
     let (status, _, said) = ended(&sideslip(&call));
     assert!(status == 2 && said.contains("has the role `estimator` already"), "{said}");
@@ -126,14 +123,14 @@ fn telemetry_and_estimator_meet_whoever_comes_first_and_readers_see_them_go() {
     let (_, out, _) = ended(&sideslip(&["watch", "--root", path(&root), "--count", "1"]));
     assert!(out.contains("Lateral modes") && out.contains(" missed: "), "{out}");
     // The recording ends, the run with it; the estimator stays for the next.
-    assert_eq!(ingest.ended(SOON), 0);
+    assert_eq!(ingest.ended(), 0);
     std::thread::sleep(VALID_FOR);
     assert_eq!(reader.latest().unwrap().unwrap().status, Status::Stale, "nobody estimates any more");
     let again = ["ingest", "--source", &source(&puma()), "--speed", "max", "--root", path(&root)];
     let (status, _, said) = ended(&sideslip(&again));
     assert_eq!(status, 0, "{said}");
     assert!(signal("TERM", estimate.number()));
-    assert_eq!(estimate.ended(SOON), 0, "{:?}", estimate.said());
+    assert_eq!(estimate.ended(), 0, "{:?}", estimate.said());
     let all = times(&puma());
     assert_eq!((times(&log), times(&stage.join("flight-2.mcap"))), (all.clone(), all));
     let answer: Value = serde_json::from_str(&std::fs::read_to_string(&json).unwrap()).unwrap();
@@ -178,7 +175,7 @@ fn ctrl_c_and_sigterm_close_the_log_and_a_supervisor_that_dies_takes_its_process
         let (root, logs) = (stage.join("root"), stage.join("logs"));
         let mut live = Running::start(&["live", "--source", &source(&puma()), "--root", path(&root), "--out", path(&logs)]);
         let log = logs.join("puma-100kn-pedal-3211.mcap");
-        soon("half a second in the log", SOON, || times(&log).len() > 25);
+        until("half a second in the log", || times(&log).len() > 25);
         let numbers: Vec<u32> = live
             .said()
             .iter()
@@ -186,12 +183,12 @@ fn ctrl_c_and_sigterm_close_the_log_and_a_supervisor_that_dies_takes_its_process
             .collect();
         assert_eq!(numbers.len(), 2);
         assert!(signal(name, live.number()));
-        let status = live.ended(SOON);
+        let status = live.ended();
         assert_eq!(status, if name == "KILL" { -1 } else { 0 }, "{:?}", live.said());
-        soon("nobody is left", SOON, || numbers.iter().all(|number| !signal("0", *number)));
+        until("nobody is left", || numbers.iter().all(|number| !signal("0", *number)));
         let (status, out, said) = ended(&sideslip(&["inspect", path(&log), "--json", "-"]));
         assert_eq!(status, 0, "the log is whole: {out}{said}");
-        soon("the last one out has swept", SOON, || left_behind(&root).is_empty() || name == "KILL");
+        until("the last one out has swept", || left_behind(&root).is_empty() || name == "KILL");
     }
 }
 
@@ -229,7 +226,7 @@ fn a_supervisor_that_was_killed_does_not_block_the_next() {
     let call = ["live", "--source", &source, "--speed", "4", "--root", path(&root)];
     for _ in 0..3 {
         let mut live = Running::start(&call);
-        soon("both run", SOON, || live.said().iter().filter(|(_, line)| line.contains(" is process ")).count() == 2);
+        until("both run", || live.said().iter().filter(|(_, line)| line.contains(" is process ")).count() == 2);
         std::thread::sleep(Duration::from_millis(300));
         live.kill();
     }
@@ -245,14 +242,14 @@ fn an_estimator_that_hangs_is_replaced_and_one_killed_at_the_end_is_a_failure() 
     let stage = stage("hangs");
     let root = stage.join("root");
     let mut live = Running::start(&["live", "--source", &source(&puma()), "--root", path(&root)]);
-    soon("both run", SOON, || live.said().iter().filter(|(_, line)| line.contains(" is process ")).count() == 2);
+    until("both run", || live.said().iter().filter(|(_, line)| line.contains(" is process ")).count() == 2);
     let mut reader = Reader::open(&root).unwrap();
-    soon("an estimate that holds", SOON, || reader.latest().unwrap().is_some_and(|estimate| estimate.is_valid()));
+    until("an estimate that holds", || reader.latest().unwrap().is_some_and(|estimate| estimate.is_valid()));
     let [_, estimator] = children(&live);
     assert!(signal("STOP", estimator));
-    soon("stale", SOON, || reader.latest().unwrap().is_some_and(|estimate| estimate.status == Status::Stale));
-    soon("another estimator", SOON, || children(&live)[1] != estimator);
-    soon("an estimate again", SOON, || reader.latest().unwrap().is_some_and(|estimate| estimate.status != Status::Stale));
+    until("stale", || reader.latest().unwrap().is_some_and(|estimate| estimate.status == Status::Stale));
+    until("another estimator", || children(&live)[1] != estimator);
+    until("an estimate again", || reader.latest().unwrap().is_some_and(|estimate| estimate.status != Status::Stale));
     assert!(live.said().iter().any(|(_, line)| line.contains("takes samples no more")), "{:?}", live.said());
     // Killed while it ends: there is no answer, and that is no success.
     let [_, estimator] = children(&live);
@@ -260,7 +257,7 @@ fn an_estimator_that_hangs_is_replaced_and_one_killed_at_the_end_is_a_failure() 
     assert!(signal("INT", live.number()));
     std::thread::sleep(Duration::from_millis(400));
     assert!(signal("KILL", estimator));
-    assert_eq!(live.ended(SOON), 1, "{:?}", live.said());
+    assert_eq!(live.ended(), 1, "{:?}", live.said());
 }
 
 #[test]
@@ -277,6 +274,6 @@ fn what_cannot_be_written_is_said_before_the_flight_and_a_reader_that_goes_ends_
     watch.args(["watch", "--root", path(&root), "--every", "0.02"]).stdout(std::process::Stdio::piped());
     let mut watch = watch.spawn().unwrap();
     drop(watch.stdout.take());
-    soon("watch ends", SOON, || watch.try_wait().unwrap().is_some());
+    until("watch ends", || watch.try_wait().unwrap().is_some());
     assert_eq!(watch.wait().unwrap().code(), Some(0));
 }

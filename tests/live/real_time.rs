@@ -13,7 +13,7 @@ use sideslip::io::bus::payload::{
 };
 use sideslip::io::bus::service::Bus;
 use sideslip::io::telemetry::recording::Recording;
-use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
 
 /// Samples until both sides have found each other.
 const FOUND: u64 = 50;
@@ -31,7 +31,7 @@ fn nothing_of_ours_is_allocated_between_the_sample_and_the_estimate_on_the_bus()
     let mut innovations = estimator.publisher::<InnovationsPayload>().unwrap();
     let mut derivatives = estimator.publisher::<DerivativesPayload>().unwrap();
     let mut modes = estimator.publisher::<ModesPayload>().unwrap();
-    let mut pipeline = Box::new(Pipeline::new(&Config::default(), RunGeometry::default()).unwrap());
+    let mut pipeline = Box::new(Pipeline::new(&PipelineConfig::default(), RunGeometry::default()).unwrap());
     let mut recording = Recording::open(&puma()).unwrap();
     let (mut rows, mut read, mut worst) = (0, 0, [0; 3]);
     while let Some(row) = recording.next_row().unwrap() {

@@ -1,6 +1,6 @@
 //! A vehicle on the loopback: sends a recording as MAVLink at its own pace to whoever calls it.
 
-use super::stage::soon;
+use crate::support::patience::until;
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::sample::Sample;
 use sideslip::io::telemetry::mavlink::encode::{Encoder, ME};
@@ -66,8 +66,8 @@ impl Vehicle {
     }
 
     /// Waits until it has sent everything.
-    pub(crate) fn flown(&mut self, limit: Duration) -> usize {
-        soon("the end of the flight", limit, || self.flying.as_ref().is_some_and(JoinHandle::is_finished));
+    pub(crate) fn flown(&mut self) -> usize {
+        until("the end of the flight", || self.flying.as_ref().is_some_and(JoinHandle::is_finished));
         self.flying.take().unwrap().join().unwrap()
     }
 }

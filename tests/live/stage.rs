@@ -1,5 +1,6 @@
 //! What the tests stand on: a root that is gone at the end, processes that do not outlive their test, logs read back.
 
+use crate::support::patience::PATIENCE;
 use crate::support::program::folder;
 use sideslip::io::telemetry::recording::Recording;
 use std::io::{BufRead, BufReader};
@@ -60,9 +61,9 @@ impl Running {
     }
 
     /// Waits for its end: the exit status.
-    pub(crate) fn ended(&mut self, limit: Duration) -> i32 {
+    pub(crate) fn ended(&mut self) -> i32 {
         let begun = Instant::now();
-        while begun.elapsed() < limit {
+        while begun.elapsed() < PATIENCE {
             if let Some(status) = self.child.try_wait().unwrap() {
                 // Its last words are still on their way; a child of it that lives on keeps the way open.
                 let ended = Instant::now();
@@ -74,7 +75,7 @@ impl Running {
             std::thread::sleep(Duration::from_millis(2));
         }
         let said: Vec<String> = self.said().into_iter().map(|(_, line)| line).collect();
-        panic!("still running after {limit:?}: {said:#?}");
+        panic!("still running after {PATIENCE:?}: {said:#?}");
     }
 }
 
@@ -88,15 +89,6 @@ impl Drop for Running {
 /// Sends a signal by the system's own command.
 pub(crate) fn signal(name: &str, process: u32) -> bool {
     Command::new("kill").args([&format!("-{name}"), &process.to_string()]).stderr(Stdio::null()).status().unwrap().success()
-}
-
-/// Tries until it holds, or panics.
-pub(crate) fn soon(what: &str, limit: Duration, mut holds: impl FnMut() -> bool) {
-    let begun = Instant::now();
-    while !holds() {
-        assert!(begun.elapsed() < limit, "not within {limit:?}: {what}");
-        std::thread::sleep(Duration::from_millis(1));
-    }
 }
 
 /// The times of the samples in a recording, s.

@@ -14,7 +14,7 @@ use sideslip::postflight::equation_error::design::{Bias, CandidateTerm, Design};
 use sideslip::postflight::equation_error::expression::Expression;
 use sideslip::postflight::equation_error::fit::EquationFit;
 use sideslip::postflight::equation_error::table::RegressionTable;
-use sideslip::realtime::estimation::config::Config;
+use sideslip::realtime::estimation::config::EstimationConfig;
 use sideslip::realtime::estimation::estimator::Estimator;
 use sideslip::simulation::fly::{Flight, Inputs, uniform_times};
 use sideslip::simulation::input::InputSpec;
@@ -37,7 +37,7 @@ fn table(mut flight: Flight, seed: u64) -> RegressionTable {
     let times_s = uniform_times(0.0, LEAD_S + AFTER_S, RATE_HZ).unwrap();
     flight =
         Flight { inputs: inputs.sampled(&times_s), times_s, seed, instruments: InstrumentSet::flight_quality(1.0), ..flight };
-    let mut estimator = Estimator::new(Config::default(), RunGeometry::default()).unwrap();
+    let mut estimator = Estimator::new(EstimationConfig::default(), RunGeometry::default()).unwrap();
     let mut rows: Vec<(f64, [f64; 8])> = Vec::new();
     for sample in &flight.fly().unwrap().samples {
         for smoothed in estimator.step(sample).smoothed.iter().filter(|smoothed| smoothed.time_s > LEAD_S) {

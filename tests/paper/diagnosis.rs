@@ -12,6 +12,7 @@ use serde_json::Value;
 const NEAR: f64 = 0.05;
 
 #[test]
+#[ignore = "a study"]
 fn the_simulation_s_n_v_is_too_low_and_its_roll_damping_too_high() {
     let folder = folder("paper-diagnosis");
     let cases = if seeds(0) > 0 { &PAPER[..] } else { &PAPER[..2] };

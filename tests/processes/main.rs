@@ -17,6 +17,8 @@ mod support;
 mod conformance;
 #[path = "../equivalence/processes.rs"]
 mod equivalence;
+#[path = "../faults/processes.rs"]
+mod faults;
 #[path = "../live/mod.rs"]
 mod live;
 

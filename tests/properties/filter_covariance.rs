@@ -11,7 +11,7 @@ use proptest::prelude::*;
 use sideslip::flight::run::RunGeometry;
 use sideslip::num::ud::UdFactor;
 use sideslip::realtime::estimation::aid::{inertial, predict};
-use sideslip::realtime::estimation::config::Config;
+use sideslip::realtime::estimation::config::EstimationConfig;
 use sideslip::realtime::estimation::ekf::{DRIVERS, Transition};
 use sideslip::realtime::estimation::process::{
     ACCELEROMETER_BIAS, ANGULAR_ACCELERATION, GYRO_BIAS, MOVING, NAVIGATION, RATES, SPECIFIC_FORCE, STATES, State, VELOCITY,
@@ -46,7 +46,7 @@ fn state(uniform: &mut Uniform) -> State {
 /// What the filter does at one sample, by its own models: a time step with what drives it, a few measurements, now and then the
 /// walk of a bias.
 fn sample(uniform: &mut Uniform, steps: &mut Vec<Step>) {
-    let config = Config::default();
+    let config = EstimationConfig::default();
     let x = state(uniform);
     let dt = uniform.between(0.004, 0.1);
     let half = 0.5 * dt * dt;

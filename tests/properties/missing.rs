@@ -3,13 +3,13 @@
 use sideslip::flight::channel::Channel;
 use sideslip::flight::run::RunGeometry;
 use sideslip::flight::sample::Sample;
-use sideslip::realtime::estimation::config::Config;
+use sideslip::realtime::estimation::config::EstimationConfig;
 use sideslip::realtime::estimation::estimator::Estimator;
 
 /// Level flight without a lateral accelerometer or vane, 5 s; the last standard deviation of v. `between` puts a sample of
 /// altitude alone half way between the ticks.
 fn std_of_v_without_ay(between: bool) -> f64 {
-    let mut estimator = Box::new(Estimator::new(Config::default(), RunGeometry::default()).unwrap());
+    let mut estimator = Box::new(Estimator::new(EstimationConfig::default(), RunGeometry::default()).unwrap());
     let mut std = f64::NAN;
     for k in 0..250 {
         let mut sample = Sample::new(0.02 * f64::from(k));

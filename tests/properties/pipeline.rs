@@ -8,10 +8,10 @@ use sideslip::flight::run::RunGeometry;
 use sideslip::flight::sample::Sample;
 use sideslip::realtime::estimation::config::NoiseSource;
 use sideslip::realtime::estimation::record::StateRecord;
-use sideslip::realtime::pipeline::{Config, Pipeline, Tick};
+use sideslip::realtime::pipeline::{Pipeline, PipelineConfig, Tick};
 
 fn pipeline(geometry: RunGeometry) -> Box<Pipeline> {
-    Box::new(Pipeline::new(&Config::default(), geometry).unwrap())
+    Box::new(Pipeline::new(&PipelineConfig::default(), geometry).unwrap())
 }
 
 fn numbers(state: &StateRecord) -> Vec<f64> {
@@ -89,12 +89,12 @@ struct Weather {
     size: f64,
     rate_hz: f64,
     begin_s: f64,
-    config: Config,
+    config: PipelineConfig,
 }
 
 /// Settings at the ends of what is allowed.
-fn extremes() -> [Config; 3] {
-    let (mut short, mut long, mut odd) = (Config::default(), Config::default(), Config::default());
+fn extremes() -> [PipelineConfig; 3] {
+    let (mut short, mut long, mut odd) = (PipelineConfig::default(), PipelineConfig::default(), PipelineConfig::default());
     let e = &mut short.estimation;
     [e.lag_s, e.grid_s, e.trim_window_s, e.gap_s, e.hold_s, e.gate_sigmas] = [0.021, 0.0051, 1e-6, 0.051, 0.011, 1.01];
     let r = &mut short.regression;
@@ -143,7 +143,7 @@ fn wild(uniform: &mut Uniform, time_s: &mut f64, weather: &Weather) -> Sample {
 fn a_hundred_thousand_wild_samples_neither_panic_nor_give_a_state_that_is_no_number() {
     let mut uniform = Uniform(71);
     let [short, long, odd] = extremes();
-    let usual = Config::default();
+    let usual = PipelineConfig::default();
     let weathers = [
         (20, 0.001, 50.0, 0.0, usual),
         (50, 0.1, 25.0, 1.7e9, usual),

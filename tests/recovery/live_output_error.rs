@@ -10,20 +10,20 @@ use sideslip::flight::sample::Sample;
 use sideslip::live::output_error::{LiveOutputError, RegressionReport};
 use sideslip::live::output_error_config::LiveOutputErrorConfig as LiveConfig;
 use sideslip::postflight::output_error::record::{OutputErrorProgress, OutputErrorRecord};
-use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
 use sideslip::realtime::regression::record::DerivativesRecord;
 use sideslip::simulation::instrument::InstrumentSet;
 
 /// The last word of both on one flight, and every record of output error on the way.
 fn flown(samples: &[Sample], streaming: bool) -> (DerivativesRecord, Vec<OutputErrorRecord>) {
-    let mut pipeline = Box::new(Pipeline::new(&Config::default(), RunGeometry::default()).unwrap());
+    let mut pipeline = Box::new(Pipeline::new(&PipelineConfig::default(), RunGeometry::default()).unwrap());
     let mut live = LiveOutputError::new(LiveConfig { streaming, ..LiveConfig::default() }, RunGeometry::default());
     let mut records = Vec::new();
     for sample in samples {
         let tick = pipeline.step(sample);
         live.sample(sample);
         if let Some(derivatives) = &tick.derivatives {
-            records.extend(live.seen(&RegressionReport::from(derivatives)).cloned());
+            records.extend(live.regression_report(&RegressionReport::from(derivatives)).cloned());
         }
         if live.is_due() {
             records.push(live.refit().clone());

@@ -11,7 +11,7 @@ use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::model::LinearModel;
 use sideslip::flight::run::RunGeometry;
 use sideslip::flight::signal::piecewise_linear::History;
-use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
 use sideslip::simulation::flight_model::{FlightModel, FlightRequest};
 use sideslip::simulation::fly::{Flight, FlightResult, uniform_times};
 use sideslip::simulation::input::InputSpec;
@@ -147,7 +147,7 @@ fn the_pipeline_s_derivatives_are_within_their_standard_errors_with_him() {
     let mut held = with_inputs(Flight::of(model.clone()), &INPUTS, DURATION_S);
     (held.pilot, held.instruments) = (Some(Pilot::ATTITUDE), InstrumentSet::flight_quality(1.0));
     let all = over_seeds(seeds(40), |seed| {
-        let mut pipeline = Box::new(Pipeline::new(&Config::default(), RunGeometry::default()).unwrap());
+        let mut pipeline = Box::new(Pipeline::new(&PipelineConfig::default(), RunGeometry::default()).unwrap());
         for sample in &(Flight { seed, ..held.clone() }).fly().unwrap().samples {
             pipeline.step(sample);
         }

@@ -13,7 +13,7 @@ use sideslip::io::telemetry::mavlink::encode::{Encoder, ME};
 use sideslip::io::telemetry::mavlink::mapping::MavlinkConfig as Mapping;
 use sideslip::io::telemetry::mavlink::packet::{Framer, Framing};
 use sideslip::io::telemetry::mavlink::stream::VehicleStream;
-use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
 use sideslip::simulation::instrument::InstrumentSet;
 
 /// The samples as they come out of the frames that they went into.
@@ -61,11 +61,11 @@ fn every_channel_comes_back_within_the_resolution_of_its_message() {
 }
 
 #[test]
-fn derivatives_through_mavlink_are_within_three_standard_errors_in_95_of_100_seeds() {
+fn derivatives_through_mavlink_are_within_three_standard_errors_in_95_percent_of_seeds() {
     let Some(model) = puma_100kn() else { return };
     let count = seeds(100);
     let scores = over_seeds(count, |seed| {
-        let mut pipeline = Box::new(Pipeline::new(&Config::default(), RunGeometry::default()).unwrap());
+        let mut pipeline = Box::new(Pipeline::new(&PipelineConfig::default(), RunGeometry::default()).unwrap());
         for sample in &telemetered(&fly(&model, &INPUTS, &InstrumentSet::flight_quality(1.0), seed).samples) {
             pipeline.step(sample);
         }

@@ -34,8 +34,8 @@ fn the_misplaced_vane_is_told_by_the_kinematics() {
 #[test]
 fn what_a_run_cannot_tell_is_said_in_words() {
     for (name, words) in [
-        ("citation-2018-dutchroll.csv", "nothing observes v; the channel beta would"),
-        ("twin-otter-020213f1_018.csv", "N_v is not known: v hardly moved"),
+        ("citation-2018-dutchroll.csv", "v is not observable; the channel beta would make it so"),
+        ("twin-otter-020213f1_018.csv", "N_v is not identified: v hardly moved"),
     ] {
         let Some(flight) = real(name) else { return };
         let (_, run, table) = replayed(&flight, &[]);

@@ -23,6 +23,8 @@ mod equivalence;
 mod faults;
 #[path = "../hidden/mod.rs"]
 mod hidden;
+#[path = "../identify/slow.rs"]
+mod identify;
 #[path = "../paper/mod.rs"]
 mod paper;
 #[path = "../recovery/mod.rs"]

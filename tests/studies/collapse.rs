@@ -16,14 +16,14 @@ use sideslip::postflight::equation_error::design::{Bias, Design};
 use sideslip::postflight::equation_error::expression::Expression;
 use sideslip::postflight::equation_error::stepwise::{Selection, StepwiseRules, select};
 use sideslip::postflight::equation_error::table::RegressionTable;
-use sideslip::realtime::estimation::config::Config;
+use sideslip::realtime::estimation::config::EstimationConfig;
 use sideslip::realtime::estimation::estimator::Estimator;
 use sideslip::realtime::regression::candidate::{SIGNALS, regressor, response, signals};
 use sideslip::simulation::instrument::InstrumentSet;
 
 /// Smoothed signals of a flight from its input on.
 fn table(samples: &[Sample]) -> RegressionTable {
-    let mut estimator = Estimator::new(Config::default(), RunGeometry::default()).unwrap();
+    let mut estimator = Estimator::new(EstimationConfig::default(), RunGeometry::default()).unwrap();
     let mut trim = None;
     let mut rows: Vec<(f64, [f64; SIGNALS])> = Vec::new();
     for sample in samples {

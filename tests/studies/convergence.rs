@@ -21,7 +21,7 @@ use sideslip::postflight::identification::model_variables::ModelVariables;
 use sideslip::postflight::identification::start_values::starts;
 use sideslip::postflight::output_error::{FitSettings, fit};
 use sideslip::realtime::modes::naming::eigenmodes;
-use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
 use sideslip::simulation::fly::{Flight, Inputs, uniform_times};
 use sideslip::simulation::input::InputSpec;
 use sideslip::simulation::input_design::information::{DesignManoeuvre, DesignParameter, InputInformation, outputs};
@@ -124,7 +124,7 @@ struct Regressed {
 }
 
 fn regressed(samples: &[Sample], geometry: RunGeometry) -> Regressed {
-    let mut pipeline = Box::new(Pipeline::new(&Config::default(), geometry).unwrap());
+    let mut pipeline = Box::new(Pipeline::new(&PipelineConfig::default(), geometry).unwrap());
     let mut all = Regressed { found: [Vec::new(), Vec::new()], terms: Vec::new() };
     for sample in samples {
         let Some(derivatives) = &pipeline.step(sample).derivatives else { continue };

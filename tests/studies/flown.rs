@@ -5,7 +5,7 @@ use sideslip::flight::control::{CONTROLS, Control};
 use sideslip::flight::run::RunGeometry;
 use sideslip::flight::sample::Sample;
 use sideslip::flight::signal::piecewise_linear::History;
-use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
 use sideslip::simulation::flight_model::{FlightModel, FlightRequest};
 use sideslip::simulation::fly::{Flight, uniform_times};
 use sideslip::simulation::input::InputSpec;
@@ -48,7 +48,7 @@ pub(crate) fn fly(aircraft: &Flight, inputs: &[String], instruments: &Instrument
 
 /// The pipeline after all of those samples.
 pub(crate) fn through(samples: &[Sample]) -> Box<Pipeline> {
-    let mut pipeline = Box::new(Pipeline::new(&Config::default(), RunGeometry::default()).unwrap());
+    let mut pipeline = Box::new(Pipeline::new(&PipelineConfig::default(), RunGeometry::default()).unwrap());
     for sample in samples {
         pipeline.step(sample);
     }

@@ -14,7 +14,7 @@ use sideslip::flight::sample::Sample;
 use sideslip::io::outputs::charts::chart::{Curve, Mark, Marks, Panel};
 use sideslip::realtime::modes::lateral;
 use sideslip::realtime::modes::record::ModesRecord;
-use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
 use sideslip::realtime::regression::record::{DerivativesRecord, LateralDerivatives, Status};
 use sideslip::simulation::fly::Flight;
 use sideslip::simulation::instrument::InstrumentSet;
@@ -69,7 +69,7 @@ fn found(derivatives: &DerivativesRecord, modes: &ModesRecord) -> Found {
 
 /// The last word of the pipeline at each of those times.
 pub(crate) fn at_times(samples: &[Sample], times_s: &[f64]) -> Vec<Found> {
-    let mut pipeline = Box::new(Pipeline::new(&Config::default(), RunGeometry::default()).unwrap());
+    let mut pipeline = Box::new(Pipeline::new(&PipelineConfig::default(), RunGeometry::default()).unwrap());
     let (mut last, mut all): (Found, Vec<Found>) = ([None; 5], Vec::new());
     for sample in samples {
         if all.len() < times_s.len() && sample.time_s > times_s[all.len()] + 1e-6 {

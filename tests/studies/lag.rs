@@ -13,7 +13,7 @@ use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::run::RunGeometry;
 use sideslip::flight::sample::Sample;
 use sideslip::realtime::estimation::config::RegressionStates;
-use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
 use sideslip::realtime::regression::record::Status;
 use sideslip::simulation::fly::Flight;
 use sideslip::simulation::instrument::InstrumentSet;
@@ -67,7 +67,7 @@ struct Run {
 }
 
 fn run(samples: &[Sample], states: RegressionStates, cutoff_hz: f64) -> Run {
-    let mut config = Config::default();
+    let mut config = PipelineConfig::default();
     config.estimation.regression_states = states;
     config.estimation.cutoff_hz = cutoff_hz;
     let mut pipeline = Box::new(Pipeline::new(&config, RunGeometry::default()).unwrap());

@@ -9,8 +9,10 @@ pub(crate) mod fingerprint;
 #[path = "../../firmware-profile/src/manoeuvre.rs"]
 #[allow(unreachable_pub, reason = "the firmware's own file")]
 pub(crate) mod firmware_manoeuvre;
+pub(crate) mod identified;
 pub(crate) mod manoeuvre;
 pub(crate) mod paper_cases;
+pub(crate) mod patience;
 pub(crate) mod program;
 pub(crate) mod puma;
 pub(crate) mod short_period;

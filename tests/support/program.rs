@@ -116,3 +116,11 @@ impl RunFile {
         std::fs::write(file, self.text()).unwrap();
     }
 }
+
+/// The names of the files in a folder, in order.
+pub(crate) fn files_in(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> =
+        std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}

@@ -7,11 +7,15 @@ use std::fs;
 /// What a room may import: a whole wing (`flight`), a room or a file (`realtime::estimation::record`).
 type Grants = BTreeMap<String, Vec<String>>;
 
+/// Heading of the page's other table, that of circles.
+pub(crate) const CIRCLES: &str = "## Circles inside a folder";
+
 /// Reads the table: rows `| room | may import |`, both cells code words.
 fn grants(page: &str) -> Grants {
     let words = |cell: &str| -> Vec<String> { cell.split('`').skip(1).step_by(2).map(str::to_owned).collect() };
     let mut grants = Grants::new();
-    for line in page.lines().filter(|line| line.starts_with("| `")) {
+    let rooms = page.lines().take_while(|&line| line != CIRCLES);
+    for line in rooms.filter(|line| line.starts_with("| `")) {
         let cells: Vec<&str> = line.split('|').collect();
         for room in words(cells[1]) {
             grants.insert(room, words(cells[2]));

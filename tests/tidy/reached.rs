@@ -4,7 +4,7 @@ use super::sources::{Source, code, files, none, root, rust};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Names of the modules that the code declares in other files, with the path that an attribute gives.
-fn declared(text: &str) -> Vec<(String, Option<String>)> {
+pub(crate) fn declared(text: &str) -> Vec<(String, Option<String>)> {
     let mut found = Vec::new();
     let mut path = None;
     for (line, whole) in code(text).lines().zip(text.lines()) {

@@ -95,11 +95,32 @@ fn end_of_string(text: &str) -> usize {
     text.len()
 }
 
-/// The code that is built without tests: what stands before the file's own tests.
+/// The code that is built without tests: without the items below a `#[cfg(test)]`.
 pub(crate) fn built(text: &str) -> String {
     let code = code(text);
-    let end = code.find("#[cfg(test)]").unwrap_or(code.len());
-    code[..end].to_owned()
+    let mut parts = code.split("#[cfg(test)]");
+    let mut own = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        own.push_str(part[end_of_item(part)..].trim_start_matches('\n'));
+    }
+    own
+}
+
+/// Length of the item that the code begins with: to its semicolon or to the end of its braces.
+fn end_of_item(code: &str) -> usize {
+    let mut depth = 0;
+    for (at, c) in code.char_indices() {
+        let is_literal = code[..at].ends_with('\'') && code[at + c.len_utf8()..].starts_with('\'');
+        match c {
+            _ if is_literal => {}
+            '{' => depth += 1,
+            '}' if depth <= 1 => return at + 1,
+            '}' => depth -= 1,
+            ';' if depth == 0 => return at + 1,
+            _ => {}
+        }
+    }
+    code.len()
 }
 
 /// Fails with one line for every finding.
@@ -114,6 +135,8 @@ fn comments_and_strings_are_no_code() {
     let own = "let a = \"\"; \nlet b = \"\"; let c = \"\";\n";
     assert_eq!(code(text), format!("{own}#[cfg(test)]\nmod tests {{}}\n"));
     assert_eq!(built(text), own);
+    let between = "#[cfg(test)]\nmod x;\nlet a = 1;\n#[cfg(test)]\nmod tests { let b = ('{', ';'); { } }\nlet c = 2;\n";
+    assert_eq!(built(between), "let a = 1;\nlet c = 2;\n", "only the items of tests are left out");
 }
 
 #[test]

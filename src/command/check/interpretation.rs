@@ -1,6 +1,6 @@
 //! The first look at the runs: what was flown, how it answered, and whether it answers alike and in proportion.
 
-use crate::command::check::ReadRun;
+use crate::command::check::read_run::ReadRun;
 use serde_json::Value;
 use sideslip::io::outputs::json::manoeuvre_json;
 use sideslip::io::outputs::tables::manoeuvre_table;
@@ -19,7 +19,6 @@ pub(super) fn of(read: &[ReadRun]) -> Interpretation {
     interpret(&runs)
 }
 
-/// For a person.
 pub(super) fn text(all: &Interpretation) -> String {
     format!("\n{}", manoeuvre_table::text(all))
 }

@@ -4,11 +4,11 @@ use serde_json::{Map, Value, json};
 use sideslip::flight::channel::{Channel, ControlNames};
 use sideslip::flight::file::effect_file::DeclaredEffect;
 use sideslip::io::outputs::json::effect_json::effect_json;
+use sideslip::io::outputs::words::instrument_words::{not_observable, separation, verdict_reason};
 use sideslip::postflight::reconstruction::correction::Correction;
 use sideslip::postflight::reconstruction::screening::Screened;
 use sideslip::postflight::reconstruction::verdict::RunVerdict;
 
-/// The whole answer.
 pub(super) fn document(verdicts: &[RunVerdict], controls: ControlNames) -> Value {
     json!({ "runs": verdicts.iter().map(|verdict| run(verdict, controls)).collect::<Vec<_>>() })
 }
@@ -23,10 +23,10 @@ fn run(verdict: &RunVerdict, controls: ControlNames) -> Value {
     json!({
         "run": verdict.run,
         "verdict": verdict.fitness.words(),
-        "reason": verdict.reason,
+        "reason": verdict_reason(&verdict.reason),
         "corrections": verdict.corrections.iter().map(|one| correction(one, controls)).collect::<Vec<_>>(),
         "consistency": consistency,
-        "not_observable": verdict.not_observable,
+        "not_observable": verdict.not_observable.iter().map(not_observable).collect::<Vec<_>>(),
         "not_used": verdict.screened.iter().map(|one| screened(one, controls)).collect::<Vec<_>>(),
     })
 }
@@ -51,7 +51,7 @@ fn correction(correction: &Correction, controls: ControlNames) -> Value {
         let alternatives: Vec<Value> =
             correction.alternatives.iter().map(|one| Value::Object(effect(&one.effect, one.vane, controls))).collect();
         document.insert("alternatives".to_owned(), Value::Array(alternatives));
-        document.insert("split_by".to_owned(), json!(correction.split_by));
+        document.insert("split_by".to_owned(), json!(correction.split_by.iter().copied().map(separation).collect::<Vec<_>>()));
     }
     if let Some(angle) = correction.turned {
         document.insert("or_turned_rad".to_owned(), json!(angle));

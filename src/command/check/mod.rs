@@ -2,20 +2,22 @@
 
 mod interpretation;
 mod json;
+mod read_run;
 mod table;
 
 use super::options::mapping_input::read_mapping;
-use super::recordings::run_input::{RunInput, read_run, screened};
+use super::recordings::run_input::screened;
 use super::terminal::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json};
 use crate::command::message;
+use read_run::read;
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::file::run_file::RunInfo;
 use sideslip::io::outputs::tables::terminal::Style;
-use sideslip::io::telemetry::mavlink::mapping::MavlinkConfig as Mapping;
-use sideslip::postflight::reconstruction::verdict::{CheckedRun, Fitness, check};
+use sideslip::postflight::reconstruction::verdict::{Fitness, check};
+use sideslip::postflight::recorded_run::RecordedRun;
 use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 const EXAMPLE: &str = "\
 Example:
@@ -23,12 +25,12 @@ Example:
   sideslip check monday/*.csv --json - | jq .runs[].verdict
   sideslip check flight.csv --set vane_position_m=[13.1,0,0]
 
-Rates, accelerometers, attitude and air data measure one motion: what does not fit together is an instrument. Samples that no
-instrument measured (spikes, frozen or zeroed stretches) are not used, and counted; a turned sign, another unit, two channels
-exchanged are looked for first. All runs are then taken together: factors, lags, skews and positions hold over all of them,
-biases are each run's own; a run that is unlike the others is checked by itself. A correction is told where it is significant
-beyond noise (as coloured as it is) and beyond what is normal among healthy instruments; where two explanations fit alike both
-are told. A run needs 5 s, rates at 8 Hz, and motion.
+Rates, accelerometers, attitude and air data measure one motion: what contradicts it is an error of an instrument. Samples that no
+instrument measured (spikes, frozen or zeroed stretches) are not used, and counted; a reversed sign, a wrong unit and two
+exchanged channels are tested first. All runs are then fitted together: scale factors, lags, time skews and positions are common
+to all of them, biases are estimated for each run; an outlier run is checked by itself. A correction is reported where it is
+significant against the (coloured) noise and against the tolerance of healthy instruments; where two explanations fit equally
+well, both are reported. A run needs 5 s, rates at 8 Hz, and motion.
 
 Exit status: 0 all runs are fit, some perhaps after corrections; 1 failed while running; 2 the call or a recording is wrong;
 3 all fit, but rows were skipped or samples not used; 4 a run is not fit for identification. With --json the table goes to
@@ -37,14 +39,14 @@ standard error.";
 /// Check instruments against the kinematics: biases, factors, lags, skews and positions, and whether a run is fit
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
-pub(crate) struct Args {
-    /// Recordings, a run each; their format is told by their content
+pub(crate) struct CheckArgs {
+    /// Recordings, a run each; their format is recognised by their content
     #[arg(required = true, value_name = "RUN")]
     files: Vec<PathBuf>,
     /// Override a key of every run, such as vane_position_m=[13.08,0,0]; repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Which message gives which channel, for recordings of MAVLink (TOML)
+    /// Which message carries which channel, for recordings of MAVLink (TOML)
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Write the answer as JSON to this file, or to standard output with -
@@ -52,15 +54,8 @@ pub(crate) struct Args {
     json: Option<PathBuf>,
 }
 
-/// A recording as it was read.
-struct ReadRun {
-    candidate: CheckedRun,
-    info: RunInfo,
-    losses: Vec<String>,
-}
-
 /// Reads every run, checks them together and says what came of it.
-pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+pub(crate) fn run(args: &CheckArgs) -> Result<Outcome, Failure> {
     if let Some(json) = args.json.as_ref().filter(|json| json.as_os_str() != "-") {
         refuse_to_overwrite("--json", json, &args.files)?;
         refuse_without_folder("--json", json)?;
@@ -79,7 +74,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         let what = format!("expected runs of one aircraft, whose instruments are checked together: `{first}`, found `{other}`");
         return Err(Failure::file(file, what));
     }
-    let candidates: Vec<CheckedRun> = read.iter().map(|one| one.candidate.clone()).collect();
+    let candidates: Vec<RecordedRun> = read.iter().map(|one| one.candidate.clone()).collect();
     if std::io::stderr().is_terminal() {
         message(format_args!("{} run(s) read, checking ...", candidates.len()));
     }
@@ -113,13 +108,4 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     } else {
         Outcome::DataLost
     })
-}
-
-fn read(file: &Path, overrides: &[String], mapping: &Mapping) -> Result<ReadRun, Failure> {
-    let RunInput { name, info, samples, mut losses } = read_run(file, overrides, mapping)?;
-    let backwards = samples.array_windows().filter(|[before, after]| !(after.time_s > before.time_s)).count();
-    if backwards > 0 {
-        losses.push(format!("{}: time does not increase at {backwards} of {} rows", file.display(), samples.len()));
-    }
-    Ok(ReadRun { candidate: CheckedRun { name, samples, geometry: *info.geometry() }, info, losses })
 }

@@ -6,16 +6,14 @@ use sideslip::flight::file::effect_file::DeclaredEffect;
 use sideslip::flight::file::run_file::RunInfo;
 use sideslip::flight::unit::DEGREE;
 use sideslip::io::outputs::tables::terminal::{Style, measured};
+use sideslip::io::outputs::words::instrument_words::{detection_limit, not_observable, separation, verdict_reason};
 use sideslip::postflight::reconstruction::correction::Correction;
 use sideslip::postflight::reconstruction::gross_errors::speed_unit;
 use sideslip::postflight::reconstruction::verdict::RunVerdict;
 use std::fmt::Write;
 
-/// What stands between a parameter and the least error of it that could be told.
-const LEAST: &str = ": less than ";
 const WIDTH: usize = 110;
 
-/// The whole answer.
 pub(super) fn text(verdicts: &[RunVerdict], infos: &[&RunInfo], controls: ControlNames, style: Style) -> String {
     let mut text = String::new();
     for (verdict, info) in verdicts.iter().zip(infos) {
@@ -23,7 +21,7 @@ pub(super) fn text(verdicts: &[RunVerdict], infos: &[&RunInfo], controls: Contro
             text.push('\n');
         }
         let heading = format!("{}: {}", verdict.run, verdict.fitness.words());
-        let _ = writeln!(text, "{}\n  {}", style.bold(heading), verdict.reason);
+        let _ = writeln!(text, "{}\n  {}", style.bold(heading), verdict_reason(&verdict.reason));
         for one in &verdict.corrections {
             correction(&mut text, one, info, controls);
         }
@@ -34,20 +32,11 @@ pub(super) fn text(verdicts: &[RunVerdict], infos: &[&RunInfo], controls: Contro
             }
         }
         if !verdict.not_observable.is_empty() {
-            let _ = writeln!(text, "  cannot be told from this run:");
-            let (least, others): (Vec<&String>, Vec<&String>) =
-                verdict.not_observable.iter().partition(|one| one.contains(LEAST));
-            for one in others {
-                let _ = writeln!(text, "    {one}");
+            let _ = writeln!(text, "  not observable in this run:");
+            for one in verdict.not_observable.iter().filter(|one| detection_limit(one).is_none()) {
+                let _ = writeln!(text, "    {}", not_observable(one));
             }
-            wrapped(
-                &mut text,
-                "less than: ",
-                least.iter().filter_map(|one| {
-                    let (what, rest) = one.split_once(LEAST)?;
-                    Some(format!("{what} {}", rest.split(" could").next()?))
-                }),
-            );
+            wrapped(&mut text, "less than: ", verdict.not_observable.iter().filter_map(detection_limit));
         }
     }
     text
@@ -79,19 +68,21 @@ fn correction(text: &mut String, one: &Correction, info: &RunInfo, controls: Con
     if let (Effect::SensorScale { channel: Channel::Tas, factor }, Some(std)) = (one.effect.effect, one.effect.std)
         && let Some(unit) = speed_unit(factor, std)
     {
-        let _ = writeln!(text, "      as a speed in {unit} does that is taken for m/s");
+        let _ = writeln!(text, "      consistent with a speed in {unit} recorded as m/s");
     }
     if let Some(angle) = one.turned {
-        let _ = writeln!(text, "      or the accelerometers are turned by {:.1} deg", (angle / DEGREE).abs());
-        let _ =
-            writeln!(text, "      told apart by: steep turns and pull-ups, where what is turned reads more of the greater load");
+        let _ = writeln!(text, "      or the accelerometers are misaligned by {:.1} deg", (angle / DEGREE).abs());
+        let _ = writeln!(
+            text,
+            "      distinguished by: steep turns and pull-ups, where the error of misaligned accelerometers grows with load factor"
+        );
     }
-    for split in &one.split_by {
-        let _ = writeln!(text, "      told apart by: {split}");
+    for pair in &one.split_by {
+        let _ = writeln!(text, "      distinguished by: {}", separation(*pair));
     }
     for (run, value, std) in &one.by_run {
         let (shown, error) = measured(*value, *std);
-        let _ = writeln!(text, "      {run} alone, corrected alike: {shown} +- {error}");
+        let _ = writeln!(text, "      {run} alone, with the same corrections: {shown} +- {error}");
     }
     if let Effect::SensorPosition { sensor, offset_m } = one.effect.effect {
         let (key, stands) = match sensor {
@@ -99,7 +90,7 @@ fn correction(text: &mut String, one: &Correction, info: &RunInfo, controls: Con
             PositionedSensor::Accelerometer => ("accelerometer_position_m", info.geometry().accelerometer_position_m),
         };
         let [x, y, z] = [0, 1, 2].map(|axis| stands[axis] + offset_m[axis]);
-        let both = one.vane.map_or("", |_| " (moves both vanes; the other one does not show it)");
+        let both = one.vane.map_or("", |_| " (moves both vanes; the data do not show it of the other one)");
         let _ = writeln!(text, "      correct it by: --set {key}=[{x:.2},{y:.2},{z:.2}]{both}");
     }
 }
@@ -110,7 +101,6 @@ fn with_error(value: f64, std: f64, unit: &str) -> String {
     format!("{value} +- {std} {unit}").trim_end().to_owned()
 }
 
-/// One correction in words.
 fn sentence(declared: &DeclaredEffect, axis_stds_m: [Option<f64>; 3], vane: Option<Channel>, controls: ControlNames) -> String {
     let std = declared.std.unwrap_or(f64::NAN);
     let with = |value: f64, factor: f64, unit: &str| with_error(value * factor, std * factor, unit);
@@ -122,18 +112,18 @@ fn sentence(declared: &DeclaredEffect, axis_stds_m: [Option<f64>; 3], vane: Opti
     match declared.effect {
         Effect::SensorBias { channel, value } => {
             let (factor, unit) = scaled(channel);
-            format!("{} reads {} too much", channel.name(controls), with(value, factor, unit))
+            format!("{} has a bias of {}", channel.name(controls), with(value, factor, unit))
         }
         Effect::SensorScale { channel, factor } => {
-            format!("{} reads {} times the truth", channel.name(controls), with(factor, 1.0, ""))
+            format!("{} has a scale factor of {}", channel.name(controls), with(factor, 1.0, ""))
         }
         Effect::SensorLag { channel, tau } => {
-            format!("{} lags with a time constant of {}", channel.name(controls), with(tau, 1.0, "s"))
+            format!("{} has a first-order lag with a time constant of {}", channel.name(controls), with(tau, 1.0, "s"))
         }
         Effect::SensorDelay { channel, delay } if delay < 0.0 => {
-            format!("{} is {} ahead of the others", channel.name(controls), with(-delay, 1.0, "s"))
+            format!("{} leads the other channels by {}", channel.name(controls), with(-delay, 1.0, "s"))
         }
-        Effect::SensorDelay { channel, delay } => format!("{} is {} late", channel.name(controls), with(delay, 1.0, "s")),
+        Effect::SensorDelay { channel, delay } => format!("{} is delayed by {}", channel.name(controls), with(delay, 1.0, "s")),
         Effect::SensorPosition { sensor, offset_m } => {
             let what = match (sensor, vane) {
                 (PositionedSensor::Vane, Some(channel)) => format!("{} is", channel.name(controls)),

@@ -1,6 +1,6 @@
 //! The answer as a JSON document; what is no number is null.
 
-use crate::command::compare::Comparison;
+use crate::command::compare::comparison::Comparison;
 use serde_json::{Map, Value, json};
 use sideslip::flight::channel::ControlNames;
 use sideslip::postflight::validation::improvement::{

@@ -1,5 +1,6 @@
 //! `sideslip compare`: flight against simulation on the same controls.
 
+mod comparison;
 mod json;
 mod overlay_chart;
 mod table;
@@ -9,13 +10,13 @@ use super::options::mapping_input::read_mapping;
 use super::recordings::run_input::{RunInput, read_run, refuse_two_aircraft};
 use super::terminal::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json, write_whole};
 use crate::command::message;
+use comparison::{ComparedRun, Comparison};
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::control::{CONTROLS, Control};
 use sideslip::flight::file::run_file::RunInfo;
-use sideslip::flight::sample::Sample;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::postflight::validation::free_run::{FreeRunPrediction, ValidationRun, predict};
-use sideslip::postflight::validation::improvement::{Improvement, improvement};
+use sideslip::postflight::validation::improvement::improvement;
 use sideslip::simulation::flight_model::{FlightModel, FlightRequest};
 use std::path::PathBuf;
 
@@ -28,7 +29,7 @@ Example:
 The model starts in its own trim and flies each run's measured controls (and rotor speed) as they move about the run's own
 trim, the mean over the trim window; nothing is fitted. Its effects are flown too, those on instruments in what is read; gusts
 are not. Errors are of deviations from trim; of a channel that a model gives a bias, of absolute values. TIC is Theil's
-inequality coefficient, 0 perfect to 1; VAF the variance accounted for, 1 perfect, negative where the mean would have done
+inequality coefficient, 0 perfect to 1; VAF the variance accounted for, 1 perfect, negative where the mean predicts
 better. Pooled: root of the mean over channels of the squared rms over noise, airspeed and altitude apart. In brackets 95 % of
 the moving-block bootstrap.
 
@@ -38,22 +39,22 @@ done, rows were skipped. With --json the table goes to standard error.";
 /// Fly a model on the measured controls of runs: pictures of both, rms, Theil's coefficient, VAF
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
-pub(crate) struct Args {
-    /// Recordings, a run each; their format is told by their content
+pub(crate) struct CompareArgs {
+    /// Recordings, a run each; their format is recognised by their content
     #[arg(required = true, value_name = "RUN")]
     files: Vec<PathBuf>,
     #[command(flatten)]
     condition: FlightCondition,
-    /// Another model beside it, such as the extended one: its figures, and what is gained by it
+    /// Another model beside it, such as the extended one: its errors, and the improvement by it
     #[arg(long, value_name = "FILE")]
     beside: Option<PathBuf>,
     /// Length of the window at a run's start whose mean is its trim, s
     #[arg(long, value_name = "S", default_value_t = 1.0)]
     trim_window: f64,
-    /// Take a control as still where runs have no column of it; repeatable
+    /// Take a control as constant where runs have no column of it; repeatable
     #[arg(long, value_name = "CONTROL")]
     still: Vec<String>,
-    /// Which message gives which channel, for recordings of MAVLink (TOML)
+    /// Which message carries which channel, for recordings of MAVLink (TOML)
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Write the answer as JSON to this file, or to standard output with -
@@ -67,31 +68,8 @@ pub(crate) struct Args {
     out: Option<PathBuf>,
 }
 
-/// One run with the free runs of the model and of the other beside it.
-struct ComparedRun {
-    name: String,
-    info: RunInfo,
-    samples: Vec<Sample>,
-    model: FreeRunPrediction,
-    beside: Option<FreeRunPrediction>,
-}
-
-impl ComparedRun {
-    /// The model's, and what stands beside it: itself where nothing else does.
-    fn pair(&self) -> (&FreeRunPrediction, &FreeRunPrediction) {
-        (&self.model, self.beside.as_ref().unwrap_or(&self.model))
-    }
-}
-
-/// Every run, and all of them together.
-struct Comparison {
-    runs: Vec<(ComparedRun, Improvement)>,
-    all: Improvement,
-    beside: bool,
-}
-
 /// Reads runs and models, flies and tells.
-pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+pub(crate) fn run(args: &CompareArgs) -> Result<Outcome, Failure> {
     refuse_wrong_outputs(args)?;
     if !(args.trim_window > 0.0 && args.trim_window.is_finite()) {
         return Err(Failure::Input(format!("--trim-window: expected more than 0 s, found {}", args.trim_window)));
@@ -128,7 +106,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 }
 
 /// Tables, pictures and the document, each where it was asked for.
-fn tell(args: &Args, answer: &Comparison) -> Result<(), Failure> {
+fn tell(args: &CompareArgs, answer: &Comparison) -> Result<(), Failure> {
     let drawn = |error: sideslip::io::outputs::charts::chart::ChartError| Failure::Running(error.to_string());
     let style = if args.json.is_some() { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
     let text = table::text(answer, style);
@@ -164,7 +142,7 @@ fn file_name(answer: &Comparison, place: usize) -> String {
     if twice { format!("{own}-{}", place + 1) } else { own }
 }
 
-fn refuse_wrong_outputs(args: &Args) -> Result<(), Failure> {
+fn refuse_wrong_outputs(args: &CompareArgs) -> Result<(), Failure> {
     let inputs: Vec<PathBuf> = args.files.iter().chain([&args.condition.model]).chain(&args.beside).cloned().collect();
     let json = args.json.as_ref().filter(|json| json.as_os_str() != "-");
     for (option, output) in [("--json", json), ("--svg", args.svg.as_ref())] {

@@ -1,6 +1,6 @@
 //! Measured and simulated, channel by channel over one time, the controls above them.
 
-use crate::command::compare::ComparedRun;
+use crate::command::compare::comparison::ComparedRun;
 use crate::command::recordings::free_run_curves::{controls, overlay};
 use sideslip::io::outputs::charts::chart::{ChartError, Panel, svg_with_marks};
 use sideslip::postflight::validation::free_run::FreeRunPrediction;

@@ -1,6 +1,6 @@
 //! The answer for a person.
 
-use crate::command::compare::{ComparedRun, Comparison};
+use crate::command::compare::comparison::{ComparedRun, Comparison};
 use sideslip::flight::channel::ControlNames;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::postflight::validation::improvement::{
@@ -8,7 +8,6 @@ use sideslip::postflight::validation::improvement::{
 };
 use std::fmt::Write;
 
-/// The whole answer.
 pub(super) fn text(answer: &Comparison, style: Style) -> String {
     let mut text = String::new();
     for (one, gain) in &answer.runs {
@@ -107,7 +106,6 @@ fn ratio(ratio: &IntervalEstimate) -> String {
     format!("{:.3} [{low:.3} {high:.3}]{judged}", ratio.value)
 }
 
-/// Four significant digits.
 fn number(value: f64) -> String {
     let size = libm::fabs(value);
     if !(size > 0.0) {

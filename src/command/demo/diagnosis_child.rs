@@ -14,11 +14,9 @@ use std::time::Duration;
 /// Between looks whether it has ended.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Where it left what.
 pub(super) struct DiagnosisFiles {
     pub(super) answer: Value,
     pub(super) json: PathBuf,
-    /// What it says to a person.
     pub(super) said: PathBuf,
 }
 

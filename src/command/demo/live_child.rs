@@ -32,7 +32,6 @@ impl LiveChild {
         Ok(LiveChild { process: ChildGuard(process), log, out: out.into() })
     }
 
-    /// What it said.
     pub(super) fn log(&self) -> &Path {
         &self.log
     }

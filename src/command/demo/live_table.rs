@@ -30,7 +30,6 @@ const SHOWN: [(Axis, Variable); 12] = [
 
 const NAMES: ControlNames = ControlNames::Rotorcraft;
 
-/// Truth beside estimate.
 pub(super) struct LiveTable<'a> {
     pub(super) truth: &'a LinearModel,
     pub(super) estimate: Option<&'a NewestEstimate>,
@@ -38,7 +37,7 @@ pub(super) struct LiveTable<'a> {
 }
 
 /// One line: what is true, and what was found with its standard error and the standing of its equation.
-struct Line {
+struct LiveTableRow {
     name: String,
     unit: &'static str,
     truth: f64,
@@ -46,7 +45,7 @@ struct Line {
     status: Status,
 }
 
-impl Line {
+impl LiveTableRow {
     /// By how many standard errors the estimate is off.
     fn off(&self) -> Option<f64> {
         let (value, std) = self.found?;
@@ -54,12 +53,12 @@ impl Line {
     }
 }
 
-fn mode_lines(truth: &ModesRecord, estimate: Option<&NewestEstimate>) -> Vec<Line> {
+fn mode_lines(truth: &ModesRecord, estimate: Option<&NewestEstimate>) -> Vec<LiveTableRow> {
     let found = estimate.map(|estimate| &estimate.modes);
     // What it had come to when it was new; that it grows old says the heading.
     let status = found.map_or(Status::Waiting, |modes| modes.status);
     let line = |name: &str, unit, truth: Option<f64>, found: Option<(f64, f64)>| {
-        Some(Line { name: name.to_owned(), unit, truth: truth?, found, status })
+        Some(LiveTableRow { name: name.to_owned(), unit, truth: truth?, found, status })
     };
     let [pair, whole] = [found.and_then(|modes| modes.dutch_roll), found.and_then(|modes| modes.coupled)];
     let [roll, spiral] = [found.and_then(|modes| modes.roll), found.and_then(|modes| modes.spiral)];
@@ -74,11 +73,11 @@ fn mode_lines(truth: &ModesRecord, estimate: Option<&NewestEstimate>) -> Vec<Lin
     lines.into_iter().flatten().collect()
 }
 
-fn derivative_lines(truth: &LinearModel, estimate: Option<&NewestEstimate>) -> Vec<Line> {
+fn derivative_lines(truth: &LinearModel, estimate: Option<&NewestEstimate>) -> Vec<LiveTableRow> {
     let line = |&(axis, variable): &(Axis, Variable)| {
         let equation = estimate.and_then(|estimate| estimate.derivatives.equations.get(axis.index()));
         let term = equation.and_then(|equation| equation.term(variable));
-        Line {
+        LiveTableRow {
             name: DerivativeLabel { axis, variable: Some(variable), controls: NAMES }.to_string(),
             unit: derivative_unit(axis, Some(variable)),
             truth: truth.derivative(axis, variable),

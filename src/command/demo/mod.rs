@@ -3,7 +3,7 @@
 //! A simulated helicopter whose derivatives are known flies test inputs at three test points and sends MAVLink over the
 //! loopback, as its radio would; `live` takes it up in processes of its own and estimates, and this process looks on through
 //! shared memory, as any reader can. Then `diagnose` says what a Level-1 simulation of such a helicopter gets wrong in those
-//! flights, and the table of section 4 of the paper has simulation, estimate, extended model and truth side by side.
+//! flights, and the table of section 4 of Padfield et al. 1987 has simulation, estimate, extended model and truth side by side.
 
 mod child_guard;
 mod diagnosis_child;
@@ -37,7 +37,7 @@ Exit status: 0 done; 1 failed while running; 2 the call is wrong; 3 done, with d
 /// Fly a simulated helicopter at three test points, estimate live over MAVLink, diagnose a simulation, compare with the truth
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
-pub(crate) struct Args {
+pub(crate) struct DemoArgs {
     /// Directory for logs, numbers and pages (made where it is missing)
     #[arg(long, value_name = "DIR", default_value = "sideslip-demo")]
     out: PathBuf,
@@ -58,7 +58,7 @@ fn speed(text: &str) -> Result<f64, String> {
 }
 
 /// Flies, estimates, diagnoses, compares.
-pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+pub(crate) fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
     let stop = stopped_by_signals()?;
     std::fs::create_dir_all(&args.out).map_err(|error| Failure::io(&args.out, &error))?;
     let pilot = RUNS.each_ref().map(|run| format!("{} ({})", run.inputs(), run.name));

@@ -1,4 +1,4 @@
-//! The table of section 4 of the paper: simulation, live estimate, extended model and truth at each test point.
+//! The table of section 4 of Padfield et al. 1987: simulation, live estimate, extended model and truth at each test point.
 
 use super::test_flight::TEST_POINTS;
 use super::test_run::FlownRun;
@@ -8,7 +8,7 @@ use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::io::outputs::tables::terminal::{Style, measured};
 use sideslip::io::outputs::words::status_text::{DerivativeLabel, Digits};
 use sideslip::realtime::modes::lateral;
-use sideslip::realtime::modes::record::Oscillation;
+use sideslip::realtime::modes::record::OscillatoryMode;
 use sideslip::realtime::regression::record::{LateralDerivatives, Status};
 use std::fmt;
 
@@ -32,8 +32,7 @@ pub(super) struct ResultTable<'a> {
     pub(super) style: Style,
 }
 
-/// One line.
-struct Line {
+struct ResultTableRow {
     name: String,
     simulation: Option<f64>,
     estimate: Option<(f64, f64)>,
@@ -43,22 +42,22 @@ struct Line {
 }
 
 /// Real and imaginary part with their standard errors: real = -zeta omega, imag = omega sqrt(1 - zeta^2).
-fn parts(pair: &Oscillation) -> [(f64, f64); 2] {
-    let Oscillation { real, imag, omega, zeta, std_omega, std_zeta } = *pair;
+fn parts(pair: &OscillatoryMode) -> [(f64, f64); 2] {
+    let OscillatoryMode { real, imag, omega, zeta, std_omega, std_zeta } = *pair;
     let root = libm::sqrt(1.0 - zeta * zeta);
     let std = [libm::hypot(zeta * std_omega, omega * std_zeta), libm::hypot(root * std_omega, omega * zeta / root * std_zeta)];
     [(real, std[0]), (imag, std[1])]
 }
 
 impl ResultTable<'_> {
-    fn lines(&self, flown: &FlownRun, point: &Value) -> Vec<Line> {
+    fn lines(&self, flown: &FlownRun, point: &Value) -> Vec<ResultTableRow> {
         let truth = &flown.flight.truth;
         let mut lines = Vec::new();
         let pair = lateral::modes(0.0, Status::Converged, &LateralDerivatives::of(truth)).and_then(|modes| modes.dutch_roll);
         let found = flown.estimate.modes.dutch_roll.as_ref().map(parts);
         for (place, part) in ["real", "imag"].into_iter().enumerate() {
             let of = |which: &str| point["lateral_roots"][which][part].as_f64();
-            lines.push(Line {
+            lines.push(ResultTableRow {
                 name: format!("Dutch roll {part}"),
                 simulation: of("model"),
                 estimate: found.and_then(|parts| parts.get(place).copied()),
@@ -72,7 +71,7 @@ impl ResultTable<'_> {
             let of = |which: &str| point["lateral"][&name][which].as_f64();
             let equation = flown.estimate.derivatives.equations.get(axis.index());
             let term = equation.and_then(|equation| equation.term(variable));
-            lines.push(Line {
+            lines.push(ResultTableRow {
                 simulation: of("model"),
                 estimate: term.map(|term| (term.value, term.std)),
                 extended: of("extended"),

@@ -17,13 +17,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-/// Where it is flown.
 pub(super) struct DemoTestPoint {
     pub(super) name: &'static str,
     model: &'static str,
 }
 
-/// 100 kn at 1.024 kg/m^3, as in section 4 of the paper.
+/// 100 kn at 1.024 kg/m^3, as in section 4 of Padfield et al. 1987.
 pub(super) const TEST_POINTS: [DemoTestPoint; 3] = [
     DemoTestPoint { name: "descent", model: include_str!("../../../replay/models/puma-flight-descent.toml") },
     DemoTestPoint { name: "level", model: include_str!("../../../replay/models/puma-flight-level.toml") },
@@ -44,7 +43,6 @@ pub(super) const RUNS: [RunPlan; 2] = [
     RunPlan { name: "fit", inputs: ["pedal:3211:0.012:0.7:2", "lat_cyclic:3211:0.009:0.5:8"], duration_s: 16.0 },
     RunPlan { name: "kept", inputs: ["pedal:doublet:-0.012:0.8:2", "lat_cyclic:doublet:-0.006:0.6:8"], duration_s: 14.0 },
 ];
-/// Samples a second.
 pub(super) const RATE_HZ: f64 = 50.0;
 /// Between looks for somebody who calls.
 const LISTEN: Duration = Duration::from_millis(5);
@@ -91,7 +89,6 @@ pub(super) struct SimulatedVehicle {
 
 #[derive(Default)]
 struct VehicleState {
-    /// Told to end.
     land: AtomicBool,
     /// Everything was sent, or it was told to end.
     landed: AtomicBool,
@@ -115,7 +112,6 @@ impl SimulatedVehicle {
         Ok(SimulatedVehicle { url: format!("udpout://{address}"), shared })
     }
 
-    /// Where it can be called.
     pub(super) fn url(&self) -> String {
         self.url.clone()
     }
@@ -130,7 +126,6 @@ impl SimulatedVehicle {
         self.shared.landed.load(Ordering::Relaxed)
     }
 
-    /// Ends the flight.
     pub(super) fn land(&self) {
         self.shared.land.store(true, Ordering::Relaxed);
     }

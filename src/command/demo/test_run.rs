@@ -24,7 +24,6 @@ const AFTER: Duration = Duration::from_millis(600);
 /// The longest wait for the first estimate.
 const FIRST: Duration = Duration::from_secs(20);
 
-/// What a run left.
 pub(super) struct FlownRun {
     pub(super) flight: TestFlight,
     pub(super) estimate: NewestEstimate,
@@ -95,7 +94,7 @@ fn watch(
             let table =
                 LiveTable { truth: &flight.truth, estimate: newest.as_ref(), style: Style::of_stream(&std::io::stdout()) };
             print(&format!(
-                "\x1b[H\x1b[2J{name}: flown {:.1} of {:.0} s, {speed} times real time; anybody may look on: sideslip watch --root {}\n\n{table}",
+                "\x1b[H\x1b[2J{name}: flown {:.1} of {:.0} s, {speed} times real time; to watch it elsewhere: sideslip watch --root {}\n\n{table}",
                 vehicle.flown_s(),
                 run.duration_s,
                 bus.root().path().display()

@@ -36,8 +36,8 @@ Example:
 
 Step, doublet and 3211 at the given clock are compared with the best of all sequences up to --longest clocks. Standard errors
 are the Cramer-Rao bounds for the model as it is linear about trim, with white noise of flight-test instruments and an unknown
-bias of each channel. Unknown with the derivatives that are named is every other one of their equations (all of N for N_v) that
-this flight could tell; --free named takes those for known, and promises too much. Derivatives of other equations are taken for
+bias of each channel. Estimated with the derivatives that are named is every other one of their equations (all of N for N_v) that
+this flight identifies; --free named takes those as known, and is optimistic. Derivatives of other equations are taken as
 known. The bound is that of output error; the regression of `replay` scatters 4 to 10 times more, and its bias may reorder
 inputs. They rank inputs; real errors are larger, and more so beyond the limits within which the aircraft is linear: u 5, w 4,
 v 2.5 m/s, q r 0.3, p 0.5 rad/s, theta 0.2, phi 0.35 rad unless --limit says otherwise. What is found is written as
@@ -49,16 +49,16 @@ const SPECTRUM: (f64, f64) = (15.0, 0.05);
 /// Compare test inputs by spectrum and expected standard errors, and search the best
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
-pub(crate) struct Args {
+pub(crate) struct DesignArgs {
     #[command(flatten)]
     condition: FlightCondition,
     /// The control that moves: lon_cyclic, lat_cyclic, collective, pedal (or elevator, aileron, throttle, rudder)
     #[arg(long, value_name = "CONTROL")]
     control: String,
-    /// Derivatives that are to be known, such as N_v,N_p,N_r [default: those of the control's own motion that the model has]
+    /// Derivatives of interest, such as N_v,N_p,N_r [default: those of the control's own motion that the model has]
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     derivatives: Vec<String>,
-    /// What is unknown: all derivatives of the equations of those that are named, or only the named ones
+    /// What is estimated: all derivatives of the equations of those that are named, or only the named ones
     #[arg(long, value_name = "all|named", default_value = "all", hide_possible_values = true)]
     free: FreeDerivatives,
     /// Weights of their relative variances in the criterion, in the same order [default: 1 each]
@@ -105,8 +105,7 @@ enum FreeDerivatives {
     Named,
 }
 
-/// Compares and searches.
-pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+pub(crate) fn run(args: &DesignArgs) -> Result<Outcome, Failure> {
     for (option, file) in [("--json", &args.json), ("--svg", &args.svg)] {
         if let Some(file) = file {
             refuse_without_folder(option, file)?;
@@ -228,7 +227,6 @@ fn searched(problem: &DesignProblem<'_>) -> Result<Option<EvaluatedInput>, Failu
     }
 }
 
-/// Why an input does not fit.
 fn no_room(problem: &DesignProblem<'_>, judged: &EvaluatedInput) -> String {
     let place = problem.tightest(&judged.information);
     let (state, limit) = (STATES.get(place).map_or("", |(name, _)| name), problem.limits.excursion.get(place).copied());
@@ -262,7 +260,7 @@ fn changed(file: &ModelFile) -> Result<LinearModel, Failure> {
 }
 
 /// As named, or those that the control's own motion shows and the model has.
-fn parameters(args: &Args, model: &LinearModel, control: Control) -> Result<Vec<DesignParameter>, Failure> {
+fn parameters(args: &DesignArgs, model: &LinearModel, control: Control) -> Result<Vec<DesignParameter>, Failure> {
     if args.derivatives.is_empty() {
         let lateral = matches!(control, Control::LatCyclic | Control::Pedal);
         let (axes, variables) = match lateral {
@@ -303,7 +301,7 @@ fn parameters(args: &Args, model: &LinearModel, control: Control) -> Result<Vec<
     Ok(named)
 }
 
-fn criterion(args: &Args, count: usize) -> Result<Criterion, Failure> {
+fn criterion(args: &DesignArgs, count: usize) -> Result<Criterion, Failure> {
     let weights = if args.weights.is_empty() { vec![1.0; count] } else { args.weights.clone() };
     let expected = format!("--weights: expected {count} numbers of zero or more, one a derivative and not all zero");
     if weights.len() != count {
@@ -322,7 +320,7 @@ fn criterion(args: &Args, count: usize) -> Result<Criterion, Failure> {
     }
 }
 
-fn limits(args: &Args) -> Result<DesignLimits, Failure> {
+fn limits(args: &DesignArgs) -> Result<DesignLimits, Failure> {
     let within = |option: &str, value: f64, least: f64, most: f64| match (least..=most).contains(&value) {
         true => Ok(value),
         false => Err(Failure::Input(format!("{option}: expected {least} to {most}, found {value}"))),

@@ -77,7 +77,7 @@ pub(super) fn to_table(
     for candidate in candidates {
         if let Err(InformationError(parameter)) = &candidate.errors {
             let name = name_of(*parameter, ControlNames::Rotorcraft);
-            let _ = writeln!(text, "  {}: nothing in it tells {name} from the others", candidate.name);
+            let _ = writeln!(text, "  {}: {name} is not identifiable beside the others", candidate.name);
         }
     }
     text

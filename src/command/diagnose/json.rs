@@ -2,7 +2,7 @@
 
 use super::roots::dutch_roll;
 use super::verdict::{borne_out, judged};
-use crate::command::diagnose::Answer;
+use crate::command::diagnose::answer::Answer;
 use serde_json::{Map, Value, json};
 use sideslip::flight::effect::Effect;
 use sideslip::flight::file::effect_file::DeclaredEffect;
@@ -13,7 +13,6 @@ use sideslip::postflight::diagnosis::evidence::residual_coherence::{AxisSpectrum
 use sideslip::postflight::diagnosis::record::RankedCause;
 use sideslip::postflight::validation::improvement::{Improvement, IntervalEstimate, PooledImprovement};
 
-/// The whole answer.
 pub(super) fn document(answer: &Answer) -> Value {
     let diagnosis = &answer.diagnosis;
     let ranking: Vec<Value> = match diagnosis.findings.first() {

@@ -1,5 +1,7 @@
 //! `sideslip diagnose`: what a model gets wrong, its cause, the extended model, the gain on runs it never saw.
 
+mod answer;
+mod args;
 mod json;
 mod page;
 mod points;
@@ -7,87 +9,24 @@ mod roots;
 mod table;
 mod verdict;
 
-use super::options::flight_condition::FlightCondition;
 use super::options::mapping_input::read_mapping;
 use super::recordings::run_condition::condition_of;
 use super::recordings::run_input::{RunInput, read_screened, refuse_two_aircraft};
-use super::terminal::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json, write_whole};
+use super::terminal::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json};
 use crate::command::message;
+use answer::{Answer, Flights};
+pub(crate) use args::DiagnoseArgs;
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::ControlNames;
-use sideslip::flight::file::effect_file::DeclaredEffect;
 use sideslip::flight::file::run_file::RunInfo;
 use sideslip::io::outputs::tables::terminal::Style;
-use sideslip::io::outputs::words::set_aside::{no_diagnosis, reason};
-use sideslip::postflight::diagnosis::data::run::RecordedRun;
-use sideslip::postflight::diagnosis::diagnose::{Diagnosis, diagnose};
-use sideslip::postflight::diagnosis::search::next_cause::SearchSettings;
 use sideslip::postflight::identification::test_condition::{TestCondition, test_points};
+use sideslip::postflight::recorded_run::RecordedRun;
 use sideslip::simulation::flight_model::FlightModel;
 use std::path::{Path, PathBuf};
 
-const EXAMPLE: &str = "\
-Example:
-  sideslip diagnose --model puma-100kn.toml --fit 3211.csv lateral.csv doublet.csv --holdout other.csv --extended better.toml
-  sideslip diagnose --model puma --speed 51.4 --density 1.024 --fit monday/*.csv --json -
-
-Every effect that a model file can have is a hypothesis, for every axis, control and channel: derivatives, nonlinear terms, the
-way of each control to its blade, rotor speed, gusts, the instruments. All are weighed together along the runs with the model's
-own tolerance free to answer, the best are fitted with their numbers free, and after each that is taken the search goes on until
-what remains is noise. Causes that the data do not tell apart are told together. Where no hypothesis explains what is there, it
-says so: on which axis, and in which band. The gain is that of free runs on runs which were not fitted; without a gain no model is
-extended. Runs should begin in the trim of the model. A Level-1 model whose airspeed and climb are left open is trimmed where the
-runs were flown; runs of several test points are diagnosed at their own each, and all over the flight path.
-
-Exit status: 0 done, whatever was found; 1 failed while running; 2 the call, a recording or a model is wrong; 3 done, rows were
-skipped or a run was set aside. With --json - the table goes to standard error.";
-
-/// Say what a model gets wrong, name the cause, extend the model, and measure the gain on runs kept back
-#[derive(clap::Args)]
-#[command(after_help = EXAMPLE)]
-pub(crate) struct Args {
-    #[command(flatten)]
-    condition: FlightCondition,
-    /// Recordings to find causes in, a run each
-    #[arg(long, value_name = "RUN", num_args = 1.., required = true)]
-    fit: Vec<PathBuf>,
-    /// Recordings that the gain is measured on; they are not looked at before
-    #[arg(long, value_name = "RUN", num_args = 1..)]
-    holdout: Vec<PathBuf>,
-    /// Most causes that are looked for
-    #[arg(long, value_name = "N", default_value_t = 3)]
-    causes: usize,
-    /// Which message gives which channel, for recordings of MAVLink (TOML)
-    #[arg(long, value_name = "FILE")]
-    config: Option<PathBuf>,
-    /// Write the answer as JSON to this file, or to standard output with -
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Write the extended model to this file, where there is one
-    #[arg(long, value_name = "FILE")]
-    extended: Option<PathBuf>,
-    /// Write a page for a sceptic to this file: the answer, every run beside both models, what the residuals go with, the gain
-    #[arg(long, value_name = "FILE")]
-    html: Option<PathBuf>,
-}
-
-/// Everything that is told.
-struct Answer {
-    model: FlightModel,
-    diagnosis: Diagnosis,
-    extension: Vec<DeclaredEffect>,
-    controls: ControlNames,
-    extended: Option<PathBuf>,
-}
-
-/// The runs, for pictures.
-struct Flights<'r> {
-    fit: &'r [RecordedRun],
-    holdout: &'r [RecordedRun],
-}
-
 /// Reads, diagnoses and tells.
-pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome, Failure> {
     refuse_wrong_outputs(args)?;
     let mapping = read_mapping(args.config.as_deref())?;
     let (of_run, of_model): (Vec<String>, Vec<String>) =
@@ -103,6 +42,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             name: name_of(&one.name, file),
             geometry: *one.info.geometry(),
             samples: one.samples,
+            screened: true,
         });
         named.collect()
     };
@@ -121,7 +61,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
         } else {
             model
         };
-        let answer = answered(args, model, (&fit, &holdout), controls, &mut losses)?;
+        let answer = Answer::of(args, model, (&fit, &holdout), controls, &mut losses)?;
         tell(args, &answer, &Flights { fit: &fit, holdout: &holdout })?;
     }
     for loss in &losses {
@@ -139,7 +79,7 @@ fn name_of(name: &str, file: &Path) -> String {
     }
 }
 
-/// A flight that stands in two files is one flight: kept back it would judge itself.
+/// A flight that stands in two files is one flight: as a hold-out it would judge itself.
 fn refuse_twice<'r>(runs: impl Iterator<Item = (&'r RunInput, &'r PathBuf)>) -> Result<(), Failure> {
     let mut seen: Vec<(&RunInput, &PathBuf)> = Vec::new();
     for (run, file) in runs {
@@ -155,53 +95,18 @@ fn refuse_twice<'r>(runs: impl Iterator<Item = (&'r RunInput, &'r PathBuf)>) -> 
 /// The test point that a model is trimmed at.
 fn trim_of(model: &FlightModel) -> TestCondition {
     let trim = model.linear().trim;
-    let speed = trim.airspeed();
-    let angles = [
-        ("tas", speed),
-        ("alpha", libm::atan2(trim.w, trim.u)),
-        ("beta", libm::asin(trim.v / speed.max(1.0))),
-        ("theta", trim.theta),
-    ];
+    let angles = [("tas", trim.airspeed()), ("alpha", trim.incidence()), ("beta", trim.sideslip()), ("theta", trim.theta)];
     let named = |name: &str| angles.iter().chain([&("phi", trim.phi)]).find(|(there, _)| *there == name).map(|(_, value)| *value);
     TestCondition::of_trim(named, || f64::NAN)
 }
 
-/// Diagnoses a model by the runs of one test point.
-fn answered(
-    args: &Args,
-    model: FlightModel,
-    (fit, holdout): (&[RecordedRun], &[RecordedRun]),
-    controls: ControlNames,
-    losses: &mut Vec<String>,
-) -> Result<Answer, Failure> {
-    let settings = SearchSettings { causes: args.causes, ..SearchSettings::default() };
-    let diagnosis = diagnose(&model, fit, holdout, &settings).map_err(|wrong| Failure::Input(no_diagnosis(&wrong)))?;
-    losses.extend(diagnosis.set_aside.iter().map(|(name, why)| format!("{name}: set aside: {}", reason(why))));
-    let extension = diagnosis.extension();
-    let extended = args.extended.clone().filter(|_| !extension.is_empty());
-    Ok(Answer { model, diagnosis, extension, controls, extended })
-}
-
-/// The extended model to its file.
-fn write_extended(answer: &Answer) -> Result<(), Failure> {
-    let Some(path) = &answer.extended else { return Ok(()) };
-    let all: Vec<DeclaredEffect> = answer.model.file.effects.iter().chain(&answer.extension).copied().collect();
-    let text = answer.model.with_effects(&all).map_err(|wrong| Failure::Running(wrong.to_string()))?;
-    write_whole(path, |file| file.write_all(text.as_bytes()))
-}
-
-fn write_page(path: &Path, answer: &Answer, flights: &Flights<'_>) -> Result<(), Failure> {
-    let text = page::text(answer, flights)?;
-    write_whole(path, |file| file.write_all(text.as_bytes()))
-}
-
-fn tell(args: &Args, answer: &Answer, flights: &Flights<'_>) -> Result<(), Failure> {
-    write_extended(answer)?;
+fn tell(args: &DiagnoseArgs, answer: &Answer, flights: &Flights<'_>) -> Result<(), Failure> {
+    answer.write_extended()?;
     if let Some(path) = args.extended.as_ref().filter(|_| answer.extended.is_none()) {
-        message(format_args!("sideslip: {}: not written, for there is nothing to extend", path.display()));
+        message(format_args!("sideslip: {}: not written: the model is not extended", path.display()));
     }
     if let Some(path) = &args.html {
-        write_page(path, answer, flights)?;
+        page::write(path, answer, flights)?;
     }
     let style = if args.json.is_some() { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
     let text = table::text(answer, style);
@@ -214,7 +119,7 @@ fn tell(args: &Args, answer: &Answer, flights: &Flights<'_>) -> Result<(), Failu
     }
 }
 
-fn refuse_wrong_outputs(args: &Args) -> Result<(), Failure> {
+fn refuse_wrong_outputs(args: &DiagnoseArgs) -> Result<(), Failure> {
     let inputs: Vec<PathBuf> = args.fit.iter().chain(&args.holdout).chain([&args.condition.model]).cloned().collect();
     let json = args.json.as_ref().filter(|json| json.as_os_str() != "-");
     for (option, output) in [("--json", json), ("--extended", args.extended.as_ref()), ("--html", args.html.as_ref())] {
@@ -226,10 +131,7 @@ fn refuse_wrong_outputs(args: &Args) -> Result<(), Failure> {
     let runs: Vec<&PathBuf> = args.fit.iter().chain(&args.holdout).collect();
     for (place, file) in runs.iter().enumerate() {
         if runs.iter().take(place).any(|other| same_place(other, file)) {
-            return Err(Failure::file(
-                file,
-                "expected each run once, to be fitted or to be kept back, found the same file twice",
-            ));
+            return Err(Failure::file(file, "expected each run once, fitted or hold-out, found the same file twice"));
         }
     }
     Ok(())

@@ -1,8 +1,10 @@
 //! Several test points: the model trimmed where each was flown, a diagnosis of each, and what varies with the flight path.
 
 use super::json::document;
+use crate::command::diagnose::answer::{Answer, Flights};
+use crate::command::diagnose::args::DiagnoseArgs;
+use crate::command::diagnose::page;
 use crate::command::diagnose::table;
-use crate::command::diagnose::{Answer, Args, Flights, answered, write_extended, write_page};
 use crate::command::message;
 use crate::command::recordings::run_condition::condition_of;
 use crate::command::terminal::output_file::{print, write_json};
@@ -14,16 +16,15 @@ use sideslip::flight::effect::Effect;
 use sideslip::flight::file::effect_file::DeclaredEffect;
 use sideslip::flight::model::LinearModel;
 use sideslip::io::outputs::tables::terminal::Style;
-use sideslip::postflight::diagnosis::data::run::RecordedRun;
 use sideslip::postflight::diagnosis::evidence::flight_path::{ConditionDiagnosis, DerivativeTrend, varying};
 use sideslip::postflight::identification::test_condition::TestCondition;
+use sideslip::postflight::recorded_run::RecordedRun;
 use sideslip::realtime::modes::lateral;
 use sideslip::realtime::regression::record::{LateralDerivatives, Status};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// One test point.
-struct Point {
+struct DiagnosedPoint {
     condition: TestCondition,
     runs: Vec<String>,
     answer: Answer,
@@ -31,32 +32,32 @@ struct Point {
 
 /// Diagnoses each test point and tells all; what was lost.
 pub(super) fn run(
-    args: &Args,
+    args: &DiagnoseArgs,
     set: &[String],
     (fit, holdout): (&[RecordedRun], &[RecordedRun]),
     groups: &[Vec<usize>],
     controls: ControlNames,
 ) -> Result<Vec<String>, Failure> {
     let (mut points, mut losses) = (Vec::new(), Vec::new());
-    let mut kept_back = vec![false; holdout.len()];
+    let mut held_out = vec![false; holdout.len()];
     for (number, group) in groups.iter().enumerate() {
         let own: Vec<RecordedRun> = group.iter().filter_map(|&place| fit.get(place)).cloned().collect();
         let condition = TestCondition::mean(&own.iter().map(condition_of).collect::<Vec<_>>());
         let model = args.condition.fly_at(set.to_vec(), condition.speed, condition.climb())?;
         let near = |run: &RecordedRun| condition_of(run).is_near(&condition);
         let held: Vec<RecordedRun> = holdout.iter().filter(|run| near(run)).cloned().collect();
-        kept_back.iter_mut().zip(holdout).for_each(|(used, run)| *used |= near(run));
+        held_out.iter_mut().zip(holdout).for_each(|(used, run)| *used |= near(run));
         message(format_args!("test point {} of {}: {}", number + 1, groups.len(), in_words(&condition, own.len())));
-        let mut answer = answered(args, model, (&own, &held), controls, &mut losses)?;
+        let mut answer = Answer::of(args, model, (&own, &held), controls, &mut losses)?;
         answer.extended = answer.extended.map(|path| numbered(&path, number));
-        write_extended(&answer)?;
+        answer.write_extended()?;
         if let Some(path) = &args.html {
-            write_page(&numbered(path, number), &answer, &Flights { fit: &own, holdout: &held })?;
+            page::write(&numbered(path, number), &answer, &Flights { fit: &own, holdout: &held })?;
         }
-        points.push(Point { condition, runs: own.into_iter().map(|run| run.name).collect(), answer });
+        points.push(DiagnosedPoint { condition, runs: own.into_iter().map(|run| run.name).collect(), answer });
     }
-    let unused = kept_back.iter().zip(holdout).filter(|(used, _)| !**used);
-    losses.extend(unused.map(|(_, run)| format!("{}: kept back for no test point: none was flown near it", run.name)));
+    let unused = held_out.iter().zip(holdout).filter(|(used, _)| !**used);
+    losses.extend(unused.map(|(_, run)| format!("{}: hold-out of no test point: none was flown near it", run.name)));
     let at: Vec<ConditionDiagnosis<'_>> = points
         .iter()
         .map(|point| ConditionDiagnosis {
@@ -82,7 +83,12 @@ pub(super) fn in_words(condition: &TestCondition, runs: usize) -> String {
     format!("{runs} run(s) at {:.1} m/s, flight path {path_deg:+.1} deg ({:+.1} m/s)", condition.speed, condition.climb())
 }
 
-fn tell(args: &Args, points: &[Point], varying: &[DerivativeTrend], controls: ControlNames) -> Result<(), Failure> {
+fn tell(
+    args: &DiagnoseArgs,
+    points: &[DiagnosedPoint],
+    varying: &[DerivativeTrend],
+    controls: ControlNames,
+) -> Result<(), Failure> {
     let style = if args.json.is_some() { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
     let mut text = String::new();
     for (number, point) in points.iter().enumerate() {
@@ -111,21 +117,21 @@ fn tell(args: &Args, points: &[Point], varying: &[DerivativeTrend], controls: Co
 }
 
 /// The model with these effects besides its own.
-fn with(point: &Point, extension: &[DeclaredEffect]) -> Option<LinearModel> {
+fn with(point: &DiagnosedPoint, extension: &[DeclaredEffect]) -> Option<LinearModel> {
     let model = &point.answer.model;
     let effects: Vec<Effect> = model.file.effects.iter().chain(extension).map(|declared| declared.effect).collect();
     with_effects(model.linear(), &effects).ok()
 }
 
 /// Dutch roll of the lateral subsystem v p phi r with these effects.
-fn lateral_root(point: &Point, extension: &[DeclaredEffect]) -> Value {
+fn lateral_root(point: &DiagnosedPoint, extension: &[DeclaredEffect]) -> Value {
     let root = with(point, extension)
         .and_then(|linear| lateral::modes(0.0, Status::Converged, &LateralDerivatives::of(&linear))?.dutch_roll);
     root.map_or(Value::Null, |root| json!({ "real": root.real, "imag": root.imag }))
 }
 
 /// Derivatives of the lateral subsystem: the model's, the extended model's, and the standard error of what was added.
-fn lateral_derivatives(point: &Point, controls: ControlNames) -> Value {
+fn lateral_derivatives(point: &DiagnosedPoint, controls: ControlNames) -> Value {
     let extension = &point.answer.extension;
     let extended = with(point, extension);
     let mut all = json!({});
@@ -145,16 +151,16 @@ fn lateral_derivatives(point: &Point, controls: ControlNames) -> Value {
 }
 
 /// Derivatives against the flight path, one a line: the model's and the flight's at each test point.
-fn closing(points: &[Point], varying: &[DerivativeTrend], controls: ControlNames, style: Style) -> String {
+fn closing(points: &[DiagnosedPoint], varying: &[DerivativeTrend], controls: ControlNames, style: Style) -> String {
     let mut text = String::new();
     if varying.is_empty() {
         return text;
     }
     let _ =
         writeln!(text, "{}", style.bold("Derivatives against the flight path, model -> flight +- s.e. (blank: as the model)"));
-    let path = |point: &Point| format!("{:>30}", format!("{:+.1} deg", point.condition.path.to_degrees()));
+    let path = |point: &DiagnosedPoint| format!("{:>30}", format!("{:+.1} deg", point.condition.path.to_degrees()));
     let heads: String = points.iter().map(path).collect();
-    let _ = writeln!(text, "  {:<12}{heads}   a radian, more than the model's", "");
+    let _ = writeln!(text, "  {:<12}{heads}   slope per radian, less the model's", "");
     for one in varying {
         let cell = |held: &sideslip::postflight::diagnosis::evidence::flight_path::ConditionDerivative| {
             let flight =
@@ -183,7 +189,7 @@ fn of_path(one: &DerivativeTrend, controls: ControlNames) -> Value {
 }
 
 /// The derivative that varies most surely; where none does, what is wrong at the first test point.
-fn verdict(points: &[Point], varying: &[DerivativeTrend], controls: ControlNames) -> Value {
+fn verdict(points: &[DiagnosedPoint], varying: &[DerivativeTrend], controls: ControlNames) -> Value {
     let sure = |one: &DerivativeTrend| (one.slope.0 / one.slope.1).abs();
     match varying.iter().filter(|one| one.varies()).max_by(|a, b| sure(a).total_cmp(&sure(b))) {
         Some(one) => {

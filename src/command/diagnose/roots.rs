@@ -1,6 +1,6 @@
 //! Roots of the model, as given and with an extension.
 
-use crate::command::diagnose::Answer;
+use crate::command::diagnose::answer::Answer;
 use serde_json::{Value, json};
 use sideslip::dynamics::linear::{state_matrix, with_effects};
 use sideslip::flight::effect::Effect;
@@ -13,7 +13,6 @@ pub(super) fn dutch_roll(answer: &Answer, extension: &[DeclaredEffect]) -> Value
     root.map_or(Value::Null, |root| json!({ "real": root.re, "imag": root.im }))
 }
 
-/// Its roots.
 pub(super) fn modes(answer: &Answer, extension: &[DeclaredEffect]) -> Option<Eigenmodes> {
     let effects: Vec<Effect> = answer.model.file.effects.iter().chain(extension).map(|declared| declared.effect).collect();
     eigenmodes(&state_matrix(&with_effects(answer.model.linear(), &effects).ok()?))

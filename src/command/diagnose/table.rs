@@ -2,7 +2,7 @@
 
 use super::roots::dutch_roll;
 use super::verdict::{borne_out, judged};
-use crate::command::diagnose::Answer;
+use crate::command::diagnose::answer::Answer;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::io::outputs::words::cause_sentence::{manoeuvre, statement, unknown};
 use sideslip::postflight::diagnosis::evidence::residual_coherence::{AxisSpectrum, DominantSignal};
@@ -20,7 +20,7 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
     if let Some(one) = &diagnosis.unknown {
         let _ = writeln!(text, "{}", style.bold(format_args!("Unknown: {}", unknown(one))));
         if !diagnosis.findings.is_empty() {
-            let _ = writeln!(text, "What comes nearest, and is not enough:");
+            let _ = writeln!(text, "Closest hypotheses, which do not explain it:");
         }
     } else if diagnosis.findings.is_empty() {
         let words = "The model explains these runs within their noise and its own tolerance";
@@ -30,38 +30,38 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
     }
     for (number, finding) in diagnosis.findings.iter().enumerate() {
         let _ = writeln!(text, "  {}. {} (probability {:.2})", number + 1, say(&finding.cause), finding.cause.probability);
-        let kept_back = diagnosis.judged().is_some() && diagnosis.findings.len() <= MANY;
-        if kept_back && finding.held_out.is_none() {
-            let _ = writeln!(text, "     on the runs kept back: nothing moves there that would show it");
+        let held_out = diagnosis.judged().is_some() && diagnosis.findings.len() <= MANY;
+        if held_out && finding.held_out.is_none() {
+            let _ = writeln!(text, "     on the hold-out runs: not excited there");
         }
-        if let Some(ratio) = finding.held_out.as_ref().filter(|_| kept_back) {
+        if let Some(ratio) = finding.held_out.as_ref().filter(|_| held_out) {
             let [low, high] = ratio.interval;
             let words = borne_out(ratio);
             let _ = writeln!(
                 text,
-                "     on the runs kept back: {words} (error with it over without: {:.3} [{low:.3} {high:.3}])",
+                "     on the hold-out runs: {words} (error with it over error without: {:.3} [{low:.3} {high:.3}])",
                 ratio.value
             );
         }
         let class = finding.plausible();
         if let [first, second, ..] = class.as_slice() {
             for rival in class.iter().skip(1) {
-                let _ = writeln!(text, "     or else {} ({:.2})", say(rival), rival.probability);
+                let _ = writeln!(text, "     or {} (probability {:.2})", say(rival), rival.probability);
             }
-            let _ = writeln!(text, "     to tell: {}", manoeuvre(&first.effect, &second.effect));
+            let _ = writeln!(text, "     to distinguish: {}", manoeuvre(&first.effect, &second.effect));
         }
     }
     if !diagnosis.off_trim.is_empty() {
         let names: Vec<&str> = diagnosis.off_trim.iter().map(|channel| channel.name(answer.controls)).collect();
-        let words = "forces are taken about their own, and biases of controls cannot be told";
+        let words = "forces are taken about the runs' own trim, and biases of controls are not identifiable";
         let _ = writeln!(text, "  note: runs do not begin in the model's trim ({}): {words}", names.join(", "));
     }
     if !diagnosis.unmodelled.is_empty() {
         let names: Vec<&str> = diagnosis.unmodelled.iter().map(|axis| axis.name()).collect();
-        let words = "the motion there is taken as it was measured";
-        let _ = writeln!(text, "  note: the model says nothing of {}: {words}", names.join(", "));
+        let words = "the measured motion is used there";
+        let _ = writeln!(text, "  note: the model has no derivatives of {}: {words}", names.join(", "));
     }
-    let _ = writeln!(text, "\n  axis  residual rms   after   noise  explained  mostly at");
+    let _ = writeln!(text, "\n  axis  residual rms   after   noise  explained  mostly in");
     for one in &diagnosis.discrepancy {
         let unit = if one.axis.is_force() { "m/s^2" } else { "rad/s^2" };
         let (low, high) = one.band_hz;
@@ -87,7 +87,7 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
             let [low, high] = pooled.ratio.interval;
             let _ = writeln!(
                 text,
-                "\nRuns kept back, free run: error over noise {:.2} before, {:.2} after; ratio {:.3} [{low:.3} {high:.3}]: {}",
+                "\nHold-out runs, free run: error over noise {:.2} before, {:.2} after; ratio {:.3} [{low:.3} {high:.3}]: {}",
                 before.value,
                 after.value,
                 pooled.ratio.value,
@@ -96,10 +96,10 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
         }
         for (which, diverged) in pairs.iter().enumerate().flat_map(|(run, (before, after))| {
             [("the model", before.diverged_at_s), ("the extended model", after.diverged_at_s)]
-                .map(|(which, at)| (format!("{which} on run {} kept back", run + 1), at))
+                .map(|(which, at)| (format!("{which} on hold-out run {}", run + 1), at))
         }) {
             if let Some(at_s) = diverged {
-                let _ = writeln!(text, "  {which} diverges at {at_s:.1} s and is cut there");
+                let _ = writeln!(text, "  {which} diverges at {at_s:.1} s and is compared up to there");
             }
         }
         let root = |extension: &[_]| {
@@ -120,7 +120,7 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
     text
 }
 
-/// `N goes with pedal (coherence 0.93, 0.25-1.50 Hz), after with nothing`; nothing where there is nothing to say.
+/// `residual N correlates with pedal (coherence 0.93, 0.25-1.50 Hz); after the causes with nothing`.
 fn companion(answer: &Answer, own: &AxisSpectrum) -> Option<String> {
     let said = |one: &DominantSignal| {
         let (low, high) = one.band_hz;
@@ -129,8 +129,12 @@ fn companion(answer: &Answer, own: &AxisSpectrum) -> Option<String> {
     let axis = own.axis.name();
     match (own.dominant_signal(false), own.dominant_signal(true)) {
         (None, None) => None,
-        (Some(before), None) => Some(format!("{axis} goes with {}, after that with nothing", said(&before))),
-        (None, Some(after)) => Some(format!("{axis} goes with nothing before, then with {}", said(&after))),
-        (Some(before), Some(after)) => Some(format!("{axis} goes with {}, and still with {}", said(&before), said(&after))),
+        (Some(before), None) => {
+            Some(format!("residual {axis} correlates with {}; after the causes with no signal", said(&before)))
+        }
+        (None, Some(after)) => Some(format!("residual {axis} correlates with no signal; after the causes with {}", said(&after))),
+        (Some(before), Some(after)) => {
+            Some(format!("residual {axis} correlates with {}; after the causes still with {}", said(&before), said(&after)))
+        }
     }
 }

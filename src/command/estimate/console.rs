@@ -25,7 +25,6 @@ pub(super) struct ConsoleThread {
 }
 
 impl ConsoleThread {
-    /// Starts the thread.
     pub(super) fn start() -> Result<Self, Failure> {
         let (lines, heard) = bounded(WAITING);
         let speak = move || {

@@ -16,7 +16,7 @@ use sideslip::io::telemetry::record::RecordingRow;
 use sideslip::live::estimate_publisher::EstimatePublisher;
 use sideslip::live::record_sink::RecordSink;
 use sideslip::live::wiring::{Schedule, WiredRun};
-use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -38,17 +38,15 @@ pub(super) struct LiveRun {
 
 /// What a run is begun with.
 pub(super) struct LiveRunSetup<'a> {
-    pub(super) config: &'a Config,
+    pub(super) config: &'a PipelineConfig,
     pub(super) output_error: OutputErrorSchedule,
     /// The model of the live diagnosis.
     pub(super) model: Option<&'a LiveDiagnosisModel>,
-    /// Where its log goes.
     pub(super) out: Option<&'a Path>,
     /// Whether telemetry waits for the estimator.
     pub(super) telemetry_waits: bool,
 }
 
-/// A live run at its end.
 pub(super) struct FinishedLiveRun {
     result: RunResult,
     unlogged: Option<String>,
@@ -140,7 +138,6 @@ impl LiveRun {
 }
 
 impl FinishedLiveRun {
-    /// The result for a person.
     pub(super) fn table(&self, style: Style) -> String {
         let mut text = format!("run {}: {} samples", self.result.name, self.result.rows);
         if let Some((from, to)) = self.result.range_s {
@@ -150,7 +147,6 @@ impl FinishedLiveRun {
         text
     }
 
-    /// The numbers for a program.
     pub(super) fn estimates(&self) -> RunEstimates<'_> {
         self.result.estimates()
     }
@@ -188,7 +184,7 @@ mod tests {
     use sideslip::io::bus::service::{Bus, Subscriber};
     use sideslip::io::telemetry::recording::Recording;
     use sideslip::live::estimate_publisher::EstimatePublisher;
-    use sideslip::realtime::pipeline::Config;
+    use sideslip::realtime::pipeline::PipelineConfig;
     use std::path::Path;
 
     fn heard<P: Payload>(subscriber: &mut Subscriber<P>) -> u64 {
@@ -217,7 +213,7 @@ mod tests {
         let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("replay");
         let model = LiveDiagnosisModel::read(&own.join("models/puma-like.toml"), None).unwrap();
         let setup = LiveRunSetup {
-            config: &Config::default(),
+            config: &PipelineConfig::default(),
             output_error: OutputErrorSchedule::Streaming,
             model: Some(&model),
             out: Some(&log),

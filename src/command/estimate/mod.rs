@@ -22,7 +22,7 @@ use sideslip::io::bus::service::{Bus, Subscriber};
 use sideslip::io::outputs::json::derivatives_json::derivatives_json;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::live::estimate_publisher::EstimatePublisher;
-use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -56,7 +56,7 @@ const RUNS_KEPT: usize = 64;
 /// Estimate from shared memory: state, derivatives, Dutch roll, innovations and events back into it and into a log
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
-pub(crate) struct Args {
+pub(crate) struct EstimateArgs {
     /// Directory in which the processes meet
     #[arg(long, value_name = "DIR")]
     root: Option<PathBuf>,
@@ -74,7 +74,7 @@ pub(crate) struct Args {
 }
 
 /// Estimates until it is stopped.
-pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome, Failure> {
     let stop = stopped_by_signals()?;
     supervised(args.supervised, &stop)?;
     if let Some(out) = args.out.as_ref().filter(|out| out.extension().is_none_or(|ending| ending != "mcap")) {
@@ -110,8 +110,8 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
 
 /// The estimator at its place.
 struct EstimatorProcess<'a> {
-    args: &'a Args,
-    config: Config,
+    args: &'a EstimateArgs,
+    config: PipelineConfig,
     model: Option<LiveDiagnosisModel>,
     bus: &'a Bus,
     samples: Subscriber<SamplePayload>,

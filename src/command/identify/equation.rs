@@ -79,7 +79,7 @@ impl Equation {
         for group in self.collinearity.iter().flat_map(|found| found.groups(&self.design)) {
             let names: Vec<&str> = group.terms.iter().map(|(name, _)| name.as_str()).collect();
             let (names, index) = (names.join(", "), group.index);
-            let _ = writeln!(text, "  NOT told apart: {names} (condition index {index:.0}); {} would", group.split_by);
+            let _ = writeln!(text, "  NOT distinguished: {names} (condition index {index:.0}); {} would", group.split_by);
         }
         let out = rejected.iter().map(|one| format!("{} ({})", self.name(one.place), reason(&one.reason)));
         let out: Vec<String> = out.collect();
@@ -89,7 +89,6 @@ impl Equation {
         text
     }
 
-    /// For a program.
     pub(super) fn document(&self) -> Value {
         let Selection { steps, kept, fit, rejected, collapse } = &self.selection;
         let terms = |terms: &[TermEstimate]| -> Vec<Value> {
@@ -132,7 +131,7 @@ impl Equation {
 fn reason(reason: &RejectionReason) -> String {
     match reason {
         RejectionReason::Still => "does not move".to_owned(),
-        RejectionReason::Explained(part) => format!("{:.1} % of it is in the others", 100.0 * part),
+        RejectionReason::Explained(part) => format!("{:.1} % of its variance is explained by the others", 100.0 * part),
         RejectionReason::Rise(rise) => format!("R2 would rise by {rise:.4}"),
         RejectionReason::PartialF(f) => format!("partial F {f:.1}"),
         RejectionReason::Predicts => "it predicts no better".to_owned(),

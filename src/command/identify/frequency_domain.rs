@@ -10,9 +10,9 @@ use sideslip::io::outputs::tables::terminal::{EstimateTable, Style};
 use sideslip::postflight::identification::columns::Columns;
 use sideslip::postflight::identification::measured_responses::{COHERENT, MeasuredResponse, responses};
 use sideslip::postflight::identification::model_variables::ModelVariables;
-use sideslip::realtime::pipeline::Config;
+use sideslip::realtime::pipeline::PipelineConfig;
 use sideslip::realtime::regression::frequency::band::{Band, FREQUENCIES};
-use sideslip::realtime::regression::frequency::response::Point;
+use sideslip::realtime::regression::frequency::response::ResponsePoint;
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
@@ -49,7 +49,7 @@ pub(super) fn asked(domain: Domain, band: Option<Band>) -> Result<Option<Band>, 
 }
 
 /// A pipeline whose transforms are of the whole record, in that band.
-pub(super) fn whole_record(config: &mut Config, band: Band) {
+pub(super) fn whole_record(config: &mut PipelineConfig, band: Band) {
     config.regression.band = band;
     config.regression.forgetting_s = NEVER_S;
 }
@@ -115,7 +115,7 @@ impl FrequencyDomainResult {
 fn line(response: &MeasuredResponse) -> String {
     let MeasuredResponse { run, output, input, segment_s, together, points } = response;
     let with =
-        together.as_ref().map(|(other, coherence)| format!("; {input} and {other} move together (coherence {coherence:.2})"));
+        together.as_ref().map(|(other, coherence)| format!("; {input} and {other} are correlated (coherence {coherence:.2})"));
     let with = with.unwrap_or_default();
     let name = format!("{run}: {output}/{input}");
     let points = match points {
@@ -153,11 +153,11 @@ fn response_json(response: &MeasuredResponse) -> Value {
 
 /// Gain in decibels, phase without jumps, coherence.
 fn panels(of_run: &[MeasuredResponse]) -> Vec<Panel> {
-    let curves = |value: &dyn Fn(&[Point]) -> Vec<f64>| -> Vec<Curve> {
+    let curves = |value: &dyn Fn(&[ResponsePoint]) -> Vec<f64>| -> Vec<Curve> {
         let told = of_run.iter().filter_map(|response| Some((response, response.points.as_ref().ok()?)));
         let curve = |(response, points): (&MeasuredResponse, &Vec<_>)| Curve {
             name: format!("{}/{}", response.output, response.input),
-            points: points.iter().map(|point: &Point| point.rad_s / TAU).zip(value(points)).collect(),
+            points: points.iter().map(|point: &ResponsePoint| point.rad_s / TAU).zip(value(points)).collect(),
         };
         told.map(curve).collect()
     };

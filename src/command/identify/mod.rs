@@ -35,7 +35,7 @@ use sideslip::postflight::identification::identify::{
 use sideslip::postflight::identification::model_variables::ModelVariables;
 use sideslip::postflight::identification::test_condition::{TestCondition, test_points};
 use sideslip::postflight::output_error::FitSettings;
-use sideslip::realtime::pipeline::Config;
+use sideslip::realtime::pipeline::PipelineConfig;
 use sideslip::realtime::regression::frequency::band::Band;
 use std::path::PathBuf;
 use test_point_result::{TestPointResult, test_point};
@@ -52,9 +52,9 @@ Example:
 
 Every run goes through the pipeline of `replay` (smoothed states, stepwise regression); then output error finds one linear
 model over all runs: each has its own trim, initial state and biases, and the kinematics that a linear model leaves out are
-taken from the measurements. Standard errors are corrected for the colour of the residuals. What is neither state nor input is
-found in the derivatives of what is. Without --states it takes all eight of a helicopter whose planes are coupled; else the
-lateral motion, or the longitudinal one where that was excited. Runs of --holdout are predicted, not fitted.
+taken from the measurements. Standard errors are corrected for the colour of the residuals. The effect of what is neither state
+nor input is absorbed by the derivatives of what is. Without --states it takes all eight of a helicopter whose planes are coupled;
+else the lateral motion, or the longitudinal one where that was excited. Runs of --holdout are predicted, not fitted.
 Output error takes all noise as the outputs'; where gusts or noisy recorded controls move the aircraft, --method filter-error has
 smaller errors; in strong gusts its standard errors are still too small. A note says where the residuals show gusts; the scores
 of the fit are those of a free run.
@@ -65,8 +65,8 @@ table goes to standard error.";
 /// Identify a linear model from runs: derivatives with standard errors, modes, prediction of hold-out runs
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
-pub(crate) struct Args {
-    /// Recordings, a run each; their format is told by their content
+pub(crate) struct IdentifyArgs {
+    /// Recordings, a run each; their format is recognised by their content
     #[arg(required = true, value_name = "RUN")]
     files: Vec<PathBuf>,
     /// States of the model, such as v,p,phi,r or p,r
@@ -75,7 +75,7 @@ pub(crate) struct Args {
     /// Inputs of the model: controls, or any measured channel
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     inputs: Vec<String>,
-    /// What output error is to reproduce; without it what measures the states
+    /// Outputs of output error [default: the channels that measure the states]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     outputs: Vec<String>,
     /// Instead of a model: one equation by stepwise regression for this column or term, such as Cm
@@ -84,12 +84,12 @@ pub(crate) struct Args {
     /// Terms offered to --response: columns, products, powers, x*|x|, spline(x,knot)
     #[arg(long, value_name = "TERMS", value_delimiter = ';', requires = "response")]
     candidates: Vec<String>,
-    /// Find besides what the instruments are wrong by: scales of the vanes, airspeed and incidence of the trim, and how late each
-    /// output comes; standard errors then know of it
+    /// Estimate errors of the instruments too: scale factors of the vanes, airspeed and incidence of the trim, and the delay of
+    /// each output; standard errors then include them
     #[arg(long, conflicts_with = "response")]
     doubt_instruments: bool,
-    /// How the parameters are found: by output-error; or by filter-error, where gusts and the noise of recorded controls disturb
-    /// the states
+    /// How the parameters are estimated: by output-error; or by filter-error, where gusts and the noise of recorded controls
+    /// disturb the states
     #[arg(long, value_name = "METHOD", value_parser = method, default_value = "output-error", conflicts_with = "response")]
     method: FitMethod,
     /// A recording to be predicted and not fitted; repeatable
@@ -118,7 +118,7 @@ pub(crate) struct Args {
     /// The band of --domain frequency, Hz [default: 0.1:1.5]
     #[arg(long, value_name = "LOW:HIGH", value_parser = frequency_domain::band, conflicts_with = "response")]
     band: Option<Band>,
-    /// Which message gives which channel, for recordings of MAVLink (TOML)
+    /// Which message carries which channel, for recordings of MAVLink (TOML)
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Write the answer as JSON to this file, or to standard output with -
@@ -139,7 +139,7 @@ fn method(text: &str) -> Result<FitMethod, String> {
 }
 
 /// Reads the runs, identifies, and says what came of it.
-pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
     if !(args.trim_window > 0.0 && args.trim_window.is_finite()) {
         let found = args.trim_window;
         return Err(Failure::Input(format!("--trim-window: expected seconds, more than zero, found {found}")));
@@ -233,8 +233,8 @@ struct PipelineResults {
 }
 
 impl PipelineResults {
-    fn of(args: &Args, mapping: &Mapping, band: Option<Band>) -> Result<Self, Failure> {
-        let mut config = Config::default();
+    fn of(args: &IdentifyArgs, mapping: &Mapping, band: Option<Band>) -> Result<Self, Failure> {
+        let mut config = PipelineConfig::default();
         config.estimation.trim_window_s = args.trim_window;
         if let Some(band) = band {
             frequency_domain::whole_record(&mut config, band);
@@ -259,14 +259,13 @@ impl PipelineResults {
     }
 }
 
-/// The runs at those places.
 fn of_group(group: &[usize], runs: &[Columns]) -> Vec<Columns> {
     group.iter().filter_map(|&place| runs.get(place).cloned()).collect()
 }
 
 /// Each test point identified, beside the model trimmed there.
 fn by_test_point(
-    args: &Args,
+    args: &IdentifyArgs,
     runs: &[Columns],
     holdout: &[Columns],
     sideslips: &[Columns],
@@ -306,7 +305,6 @@ fn say(text: &str, json_on_standard_output: bool) -> Result<(), Failure> {
     print(text)
 }
 
-/// What was lost is said.
 fn ended(losses: Vec<Vec<String>>) -> Outcome {
     let losses: Vec<String> = losses.into_iter().flatten().collect();
     for loss in &losses {
@@ -316,7 +314,7 @@ fn ended(losses: Vec<Vec<String>>) -> Outcome {
 }
 
 /// What was asked for, and the usual where nothing was.
-fn choice(args: &Args, usual: ModelVariables) -> ModelVariables {
+fn choice(args: &IdentifyArgs, usual: ModelVariables) -> ModelVariables {
     if args.states.is_empty() {
         let or = |asked: &[String], usual: Vec<String>| if asked.is_empty() { usual } else { asked.to_vec() };
         return ModelVariables {

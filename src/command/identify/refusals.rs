@@ -5,7 +5,7 @@ use sideslip::postflight::identification::columns::Columns;
 use sideslip::postflight::identification::identify::IdentificationError;
 use sideslip::postflight::identification::model_variables::ModelVariables;
 use sideslip::postflight::output_error::OutputErrorFitError;
-use sideslip::realtime::pipeline::Config;
+use sideslip::realtime::pipeline::PipelineConfig;
 use std::path::PathBuf;
 
 /// A run that is there twice would count twice, and one that is fitted foretells itself.
@@ -21,7 +21,7 @@ pub(super) fn refuse_twice(runs: &[(&PathBuf, &Columns)]) -> Result<(), Failure>
 
 /// Derivatives need fast rates.
 pub(super) fn refuse_slow_rates(runs: &[(&PathBuf, &Columns)], choice: &ModelVariables) -> Result<(), Failure> {
-    let least_hz = Config::DEFAULT.regression.rate_min_hz;
+    let least_hz = PipelineConfig::DEFAULT.regression.rate_min_hz;
     for (file, run) in runs {
         for name in choice.states.iter().filter(|name| matches!(name.as_str(), "p" | "q" | "r")) {
             if let Some(rate_hz) = run.rate_hz(name).filter(|rate_hz| *rate_hz < least_hz) {

@@ -8,7 +8,7 @@ use sideslip::error::Failure;
 use sideslip::io::telemetry::mavlink::mapping::MavlinkConfig as Mapping;
 use sideslip::io::telemetry::recording::Recording;
 use sideslip::live::wiring::WiredRun;
-use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub(super) fn through_pipeline(
     file: &Path,
     overrides: &[String],
-    config: &Config,
+    config: &PipelineConfig,
     mapping: &Mapping,
     stop: &AtomicBool,
 ) -> Result<RunResult, Failure> {

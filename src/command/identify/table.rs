@@ -36,7 +36,7 @@ pub(super) fn text(identified: &IdentificationResult, style: Style) -> String {
         let name = style.bold(format_args!("{:<14}", format!("{axis}_{variable}")));
         let bound = at(&fitted.std_cramer_rao);
         let start = at(&identified.starts);
-        let told = if fitted.insignificant.contains(&place) { "  not told apart from zero" } else { "" };
+        let told = if fitted.insignificant.contains(&place) { "  not significantly different from zero" } else { "" };
         let _ = writeln!(text, "  {name} {value:>12} {std:>10}   {bound:>10.2e}  {start:>10.4}{told}");
     }
     let name = |place: usize| linear.name(place);
@@ -47,13 +47,13 @@ pub(super) fn text(identified: &IdentificationResult, style: Style) -> String {
         names.dedup();
         let _ = writeln!(
             text,
-            "  NOT told apart in these runs: {}; each may be wrong by more than its standard error, their sum in this motion is not",
+            "  NOT distinguished in these runs: {}; each may be wrong by more than its standard error, their sum in this motion is not",
             names.join(", ")
         );
     }
     if !hard.is_empty() {
         let pairs = hard.drain(..).map(|&(one, other, rho)| format!("{} {} ({rho:.2})", name(one), name(other)));
-        let _ = writeln!(text, "  hard to part (correlation): {}", pairs.collect::<Vec<_>>().join(", "));
+        let _ = writeln!(text, "  strongly correlated estimates: {}", pairs.collect::<Vec<_>>().join(", "));
     }
     for (place, doubt) in linear.instrument_parameters.iter().enumerate() {
         let at = |values: &[f64]| values.get(linear.derivatives.len() + place).copied().unwrap_or(f64::NAN);
@@ -63,7 +63,7 @@ pub(super) fn text(identified: &IdentificationResult, style: Style) -> String {
         if name.starts_with("lag_part") && !(at(&fitted.std) < TOLD * prior_std) {
             continue;
         }
-        let _ = writeln!(text, "  {name:<14} {value:>12} {std:>10}   ({prior_mean} +- {prior_std} beforehand) {unit}");
+        let _ = writeln!(text, "  {name:<14} {value:>12} {std:>10}   (prior {prior_mean} +- {prior_std}) {unit}");
     }
     disturbed(&mut text, identified);
     match &identified.modes {
@@ -100,7 +100,6 @@ pub(super) fn text(identified: &IdentificationResult, style: Style) -> String {
     text
 }
 
-/// The method that answers.
 pub(super) fn method(identified: &IdentificationResult) -> &'static str {
     if identified.disturbed.is_some() { "filter error" } else { "output error" }
 }
@@ -121,7 +120,7 @@ fn disturbed(text: &mut String, identified: &IdentificationResult) {
     let none = gusts.is_empty().then(|| "none told".to_owned());
     let _ = writeln!(text, "  gusts, rms a root of a second: {}", gusts.into_iter().chain(none).collect::<Vec<_>>().join(", "));
     let parts = structure.outputs.iter().zip(&found.disturbed).map(|(name, part)| format!("{name} {:.1} %", 100.0 * part));
-    let _ = writeln!(text, "  disturbances' part in the innovations' variance: {}", parts.collect::<Vec<_>>().join(", "));
+    let _ = writeln!(text, "  process noise in the innovations' variance: {}", parts.collect::<Vec<_>>().join(", "));
 }
 
 /// Whether a mode grows, with its probability.

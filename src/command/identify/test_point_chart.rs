@@ -1,4 +1,5 @@
-//! Derivatives and roots against flight path, as the paper's Fig 20: flight with error bars, the simulation as a line.
+//! Derivatives and roots against flight path, as in Fig 20 of Padfield et al. 1987: flight with error bars, the simulation as a
+//! line.
 
 use super::frequency_domain::FrequencyDomainResult;
 use super::report::runs_section;
@@ -32,7 +33,7 @@ fn path_deg(point: &TestPointResult) -> f64 {
     if point.condition.path.is_finite() { point.condition.path.to_degrees() } else { 0.0 }
 }
 
-/// Moments first, as in the paper; then forces; then the Dutch roll.
+/// Moments first, as there; then forces; then the Dutch roll.
 fn panels(points: &[TestPointResult]) -> Vec<(Panel, Vec<Marks>)> {
     let Some(first) = points.first() else { return Vec::new() };
     let mut names: Vec<&(char, String)> = first.identified.linear.derivatives.iter().collect();

@@ -1,4 +1,4 @@
-//! Several test points: each identified by itself, beside the simulation trimmed there and what the paper makes of both.
+//! Several test points: each identified by itself, beside the simulation trimmed there, with the effective damping of both.
 //!
 //! Consumes runs by test point; produces for each the derivatives as recorded, those with the measured tail pitch in place of
 //! the pedal, static derivatives of steady sideslips, the simulation's, and from a fit without N_p and L_r the N_p that (27) and
@@ -46,7 +46,6 @@ pub(super) struct SimulatedModes {
     pub(super) whole: Option<ComplexRoot>,
 }
 
-/// Of steady sideslips.
 pub(super) struct StaticDerivatives {
     pub(super) sideslips: SteadySideslips,
     pub(super) controls: Vec<String>,
@@ -135,7 +134,6 @@ fn damping(identified: &IdentificationResult) -> EffectiveDamping {
     }
 }
 
-/// Identifies one test point.
 pub(super) fn test_point(
     runs: &[Columns],
     holdout: &[Columns],

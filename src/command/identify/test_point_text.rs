@@ -22,13 +22,11 @@ pub(super) fn text(points: &[TestPointResult], style: Style) -> String {
     text
 }
 
-/// Speed, path and runs.
 pub(super) fn heading(point: &TestPointResult) -> String {
     let runs: Vec<&str> = point.identified.fit.iter().map(|flown| flown.run.as_str()).collect();
     format!("{}: {}", condition(point), runs.join(", "))
 }
 
-/// Speed and path.
 pub(super) fn condition(point: &TestPointResult) -> String {
     format!("{:.1} m/s, path {:+.1} deg", point.condition.speed, point.condition.path.to_degrees())
 }

@@ -3,10 +3,10 @@
 //! Samples wait at first until a heartbeat has said what kind of aircraft it is, for that names the controls. Each boot of
 //! the vehicle is a run of its own. A sample is as old as the vehicle's clock says, however late it was read.
 
+use super::args::IngestArgs;
 use super::sample_publisher::SamplePublisher;
 use super::silence_monitor::{SilenceMonitor, no_motion};
 use super::vehicle_file::VehicleFile;
-use crate::command::ingest::Args;
 use crate::command::options::mapping_input::read_mapping;
 use crate::command::recordings::run_head::override_keys;
 use crate::command::{message, patience, root_path};
@@ -32,9 +32,7 @@ use std::time::{Duration, Instant};
 const PATIENCE: Duration = Duration::from_millis(50);
 /// Samples of a new boot come all at once, once it is sure that it is one; after so many the log needs time.
 const BURST: u32 = 20;
-/// So much of it.
 const BREATH: Duration = Duration::from_millis(20);
-/// Between our heartbeats.
 const HEARTBEAT: Duration = Duration::from_secs(1);
 /// The longest wait for the vehicle's heartbeat; they come once a second.
 const INTRODUCTION: Duration = Duration::from_millis(1500);
@@ -46,7 +44,7 @@ const SILENCE: Duration = Duration::from_secs(3);
 const REOPEN: Duration = Duration::from_secs(1);
 
 /// Listens until it is stopped.
-pub(super) fn listen(args: &Args, url: &Url, stop: &AtomicBool) -> Result<Outcome, Failure> {
+pub(super) fn listen(args: &IngestArgs, url: &Url, stop: &AtomicBool) -> Result<Outcome, Failure> {
     let config = read_mapping(args.config.as_deref())?;
     override_keys(&mut RunInfo::default(), &args.set)?;
     let mut bus = Bus::enter(&root_path(args.root.as_ref()))?;
@@ -91,7 +89,7 @@ pub(super) fn listen(args: &Args, url: &Url, stop: &AtomicBool) -> Result<Outcom
 
 /// Opens the link; a connection or a line that cannot be opened yet is tried again until that succeeds. `None` where it
 /// was stopped before.
-fn open(args: &Args, url: &Url, stop: &AtomicBool) -> Result<Option<Link>, Failure> {
+fn open(args: &IngestArgs, url: &Url, stop: &AtomicBool) -> Result<Option<Link>, Failure> {
     let opened = match url {
         Url::UdpIn(_) | Url::UdpOut(_) if args.held => {
             let held = std::io::stdout().as_fd().try_clone_to_owned();
@@ -130,7 +128,7 @@ fn until_open<T>(mut due: Instant, stop: &AtomicBool, mut open: impl FnMut() -> 
 }
 
 /// How the controls were called by the telemetry whose place this one takes.
-fn names_before(args: &Args, bus: &Bus) -> Result<Option<ControlNames>, Failure> {
+fn names_before(args: &IngestArgs, bus: &Bus) -> Result<Option<ControlNames>, Failure> {
     let now_ns = monotonic_ns();
     if !args.resume || playing_since(bus.root(), now_ns)? == now_ns {
         return Ok(None);
@@ -139,7 +137,7 @@ fn names_before(args: &Args, bus: &Bus) -> Result<Option<ControlNames>, Failure>
 }
 
 struct LinkIngest<'a> {
-    args: &'a Args,
+    args: &'a IngestArgs,
     bus: &'a Bus,
     publisher: SamplePublisher,
     live: LiveTelemetry,
@@ -213,7 +211,7 @@ impl LinkIngest<'_> {
                 )),
                 LiveNotice::TwoNumbers(vehicle) => message(format_args!(
                     "sideslip: two running numbers interleave in the messages of {vehicle}: two senders of one id, which \
-                     cannot be told apart, or one that comes by two ways"
+                     cannot be distinguished, or one received over two paths"
                 )),
                 LiveNotice::StandsStill(at_s) => {
                     self.stood_at_s = Some(at_s);

@@ -1,5 +1,6 @@
 //! `sideslip ingest`: telemetry into shared memory, from a recording or a link.
 
+mod args;
 mod link_source;
 mod recording_source;
 mod sample_publisher;
@@ -8,58 +9,11 @@ mod vehicle_file;
 
 use super::options::telemetry_source::TelemetrySource;
 use super::terminal::stop::{stopped_by_signals, supervised};
-use ::replay::Pace;
+pub(crate) use args::IngestArgs;
 use sideslip::error::{Failure, Outcome};
-use std::path::PathBuf;
-
-const EXAMPLE: &str = "\
-Example:
-  sideslip ingest --source udpin://127.0.0.1:14550
-  sideslip ingest --source serial:///dev/ttyUSB0?baud=921600 --set run=flight-12
-  sideslip ingest --source file://flight.csv --speed 4 --root run/
-
-A link is listened to until ctrl-C; one that breaks is opened again. Each boot of the vehicle is a run of its own.
-With --speed max nothing may be lost: it waits for the estimator to take every sample, and for an estimator to come.
-
-Exit status: 0 done; 1 failed while running; 2 the call or the recording is wrong, or other telemetry is in this root;
-3 done, with data lost or skipped (said how much).";
-
-/// Bring telemetry into shared memory, where `estimate` takes it up
-#[derive(clap::Args)]
-#[command(after_help = EXAMPLE)]
-pub(crate) struct Args {
-    /// Where telemetry comes from: udpin://HOST:PORT, udpout://HOST:PORT, tcp://HOST:PORT or serial://DEVICE?baud=N
-    /// (MAVLink 1 and 2); file://PATH, a recording of any format that is read
-    #[arg(long, value_name = "URL")]
-    source: TelemetrySource,
-    /// Which message gives which channel, for MAVLink (TOML)
-    #[arg(long, value_name = "FILE")]
-    config: Option<PathBuf>,
-    /// Directory in which the processes meet
-    #[arg(long, value_name = "DIR")]
-    root: Option<PathBuf>,
-    /// How fast a recording comes: 1 is real time, 4 four times as fast, max as fast as the estimator takes it
-    #[arg(long, value_name = "1|N|max", default_value = "1")]
-    speed: Pace,
-    /// Override a key of the run, such as vane_position_m=[13.08,0,0]; repeatable
-    #[arg(long, value_name = "KEY=VALUE")]
-    set: Vec<String>,
-    /// End when standard input ends
-    #[arg(long, hide = true)]
-    supervised: bool,
-    /// Wait until every sample was taken, at whatever speed
-    #[arg(long, hide = true)]
-    lossless: bool,
-    /// The link's socket is open already, as standard output
-    #[arg(long, hide = true)]
-    held: bool,
-    /// Go on where a recording that began to play earlier would be now
-    #[arg(long, hide = true)]
-    resume: bool,
-}
 
 /// Publishes the source to its end, or until it is stopped.
-pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+pub(crate) fn run(args: &IngestArgs) -> Result<Outcome, Failure> {
     let stop = stopped_by_signals()?;
     supervised(args.supervised, &stop)?;
     match &args.source {

@@ -1,7 +1,7 @@
 //! A recording onto the bus, paced by its own time stamps.
 
+use super::args::IngestArgs;
 use super::sample_publisher::SamplePublisher;
-use crate::command::ingest::Args;
 use crate::command::options::mapping_input::read_mapping;
 use crate::command::recordings::run_head::head_of;
 use crate::command::{message, patience, root_path};
@@ -34,7 +34,7 @@ fn fitted(mut head: LogHead) -> LogHead {
 }
 
 /// Plays it to its end, or until it is stopped.
-pub(super) fn play(args: &Args, file: &Path, stop: &AtomicBool) -> Result<Outcome, Failure> {
+pub(super) fn play(args: &IngestArgs, file: &Path, stop: &AtomicBool) -> Result<Outcome, Failure> {
     let mut recording = Recording::open_with(file, &read_mapping(args.config.as_deref())?)?;
     let (_, head) = head_of(file, &recording, &args.set)?;
     let mut bus = Bus::enter(&root_path(args.root.as_ref()))?;
@@ -77,7 +77,7 @@ pub(super) fn play(args: &Args, file: &Path, stop: &AtomicBool) -> Result<Outcom
 }
 
 /// How much of the recording had been due before now, s of its own time: as with a live source, it is gone.
-fn played_before(args: &Args, bus: &Bus) -> Result<f64, Failure> {
+fn played_before(args: &IngestArgs, bus: &Bus) -> Result<f64, Failure> {
     let factor = match args.speed {
         Pace::RealTime => 1.0,
         Pace::Factor(factor) => factor,

@@ -8,7 +8,6 @@ use std::time::{Duration, Instant};
 /// Between two looks this process was awake for so long at most.
 const AWAKE: Duration = Duration::from_millis(300);
 
-/// Messages that are named.
 const NAMED: usize = 8;
 
 /// Time without something, while awake.
@@ -24,7 +23,6 @@ impl SilenceMonitor {
         SilenceMonitor { looked: Instant::now(), lasted: Duration::ZERO }
     }
 
-    /// How long it has lasted.
     pub(super) fn elapsed(&mut self) -> Duration {
         self.lasted += self.looked.elapsed().min(AWAKE);
         self.looked = Instant::now();

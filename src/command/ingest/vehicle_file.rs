@@ -8,7 +8,6 @@ use sideslip::io::telemetry::mavlink::senders::Sender;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// Between two writings.
 const EVERY: Duration = Duration::from_secs(1);
 
 /// The file of the vehicle in a root.
@@ -24,13 +23,13 @@ impl VehicleFile {
         let numbers = match read_vehicle(root) {
             Ok(numbers) => numbers?,
             Err(wrong) => {
-                message(format_args!("sideslip: {wrong}; the vehicle's clock is learned anew"));
+                message(format_args!("sideslip: {wrong}; the vehicle's clock is estimated anew"));
                 return None;
             }
         };
         let found = understood(&numbers);
         if found.is_none() {
-            message(format_args!("sideslip: what was known of the vehicle is not understood: its clock is learned anew"));
+            message(format_args!("sideslip: the stored state of the vehicle cannot be read: its clock is estimated anew"));
         }
         found
     }

@@ -19,9 +19,7 @@ const EXCURSION_MIN: f64 = 0.01;
 /// Whether something can be estimated; if not, or not wholly, why.
 #[derive(Debug)]
 pub(super) struct Feasibility<T> {
-    /// Of what.
     pub(super) what: T,
-    /// Whether it can.
     pub(super) possible: bool,
     /// What stands in the way, or limits it; each a phrase.
     pub(super) reasons: Vec<String>,
@@ -33,20 +31,15 @@ impl<T> Feasibility<T> {
     }
 }
 
-/// What can be estimated.
 #[derive(Debug)]
 pub(super) struct EstimableQuantities {
-    /// The state.
     pub(super) state: Feasibility<()>,
-    /// The channels that aid it.
     pub(super) aids: Vec<&'static str>,
-    /// The channels that would.
     pub(super) aids_missing: Vec<&'static str>,
     /// The derivatives of each axis.
     pub(super) axes: Vec<Feasibility<Axis>>,
     /// What derivatives can be taken with respect to.
     pub(super) variables: Vec<Feasibility<Variable>>,
-    /// The Dutch roll.
     pub(super) dutch_roll: Feasibility<()>,
 }
 

@@ -9,7 +9,6 @@ use sideslip::io::telemetry::mavlink::senders::{Sender, SenderTally};
 use sideslip::io::telemetry::recording::Recording;
 use std::path::Path;
 
-/// The whole answer.
 pub(super) fn document(file: &Path, recording: &Recording, survey: &Survey, estimable: &EstimableQuantities) -> Value {
     let controls = recording.info().geometry().controls;
     let times = &survey.times;

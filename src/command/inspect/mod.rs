@@ -26,10 +26,10 @@ skipped. With --json the table goes to standard error.";
 /// Show what is in a recording: channels, units, rates, gaps, time range, and what of it can be estimated.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
-pub(crate) struct Args {
-    /// The recording; its format is told by its content.
+pub(crate) struct InspectArgs {
+    /// The recording; its format is recognised by its content.
     file: PathBuf,
-    /// Which message gives which channel, for recordings of MAVLink (TOML).
+    /// Which message carries which channel, for recordings of MAVLink (TOML).
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Write the answer as JSON to this file, or to standard output with `-`.
@@ -38,7 +38,7 @@ pub(crate) struct Args {
 }
 
 /// Reads the whole recording once and says what is in it.
-pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+pub(crate) fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
     if let Some(json) = &args.json {
         refuse_to_overwrite("--json", json, std::slice::from_ref(&args.file))?;
     }

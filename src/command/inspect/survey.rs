@@ -20,7 +20,6 @@ const LONG_MAX: usize = 10_000;
 /// A time without samples, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Gap {
-    /// The last sample before it.
     pub(super) from_s: f64,
     /// The first sample after it.
     pub(super) to_s: f64,
@@ -34,7 +33,6 @@ pub(super) struct Times {
     pub(super) range_s: Option<(f64, f64)>,
     /// How often the time stood still.
     pub(super) duplicates: u64,
-    /// How often it went back.
     pub(super) went_back: u64,
     /// How often it was no number.
     pub(super) not_finite: u64,
@@ -105,7 +103,6 @@ impl Times {
 /// What was seen in one column.
 #[derive(Debug)]
 pub(super) struct ColumnSurvey {
-    /// The column.
     pub(super) column: RecordingColumn,
     /// How many cells were not empty.
     pub(super) samples: u64,
@@ -113,7 +110,6 @@ pub(super) struct ColumnSurvey {
     pub(super) not_finite: u64,
     /// Least and greatest of the finite ones, SI (as it came where the column is not known).
     pub(super) range: Option<(f64, f64)>,
-    /// The times of its samples.
     pub(super) times: Times,
 }
 
@@ -149,7 +145,6 @@ impl ColumnSurvey {
 pub(super) struct Survey {
     /// How many rows could be read.
     pub(super) rows: u64,
-    /// Their times.
     pub(super) times: Times,
     /// The columns in the order of the file, without the time.
     pub(super) columns: Vec<ColumnSurvey>,

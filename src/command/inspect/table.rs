@@ -11,10 +11,8 @@ use sideslip::simulation::flight_model::CONDITION;
 use std::fmt::Write;
 use std::path::Path;
 
-/// How many gaps are listed.
 const GAPS_SHOWN: usize = 5;
 
-/// The whole table.
 pub(super) fn text(file: &Path, recording: &Recording, survey: &Survey, estimable: &EstimableQuantities) -> String {
     let mut lines = vec![format!("{}: {}, {}", file.display(), recording.format(), counted(survey.rows, "row"))];
     lines.extend(run_lines(recording));

@@ -6,7 +6,6 @@ use std::fmt::Write;
 /// How wide a line of messages may become, characters.
 const WIDTH: usize = 116;
 
-/// The lines of the table.
 pub(super) fn lines(traffic: &Traffic) -> Vec<String> {
     let tally = traffic.tally;
     let mut sums = format!("  {} messages", tally.good);

@@ -15,7 +15,7 @@ use sideslip::flight::file::model_file::ModelFile;
 use sideslip::flight::model::LinearModel;
 use sideslip::realtime::modes::lateral;
 use sideslip::realtime::modes::naming::{Eigenmodes, eigenmodes};
-use sideslip::realtime::modes::record::{ModesRecord, Oscillation, RealRoot};
+use sideslip::realtime::modes::record::{ModesRecord, OscillatoryMode, RealRoot};
 use sideslip::realtime::regression::record::{LateralDerivatives, Status};
 use sideslip::simulation::flight_model::FlightModel;
 use sideslip::simulation::level1::aircraft::{Level1, Perturbation};
@@ -26,7 +26,7 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  sideslip linearise --model puma-100kn.toml --json -\n  \
                   sideslip linearise --model puma --speed 51.44 --climb 5.08 --density 1.024 --set hub=exact")]
-pub(crate) struct Args {
+pub(crate) struct LineariseArgs {
     #[command(flatten)]
     condition: FlightCondition,
     /// Write the result as JSON to this file, or to standard output with -
@@ -34,8 +34,7 @@ pub(crate) struct Args {
     json: Option<PathBuf>,
 }
 
-/// Linearises and prints.
-pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+pub(crate) fn run(args: &LineariseArgs) -> Result<Outcome, Failure> {
     if let Some(json) = &args.json {
         refuse_to_overwrite("--json", json, std::slice::from_ref(&args.condition.model))?;
     }
@@ -160,7 +159,7 @@ fn subsystem(model: &LinearModel) -> Option<ModesRecord> {
 }
 
 fn subsystem_json(modes: &ModesRecord) -> Value {
-    let pair = |mode: Option<Oscillation>| {
+    let pair = |mode: Option<OscillatoryMode>| {
         mode.map(|mode| json!({"real": mode.real, "imag": mode.imag, "omega": mode.omega, "zeta": mode.zeta}))
     };
     let real = |mode: Option<RealRoot>| mode.map(|root| json!({"real": root.value, "imag": 0.0}));
@@ -226,7 +225,7 @@ fn to_table(read: &FlightModel, model: &LinearModel, effects: &[Effect], modes: 
         None => text.push_str("none\n"),
         Some(modes) => {
             for (name, mode) in [("Dutch roll", modes.dutch_roll), ("phugoid", modes.lateral_phugoid)] {
-                if let Some(Oscillation { real, imag, omega, zeta, .. }) = mode {
+                if let Some(OscillatoryMode { real, imag, omega, zeta, .. }) = mode {
                     let _ = writeln!(text, "{name:<12}  {real:9.4} +- {imag:.4}i   omega {omega:.4} rad/s, zeta {zeta:.4}");
                 }
             }

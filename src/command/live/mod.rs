@@ -48,12 +48,12 @@ const ENDING: Duration = Duration::from_secs(10);
 /// Estimate live: telemetry and estimator as separate processes over shared memory, restarted when one dies
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
-pub(crate) struct Args {
+pub(crate) struct LiveArgs {
     /// Where telemetry comes from: udpin://HOST:PORT, udpout://HOST:PORT, tcp://HOST:PORT or serial://DEVICE?baud=N
     /// (MAVLink 1 and 2); file://PATH, a recording of any format that is read
     #[arg(long, value_name = "URL")]
     source: String,
-    /// Which message gives which channel, for MAVLink (TOML)
+    /// Which message carries which channel, for MAVLink (TOML)
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Directory for the MCAP logs (made where it is missing)
@@ -79,7 +79,7 @@ pub(crate) struct Args {
 }
 
 /// Supervises until the source ends or it is stopped.
-pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+pub(crate) fn run(args: &LiveArgs) -> Result<Outcome, Failure> {
     let stop = stopped_by_signals()?;
     supervised(args.supervised, &stop)?;
     let source = args.source.parse::<TelemetrySource>().map_err(|what| Failure::Input(format!("--source: {what}")))?;
@@ -152,7 +152,7 @@ fn must_be_writable(out: &Path) -> Result<(), Failure> {
     written.map_err(refused)
 }
 
-fn ingest_call(args: &Args, root: &Path) -> Vec<String> {
+fn ingest_call(args: &LiveArgs, root: &Path) -> Vec<String> {
     let mut call = vec!["--source".to_owned(), args.source.clone(), "--speed".to_owned(), args.speed.to_string()];
     call.push("--resume".to_owned());
     call.extend(args.set.iter().flat_map(|set| ["--set".to_owned(), set.clone()]));
@@ -163,7 +163,7 @@ fn ingest_call(args: &Args, root: &Path) -> Vec<String> {
     call
 }
 
-fn estimate_call(args: &Args, root: &Path, source: &TelemetrySource) -> Vec<String> {
+fn estimate_call(args: &LiveArgs, root: &Path, source: &TelemetrySource) -> Vec<String> {
     let mut call = vec!["--root".to_owned(), root.display().to_string()];
     if let Some(out) = &args.out {
         let name = match source {
@@ -210,7 +210,7 @@ fn watch(bus: &Bus, estimate: &mut SupervisedProcess, ingest: &mut SupervisedPro
     let mut watchdog = EstimatorWatchdog::of(bus)?;
     while !stop.load(Ordering::Relaxed) {
         for child in [&mut *estimate, &mut *ingest] {
-            match child.look()? {
+            match child.poll_exit()? {
                 None => {}
                 Some(ProcessExit::Finished) if child.name() == "ingest" => return Ok(()),
                 Some(ProcessExit::WrongCall) => return Err(Failure::Input(format!("{} cannot start", child.name()))),

@@ -13,7 +13,6 @@ const LONGEST: Duration = Duration::from_millis(250);
 /// Who lived that long died of something new.
 const LIVED: Duration = Duration::from_millis(250);
 
-/// How a process ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ProcessExit {
     /// By itself, with what it had to do done.
@@ -44,7 +43,6 @@ impl SupervisedProcess {
         SupervisedProcess { name, call, held, running: None, finished: None, pause: SHORTEST, due: None, restarts: 0 }
     }
 
-    /// Which command it is.
     pub(super) fn name(&self) -> &'static str {
         self.name
     }
@@ -83,7 +81,7 @@ impl SupervisedProcess {
     }
 
     /// Whether it has died since the last look, and how; said, and the pause begins.
-    pub(super) fn look(&mut self) -> Result<Option<ProcessExit>, Failure> {
+    pub(super) fn poll_exit(&mut self) -> Result<Option<ProcessExit>, Failure> {
         let Some((process, _, started)) = &mut self.running else { return Ok(None) };
         let looked = process.try_wait().map_err(|error| Failure::Running(format!("{}: {error}", self.name)))?;
         let Some(status) = looked else { return Ok(None) };

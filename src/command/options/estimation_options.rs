@@ -6,7 +6,7 @@ use sideslip::flight::run::RunGeometry;
 use sideslip::live::output_error::LiveOutputError;
 use sideslip::live::output_error_config::LiveOutputErrorConfig as LiveConfig;
 use sideslip::realtime::estimation::config::RegressionStates;
-use sideslip::realtime::pipeline::Config;
+use sideslip::realtime::pipeline::PipelineConfig;
 
 /// Options of the state estimation.
 #[derive(clap::Args)]
@@ -57,8 +57,8 @@ enum States {
 
 impl EstimationOptions {
     /// The configuration that the options ask for.
-    pub(crate) fn config(&self) -> Config {
-        let mut config = Config::default();
+    pub(crate) fn config(&self) -> PipelineConfig {
+        let mut config = PipelineConfig::default();
         if let Some(seconds) = self.trim_window {
             config.estimation.trim_window_s = seconds;
         }

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// What is said of the model and its flight.
 #[derive(clap::Args)]
 pub(crate) struct FlightCondition {
-    /// Model file (TOML), or puma, the Level-1 Puma that is built in
+    /// Model file (TOML), or puma, the built-in Level-1 Puma
     #[arg(long, value_name = "FILE")]
     pub(crate) model: PathBuf,
     /// True airspeed of the trim, m/s [default: the model file's]

@@ -5,8 +5,8 @@ use crate::command::recordings::run_condition::condition_of;
 use sideslip::error::Failure;
 use sideslip::flight::run::RunGeometry;
 use sideslip::live::diagnosis::{LiveDiagnosis, ModelOf};
-use sideslip::postflight::diagnosis::data::run::RecordedRun;
 use sideslip::postflight::identification::test_condition::{SPEED_PART, TestCondition};
+use sideslip::postflight::recorded_run::RecordedRun;
 use sideslip::simulation::flight_model::{FlightModel, FlightRequest};
 use std::path::{Path, PathBuf};
 
@@ -21,7 +21,6 @@ pub(crate) struct LiveDiagnosisOptions {
     density: Option<f64>,
 }
 
-/// A model that was read.
 #[derive(Clone)]
 pub(crate) struct LiveDiagnosisModel {
     path: PathBuf,
@@ -89,7 +88,9 @@ fn where_it_holds(model: &FlightModel, runs: &[RecordedRun]) -> Result<Vec<usize
     let near: Vec<usize> = (0..runs.len()).filter(|&place| flown.get(place).is_some_and(|&speed| holds(speed))).collect();
     // The newest is what findings are about.
     match flown.last() {
-        Some(&speed) if !holds(speed) => Err(format!("flown at {speed:.1} m/s, where the model, of {own:.1} m/s, says nothing")),
+        Some(&speed) if !holds(speed) => {
+            Err(format!("flown at {speed:.1} m/s, outside the validity of the model, which is of {own:.1} m/s"))
+        }
         _ => Ok(near),
     }
 }

@@ -1,8 +1,8 @@
 //! The flight condition that a recorded run begins in.
 
 use sideslip::flight::channel::Channel;
-use sideslip::postflight::diagnosis::data::run::RecordedRun;
 use sideslip::postflight::identification::test_condition::TestCondition;
+use sideslip::postflight::recorded_run::RecordedRun;
 
 /// What is a run's trim, s.
 const TRIM_S: f64 = 1.0;

@@ -11,13 +11,9 @@ use sideslip::io::telemetry::recording::Recording;
 use sideslip::postflight::reconstruction::screening::{Screened, screen};
 use std::path::{Path, PathBuf};
 
-/// A run as it was read.
 pub(crate) struct RunInput {
-    /// Its name.
     pub(crate) name: String,
-    /// What it says of itself.
     pub(crate) info: RunInfo,
-    /// Its samples.
     pub(crate) samples: Vec<Sample>,
     /// What of it was lost, a sentence each.
     pub(crate) losses: Vec<String>,

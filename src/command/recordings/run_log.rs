@@ -18,19 +18,14 @@ pub(crate) struct RunLog {
     thread: LogThread,
 }
 
-/// How a log ended.
 #[derive(Debug)]
 pub(crate) struct ClosedRunLog {
-    /// Where it stands.
     pub(crate) path: PathBuf,
-    /// Messages in it.
     pub(crate) written: u64,
-    /// Messages that it lacks.
     lost: u64,
 }
 
 impl ClosedRunLog {
-    /// What it lacks, in words.
     pub(crate) fn loss(&self) -> Option<String> {
         let ClosedRunLog { path, written, lost } = self;
         (*lost > 0).then(|| format!("{lost} of {} messages are not in the log {}", lost + written, path.display()))

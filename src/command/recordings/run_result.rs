@@ -6,10 +6,10 @@ use sideslip::io::outputs::event_ring::{FoldedEvent, FoldedText};
 use sideslip::io::outputs::json::derivatives_json::RunEstimates;
 use sideslip::io::outputs::record::EventKind;
 use sideslip::io::outputs::tables::terminal::{EstimateTable, Style};
+use sideslip::io::outputs::words::event_text::{Severity, event_severity};
 use sideslip::io::outputs::words::finding_text::FindingsTable;
 use sideslip::io::outputs::words::noise_text::NoiseUsed;
 use sideslip::io::outputs::words::output_error_text::OutputErrorTable;
-use sideslip::io::outputs::words::status_text::{Severity, event_severity};
 use sideslip::live::record_sink::RecordSink;
 use sideslip::live::wiring::FinishedRun;
 use sideslip::realtime::estimation::record::{Aid, EstimationEvent};
@@ -76,7 +76,6 @@ impl RunResult {
         result
     }
 
-    /// The numbers for a program.
     pub(crate) fn estimates(&self) -> RunEstimates<'_> {
         RunEstimates {
             run: &self.name,

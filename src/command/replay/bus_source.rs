@@ -17,7 +17,6 @@ use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Between looks at the bus.
 const LOOK: Duration = Duration::from_micros(50);
 /// How long a process that has said the end of the run may take to end itself.
 const ENDING: Duration = Duration::from_secs(5);

@@ -28,16 +28,16 @@ Example:
 
 Every FILE is a run of its own, with its own trim: the mean over its first second. A log holds the keys of the run as
 they were in effect, so that replaying it without --set gives the same numbers; --trim-window is no such key. Smoothed states
-hold what the whole record says: to look at, and to compare with; estimating from them again would count the same twice.
+use the whole record: to plot and to compare with; estimating from them again would use the same data twice.
 
 Exit status: 0 done; 1 failed while running, or stopped by a signal (what there was by then is printed); 2 the call or a
 recording is wrong; 3 done, with data lost or skipped. With --json - the table goes to standard error.";
 
-/// Play recordings through the estimator: derivatives, Dutch roll, what is wrong with the instruments
+/// Play recordings through the estimator: derivatives, Dutch roll, errors of the instruments
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
-pub(crate) struct Args {
-    /// Recordings; their format is told by their content
+pub(crate) struct ReplayArgs {
+    /// Recordings; their format is recognised by their content
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// How fast: 1 is real time, 4 four times as fast, max as fast as it goes
@@ -56,7 +56,7 @@ pub(crate) struct Args {
     /// Write the last estimates as JSON to this file, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Which message gives which channel, for recordings of MAVLink (TOML)
+    /// Which message carries which channel, for recordings of MAVLink (TOML)
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Through shared memory: the recording is brought in by another process, nothing is lost on the way
@@ -67,7 +67,7 @@ pub(crate) struct Args {
 }
 
 /// Plays every recording and prints what it came to.
-pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+pub(crate) fn run(args: &ReplayArgs) -> Result<Outcome, Failure> {
     let config = args.estimation.config();
     let to_standard_output = args.json.as_ref().is_some_and(|json| json.as_os_str() == "-");
     if let Some(json) = args.json.as_ref().filter(|_| !to_standard_output) {

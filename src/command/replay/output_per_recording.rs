@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 
 /// An option that gives a file for each recording.
 pub(super) struct OutputPerRecording {
-    /// As it is called.
     pub(super) option: &'static str,
     /// Endings that its files can have; the first where only a directory was named.
     pub(super) endings: &'static [&'static str],

@@ -21,7 +21,7 @@ use sideslip::io::telemetry::recording::Recording;
 use sideslip::live::record_sink::RecordSink;
 use sideslip::live::wiring::{FinishedRun, Schedule, WiredRun};
 use sideslip::live::{diagnosis, output_error};
-use sideslip::realtime::pipeline::{Config, Pipeline};
+use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -41,9 +41,7 @@ pub(super) enum ReplaySource<'a> {
 
 /// What a run writes besides its answer.
 pub(super) struct ReplayFiles<'a> {
-    /// Its log.
     pub(super) log: Option<&'a Path>,
-    /// Its smoothed states.
     pub(super) smoothed: Option<&'a Path>,
 }
 
@@ -53,7 +51,7 @@ pub(super) struct ReplayRun {
     recording: Recording,
     info: RunInfo,
     head: LogHead,
-    config: Config,
+    config: PipelineConfig,
     pipeline: Pipeline,
     output_error: Option<output_error::LiveOutputError>,
     diagnosis: Option<diagnosis::LiveDiagnosis>,
@@ -76,7 +74,7 @@ pub(super) struct ReplayedRun {
 
 impl ReplayRun {
     /// Opens a recording, overrides keys of its run and readies the pipeline.
-    pub(super) fn open(file: &Path, overrides: &[String], config: &Config, mapping: &Mapping) -> Result<Self, Failure> {
+    pub(super) fn open(file: &Path, overrides: &[String], config: &PipelineConfig, mapping: &Mapping) -> Result<Self, Failure> {
         let recording = Recording::open_with(file, mapping)?;
         let (info, head) = head_of(file, &recording, overrides)?;
         let pipeline = Pipeline::new(config, *info.geometry()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
@@ -196,7 +194,6 @@ impl ReplayedRun {
         ReplayedRun { file, result, about: about.collect(), traffic, recording_losses, smoothed: None, interrupted }
     }
 
-    /// The numbers for a program.
     pub(super) fn estimates(&self) -> RunEstimates<'_> {
         self.result.estimates()
     }
@@ -222,7 +219,6 @@ impl ReplayedRun {
         format!("{}: stopped by a signal {reached}{others}", self.file.display())
     }
 
-    /// The result for a person.
     pub(super) fn table(&self, style: Style) -> String {
         let mut text = format!("{}: {} samples", self.file.display(), self.result.rows);
         if let Some((from, to)) = self.result.range_s {

@@ -11,7 +11,7 @@ use sideslip::io::outputs::log::mcap_log::{LogError, McapLog};
 use sideslip::io::outputs::log::state_file;
 use sideslip::io::outputs::record::Message;
 use sideslip::io::telemetry::record::RecordingRow;
-use sideslip::realtime::estimation::config::Config;
+use sideslip::realtime::estimation::config::EstimationConfig;
 use sideslip::realtime::estimation::fixed_interval::smooth_watched;
 use sideslip::realtime::estimation::record::{LaggedRecord, StateRecord};
 use std::path::{Path, PathBuf};
@@ -22,19 +22,14 @@ pub(super) const STATES: OutputPerRecording = OutputPerRecording { option: "--sm
 /// Messages between two flushes of an MCAP file.
 const FLUSH_EVERY: usize = 4096;
 
-/// A run to be smoothed.
 pub(super) struct RunToSmooth<'a> {
-    /// The recording.
     pub(super) file: &'a Path,
-    /// What it says of itself.
     pub(super) info: &'a RunInfo,
-    /// Its columns.
     pub(super) head: &'a LogHead,
     /// Every row, in order.
     pub(super) rows: &'a [RecordingRow],
 }
 
-/// What was written.
 #[derive(Debug)]
 pub(super) struct SmoothedFile {
     path: PathBuf,
@@ -43,7 +38,6 @@ pub(super) struct SmoothedFile {
 }
 
 impl SmoothedFile {
-    /// A line for a person.
     pub(super) fn line(&self) -> String {
         let SmoothedFile { path, states, rows } = self;
         let without = match rows - states {
@@ -59,7 +53,7 @@ impl RunToSmooth<'_> {
     pub(super) fn write(
         &self,
         path: &Path,
-        config: &Config,
+        config: &EstimationConfig,
         watch: impl FnMut(f64) -> bool,
     ) -> Result<Option<SmoothedFile>, Failure> {
         let samples: Vec<Sample> = self.rows.iter().map(|row| row.sample).collect();

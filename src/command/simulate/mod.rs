@@ -41,10 +41,10 @@ An instruments file (TOML) says what differs from flight-test quality; every key
   [channel.p]                             one table a channel, in its SI unit
   rate_hz = 256                           rows at its own times
   noise = 0.001                           standard deviation of white noise
-  bias = 0.002                            reads that much too much; bias_std draws one a run instead
-  scale = 1.01                            reads that many times the truth
+  bias = 0.002                            constant error; bias_std draws one a run instead
+  scale = 1.01                            scale factor
   lag = 0.02                              first-order lag, s
-  delay = 0.01                            reads late by, s
+  delay = 0.01                            delay, s
   bits = 12                               PCM word: 2^bits counts over the range, held at its ends; or quantum = 0.001
   range = [-1.0, 1.0]
   dropouts = { rate = 0.1, mean_length = 0.2 }   its own losses: a second of reception, s
@@ -58,7 +58,7 @@ An example stands in replay/instruments/flight-test.toml.";
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 #[command(group(clap::ArgGroup::new("flown").required(true).args(["controls", "input"])))]
-pub(crate) struct Args {
+pub(crate) struct SimulateArgs {
     #[command(flatten)]
     condition: FlightCondition,
     /// Fly the controls of this run (and its rotor speed), straight lines between its samples
@@ -83,7 +83,7 @@ pub(crate) struct Args {
         allow_negative_numbers = true, value_parser = number("rad/s"))]
     hand_rate: f64,
     /// Who flies besides: a pilot who slowly holds bank and pitch attitude (attitude), heading too (heading), by gains far below
-    /// a test input, so that a long flight of an unstable aircraft stays near its trim; the recorded controls hold what he does
+    /// a test input, so that a long flight of an unstable aircraft stays near its trim; the recorded controls include his inputs
     #[arg(long, value_name = "none|attitude|heading", default_value = "none")]
     pilot: PilotMode,
     /// Instruments by a file (TOML): rates, errors, PCM words, dropouts, vibration; see below
@@ -137,8 +137,7 @@ fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("expected a whole number from 0 to {}", u64::MAX))
 }
 
-/// Flies and records.
-pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let format = RunFormat::by_name(&args.out)?;
     refuse_without_folder("--out", &args.out)?;
     if let Some(controls) = &args.controls {
@@ -225,7 +224,6 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
     Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })
 }
 
-/// What an assignment is to.
 fn key_of(assignment: &str) -> &str {
     assignment.split('=').next().unwrap_or_default().trim()
 }
@@ -239,12 +237,11 @@ fn within(option: &str, value: f64, least: f64, most: f64) -> Result<f64, Failur
 }
 
 /// Factor of all random errors.
-fn noise_of(args: &Args) -> f64 {
+fn noise_of(args: &SimulateArgs) -> f64 {
     args.noise.unwrap_or(if args.instruments.is_some() { 1.0 } else { 0.0 })
 }
 
-/// What measures the flight.
-fn instruments(args: &Args, with_rotor: bool, described: Option<&InstrumentFile>) -> InstrumentSet {
+fn instruments(args: &SimulateArgs, with_rotor: bool, described: Option<&InstrumentFile>) -> InstrumentSet {
     let factor = noise_of(args);
     let of_quality = InstrumentSet::flight_quality(factor);
     let mut instruments = if with_rotor { of_quality.with_rotor(factor) } else { of_quality };
@@ -258,7 +255,7 @@ fn instruments(args: &Args, with_rotor: bool, described: Option<&InstrumentFile>
 
 /// What the recording says of itself, with what `--set` makes of it.
 fn run_info(
-    args: &Args,
+    args: &SimulateArgs,
     read: &FlightModel,
     of_run: &[String],
     manoeuvre: &str,

@@ -35,7 +35,6 @@ impl OutputFile {
         Ok(OutputFile { place: target.with_file_name(partial(&target)), target })
     }
 
-    /// Where to write.
     pub(crate) fn place(&self) -> &Path {
         &self.place
     }

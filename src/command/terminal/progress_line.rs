@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 /// How often the line is written anew.
 const EVERY: Duration = Duration::from_millis(100);
 
-/// The line.
 #[derive(Debug)]
 pub(crate) struct ProgressLine {
     shown: bool,

@@ -16,7 +16,7 @@ use sideslip::io::outputs::tables::terminal::{EstimateTable, Style};
 use sideslip::io::outputs::words::finding_text::FindingsTable;
 use sideslip::io::outputs::words::output_error_text::OutputErrorTable;
 use sideslip::io::outputs::words::status_text::StatusText;
-use sideslip::postflight::diagnosis::record::{FindingRecord, FindingsSoFar, Standing};
+use sideslip::postflight::diagnosis::record::{FindingRecord, FindingStatus, FindingsSoFar};
 use sideslip::postflight::output_error::record::OutputErrorRecord;
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -38,17 +38,17 @@ const SLICE: Duration = Duration::from_millis(20);
 /// Show the latest estimates of a running estimator, once a second
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
-pub(crate) struct Args {
+pub(crate) struct WatchArgs {
     /// Directory in which the processes meet
     #[arg(long, value_name = "DIR")]
     root: Option<PathBuf>,
     /// Print a JSON object a line
     #[arg(long)]
     json: bool,
-    /// Between two looks, s
+    /// Interval of the output, s
     #[arg(long, value_name = "S", default_value = "1", value_parser = interval)]
     every: Duration,
-    /// End after so many looks
+    /// End after so many outputs
     #[arg(long, value_name = "N")]
     count: Option<u64>,
 }
@@ -59,7 +59,7 @@ fn interval(text: &str) -> Result<Duration, String> {
 }
 
 /// Prints until it is stopped.
-pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
+pub(crate) fn run(args: &WatchArgs) -> Result<Outcome, Failure> {
     let stop = stopped_by_signals()?;
     let bus = Bus::enter(&root_path(args.root.as_ref()))?;
     let mut reader = Reader::on(&bus)?;
@@ -86,7 +86,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome, Failure> {
             output_error = Some(newest.record()?);
         }
         while let Some(newest) = findings.receive()? {
-            so_far.hear(newest.header.incarnation, &newest.record()?);
+            so_far.update(newest.header.incarnation, &newest.record()?);
         }
         let (name, controls) = run_of(&bus);
         let shown = if args.json {
@@ -110,11 +110,11 @@ struct FindingsOfEstimator {
 
 impl FindingsOfEstimator {
     /// The first word of a run ends those of the run before; so does another estimator.
-    fn hear(&mut self, incarnation: u64, record: &FindingRecord) {
-        if incarnation != self.incarnation || record.standing == Standing::Waiting {
+    fn update(&mut self, incarnation: u64, record: &FindingRecord) {
+        if incarnation != self.incarnation || record.standing == FindingStatus::Waiting {
             *self = FindingsOfEstimator { incarnation, findings: FindingsSoFar::new() };
         }
-        self.findings.hear(record);
+        self.findings.update(record);
     }
 }
 

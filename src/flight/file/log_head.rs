@@ -1,7 +1,6 @@
-//! What a log says of its run before the first sample: the run's own text, its columns, how its controls are called.
+//! Head of a log before the first sample: description of the run, its columns, names of its controls.
 //!
-//! Whoever writes a log takes it, whoever reads one gives it back; both sides of a round trip see the same columns in
-//! the same order, the unknown ones too.
+//! Written and read by the same type, so that a round trip keeps every column, unknown ones too, in order.
 
 use crate::flight::channel::{CHANNELS, Channel, ControlNames};
 use std::collections::BTreeMap;
@@ -31,24 +30,14 @@ pub struct LogHead {
 
 /// Why a head cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of each says what its fields are")]
 pub enum LogHeadError {
-    /// A key is not there.
     #[error("expected the key `{0}` in the metadata record `run`, found none")]
     Missing(&'static str),
-    /// The log has another format.
     #[error("expected a log of format {LOG_FORMAT}, found format `{0}`")]
     Format(String),
-    /// A key's text is not what it should be.
     #[error("{key}: expected {expected}, found `{found}`")]
-    Text {
-        /// The key.
-        key: &'static str,
-        /// What it should be.
-        expected: &'static str,
-        /// What it is, shortened.
-        found: String,
-    },
-    /// A column name is `time`, or stands twice.
+    Text { key: &'static str, expected: &'static str, found: String },
     #[error("channels: two columns are called `{0}`")]
     Ambiguous(String),
 }

@@ -1,6 +1,6 @@
-//! A TOML document walked table by table, every error with its line and column.
+//! A TOML document read table by table, every error with its line and column.
 //!
-//! Consumes a text; produces typed values. What is refused says where it stands, what was expected and what was
+//! Consumes a text; produces typed values. An error has line and column, what was expected and what was
 //! found, and the nearest valid name where a name is wrong.
 
 use std::fmt;
@@ -28,7 +28,6 @@ pub(crate) type TomlPlace = Range<usize>;
 pub(crate) struct TomlText<'t>(pub(crate) &'t str);
 
 impl<'t> TomlText<'t> {
-    /// An error at that place.
     pub(crate) fn misread(self, place: &TomlPlace, what: impl fmt::Display) -> TomlError {
         let before = self.0.get(..place.start).unwrap_or(self.0);
         let line = before.matches('\n').count() + 1;
@@ -44,7 +43,6 @@ impl<'t> TomlText<'t> {
     }
 }
 
-/// One table of a document.
 pub(crate) struct TomlTable<'t> {
     text: TomlText<'t>,
     entries: &'t DeTable<'t>,
@@ -55,11 +53,8 @@ pub(crate) struct TomlTable<'t> {
 /// A key with its value.
 pub(crate) struct TomlEntry<'t> {
     text: TomlText<'t>,
-    /// The key.
     pub(crate) key: &'t str,
-    /// Where the key stands.
     pub(crate) key_place: TomlPlace,
-    /// Where the value stands.
     pub(crate) place: TomlPlace,
     value: &'t DeValue<'t>,
 }
@@ -92,7 +87,6 @@ impl<'t> TomlTable<'t> {
         entries
     }
 
-    /// The entry of that key.
     pub(crate) fn find(&self, key: &str) -> Option<TomlEntry<'t>> {
         self.entries().into_iter().find(|entry| entry.key == key)
     }
@@ -112,12 +106,10 @@ impl<'t> TomlTable<'t> {
 }
 
 impl<'t> TomlEntry<'t> {
-    /// An error at the key.
     pub(crate) fn unknown_key(&self, expected: &str, valid: &[&str]) -> TomlError {
         self.text.misread(&self.key_place, Choice { expected, found: self.key, valid })
     }
 
-    /// An error at the value.
     pub(crate) fn misread(&self, what: impl fmt::Display) -> TomlError {
         self.text.misread(&self.place, format_args!("`{}`: {what}", self.key))
     }
@@ -157,7 +149,6 @@ impl<'t> TomlEntry<'t> {
         }
     }
 
-    /// The value as a text.
     pub(crate) fn text(&self) -> Result<&'t str, TomlError> {
         self.value.as_str().ok_or_else(|| self.misread(format_args!("expected a text, found {}", self.value.type_str())))
     }
@@ -180,7 +171,6 @@ impl<'t> TomlEntry<'t> {
         pairs.iter().map(|pair| array(pair.get_ref()).map_err(refuse)).collect()
     }
 
-    /// The value as a table.
     pub(crate) fn table(&self, name: &str) -> Result<TomlTable<'t>, TomlError> {
         let entries = self
             .value

@@ -1,7 +1,7 @@
-//! A quantity over time as straight lines between breakpoints, and what a control path does to it, exactly.
+//! Piecewise linear functions of time, and the exact operations of a control path on them.
 //!
 //! Consumes breakpoints (time s, value) in increasing time; before the first and after the last the value is held.
-//! Every operation gives straight lines again, with breakpoints where it bends them:
+//! Every operation gives a piecewise linear function again:
 //!     dead zone   y = x - clamp(x, -h, h)                                                (1)
 //!     delay       y(t) = x(t - d)                                                        (2)
 //!     rate limit  y' = R sign(x - y) until y meets x, then y = x while |x'| <= R         (3)
@@ -16,26 +16,14 @@ pub struct History {
 
 /// Breakpoints that are no function of time.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of each says what its fields are")]
 pub enum HistoryError {
-    /// There is no breakpoint.
     #[error("no value at all")]
     Empty,
-    /// A breakpoint is not finite.
     #[error("value {value} at {time_s} s is not finite")]
-    NotFinite {
-        /// Its time, s.
-        time_s: f64,
-        /// Its value.
-        value: f64,
-    },
-    /// Time does not increase.
+    NotFinite { time_s: f64, value: f64 },
     #[error("time goes from {before_s} s to {time_s} s")]
-    TimeOrder {
-        /// The breakpoint before, s.
-        before_s: f64,
-        /// The offending time, s.
-        time_s: f64,
-    },
+    TimeOrder { before_s: f64, time_s: f64 },
 }
 
 impl History {
@@ -192,7 +180,6 @@ pub(crate) struct RateLimiter {
 }
 
 impl RateLimiter {
-    /// Nothing has come in.
     pub(crate) fn new(rate: f64) -> Self {
         RateLimiter { rate, last: None }
     }

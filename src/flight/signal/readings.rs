@@ -1,7 +1,7 @@
 //! Readings of outputs by the nodes of a mesh.
 //!
-//! Consumes each output's samples; those that fall to one node of the mesh as it stands without any skew are averaged once,
-//! so that the groups are the same whatever skew is tried later and costs can be compared. Produces, for given skews, the
+//! Consumes each output's samples; samples of one node of the mesh without skew are averaged once,
+//! so that the groups do not depend on the skew and costs for different skews are comparable. Produces, for given skews, the
 //! groups by node.
 
 use super::series::Series;

@@ -1,10 +1,9 @@
-//! One channel of a run as a straight line between its samples: means over intervals, values in between, its own noise.
+//! One channel of a run, linear between its samples: means over intervals, interpolated values, white noise.
 //!
 //! Consumes times, s, increasing, and values; produces exact integrals of the line, so that an average over an interval uses
 //! every sample within it whatever the channel's rate, and whatever its time skew.
-//! The white noise of a channel is told from its third differences,
-//!     sigma^2 = mean (x_i - 3 x_(i+1) + 3 x_(i+2) - x_(i+3))^2 / 20                                  (1)
-//! which a motion that is smooth from sample to sample hardly enters.
+
+use super::white_noise::white_noise_std;
 
 /// Samples of one channel.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -131,21 +130,17 @@ impl Series {
         }
     }
 
-    /// x_i - 3 x_(i+1) + 3 x_(i+2) - x_(i+3), of which (1) is made.
-    pub fn third_differences(&self) -> impl Iterator<Item = f64> + '_ {
-        self.values.windows(4).filter_map(|x| match x {
-            [a, b, c, d] => Some(a - 3.0 * b + 3.0 * c - d),
-            _ => None,
-        })
+    /// Standard deviation of the channel's white noise, by the mean of all of it.
+    pub fn noise_std(&self) -> f64 {
+        white_noise_std(&self.values)
     }
 
-    /// Standard deviation of the channel's white noise, (1).
-    pub fn noise_std(&self) -> f64 {
-        let squares: Vec<f64> = self.third_differences().map(|x| x * x).collect();
-        if squares.is_empty() {
-            return 0.0;
-        }
-        libm::sqrt(squares.iter().sum::<f64>() / (20.0 * squares.len() as f64))
+    pub(crate) fn times_s(&self) -> &[f64] {
+        &self.times_s
+    }
+
+    pub(crate) fn values(&self) -> &[f64] {
+        &self.values
     }
 }
 

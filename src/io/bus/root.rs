@@ -14,7 +14,6 @@
 //! was inside (everyone inside has every service open), so the next one to come is alone and sweeps it away.
 
 use super::error::BusError;
-use super::run_head::HEADS;
 use std::fs::{DirBuilder, File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, Write};
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
@@ -24,8 +23,10 @@ use std::time::{Duration, Instant};
 /// The longest wait at the door; whoever stands in it needs some tens of milliseconds.
 const DOOR: Duration = Duration::from_secs(5);
 
-/// What is ours in a root.
 const OURS: &str = ".sideslip";
+
+/// Directory of the heads of runs below what is ours.
+const HEADS: &str = "runs";
 
 /// What the names of private roots begin with, in the directory of temporary files.
 const PRIVATE: &str = "sideslip-private-";
@@ -69,7 +70,6 @@ pub(super) struct DoorLock(#[expect(dead_code, reason = "the lock is the file's"
 /// A root that this process is inside of.
 #[derive(Debug)]
 pub struct BusRoot {
-    /// As the user names it.
     path: PathBuf,
     /// Our part of it.
     ours: PathBuf,
@@ -142,9 +142,9 @@ impl BusRoot {
         self.remove = true;
     }
 
-    /// Our part of it.
-    pub(super) fn ours(&self) -> &Path {
-        &self.ours
+    /// Where the heads of runs are written: removed when the next process sweeps.
+    pub(super) fn heads(&self) -> PathBuf {
+        self.ours.join(HEADS)
     }
 
     /// Takes a role.
@@ -265,7 +265,6 @@ fn make(path: &Path) -> Result<PathBuf, BusError> {
     path.canonicalize().map_err(cannot)
 }
 
-/// The user of this process.
 fn own_user() -> u32 {
     std::fs::metadata("/proc/self").map_or(u32::MAX, |found| found.uid())
 }
@@ -279,7 +278,6 @@ fn root_error(path: &Path, error: &std::io::Error) -> BusError {
     BusError::Root { path: path.into(), what: error.to_string() }
 }
 
-/// Tries for a while.
 fn lock_within(file: &File, limit: Duration, lock: impl Fn(&File) -> Result<(), TryLockError>) -> Result<(), String> {
     let begun = Instant::now();
     loop {

@@ -9,20 +9,15 @@ use crate::flight::file::log_head::LogHead;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// Directory of the heads below the root.
-pub(super) const HEADS: &str = "runs";
-
-/// When telemetry began.
 const PLAYING: &str = "playing";
 
 /// What the next telemetry needs to go on with the vehicle.
 const VEHICLE: &str = "vehicle";
 
-/// How many heads are kept.
 const KEPT: usize = 8;
 
 fn place(root: &BusRoot, incarnation: u64) -> PathBuf {
-    root.ours().join(HEADS).join(format!("{incarnation:020}.json"))
+    root.heads().join(format!("{incarnation:020}.json"))
 }
 
 /// Writes the head of an incarnation's run. Call it before the first sample.
@@ -33,7 +28,7 @@ pub fn write_head(root: &BusRoot, incarnation: u64, head: &LogHead) -> Result<()
     let place = place(root, incarnation);
     let wrong = |what: String| BusError::Root { path: place.clone(), what };
     let text = serde_json::to_vec(&head.to_metadata("sideslip")).map_err(|error| wrong(error.to_string()))?;
-    let directory = root.ours().join(HEADS);
+    let directory = root.heads();
     let partial = directory.join(format!("{}.partial", std::process::id()));
     let written = std::fs::create_dir_all(&directory)
         .and_then(|()| std::fs::write(&partial, text))
@@ -70,7 +65,7 @@ pub fn read_head(root: &BusRoot, incarnation: u64) -> Result<Option<LogHead>, Bu
 /// # Errors
 /// [`BusError::Root`] where it cannot be understood.
 pub fn newest_head(root: &BusRoot) -> Result<Option<LogHead>, BusError> {
-    let Ok(entries) = std::fs::read_dir(root.ours().join(HEADS)) else { return Ok(None) };
+    let Ok(entries) = std::fs::read_dir(root.heads()) else { return Ok(None) };
     let number = |path: PathBuf| {
         if path.extension()? != "json" {
             return None;
@@ -87,7 +82,7 @@ pub fn newest_head(root: &BusRoot) -> Result<Option<LogHead>, BusError> {
 /// # Errors
 /// [`BusError::Root`] where the file cannot be read or written.
 pub fn playing_since(root: &BusRoot, now_ns: u64) -> Result<u64, BusError> {
-    let place = root.ours().join(HEADS).join(PLAYING);
+    let place = root.heads().join(PLAYING);
     let wrong = |error: std::io::Error| BusError::Root { path: place.clone(), what: error.to_string() };
     match std::fs::read_to_string(&place) {
         Ok(text) => {
@@ -95,8 +90,8 @@ pub fn playing_since(root: &BusRoot, now_ns: u64) -> Result<u64, BusError> {
             text.trim().parse().map_err(|_| refused())
         }
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            let partial = root.ours().join(HEADS).join(format!("{}.partial", std::process::id()));
-            std::fs::create_dir_all(root.ours().join(HEADS)).map_err(wrong)?;
+            let partial = root.heads().join(format!("{}.partial", std::process::id()));
+            std::fs::create_dir_all(root.heads()).map_err(wrong)?;
             std::fs::write(&partial, now_ns.to_string()).and_then(|()| std::fs::rename(&partial, &place)).map_err(wrong)?;
             Ok(now_ns)
         }
@@ -107,7 +102,7 @@ pub fn playing_since(root: &BusRoot, now_ns: u64) -> Result<u64, BusError> {
 /// Forgets what was played before, and the vehicle.
 pub fn play_anew(root: &BusRoot) {
     for name in [PLAYING, VEHICLE] {
-        let _ = std::fs::remove_file(root.ours().join(HEADS).join(name));
+        let _ = std::fs::remove_file(root.heads().join(name));
     }
 }
 
@@ -116,7 +111,7 @@ pub fn play_anew(root: &BusRoot) {
 /// # Errors
 /// [`BusError::Root`] where the file cannot be written.
 pub fn write_vehicle(root: &BusRoot, numbers: &BTreeMap<&str, i64>) -> Result<(), BusError> {
-    let place = root.ours().join(HEADS).join(VEHICLE);
+    let place = root.heads().join(VEHICLE);
     let wrong = |what: String| BusError::Root { path: place.clone(), what };
     let text = serde_json::to_vec(numbers).map_err(|error| wrong(error.to_string()))?;
     let partial = place.with_file_name(format!("{}.partial", std::process::id()));
@@ -129,7 +124,7 @@ pub fn write_vehicle(root: &BusRoot, numbers: &BTreeMap<&str, i64>) -> Result<()
 /// # Errors
 /// [`BusError::Root`] where it cannot be understood.
 pub fn read_vehicle(root: &BusRoot) -> Result<Option<BTreeMap<String, i64>>, BusError> {
-    let place = root.ours().join(HEADS).join(VEHICLE);
+    let place = root.heads().join(VEHICLE);
     let wrong = |what: String| BusError::Root { path: place.clone(), what };
     match std::fs::read(&place) {
         Ok(text) => serde_json::from_slice(&text).map(Some).map_err(|error| wrong(error.to_string())),

@@ -5,7 +5,7 @@
 //! count stays in the totals.
 
 use super::record::{EventKind, EventRecord};
-use super::words::status_text::{EVENT_KINDS, EventText, Severity, event_place, event_severity, event_subject};
+use super::words::event_text::{EVENT_KINDS, EventText, Severity, event_place, event_severity, event_subject};
 use crate::flight::channel::ControlNames;
 use core::fmt::{self, Display, Formatter};
 use heapless::Vec;

@@ -46,7 +46,6 @@ pub struct CsvRecording {
     info: RunInfo,
     columns: Vec<RecordingColumn>,
     reader: Reader<Allowance>,
-    /// Lines of the preamble.
     lines_before: usize,
     header_line: usize,
     record: ByteRecord,

@@ -21,17 +21,14 @@ const TOPICS_NAMED: usize = 12;
 
 /// Why a file cannot be read as a log.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of each says what its fields are")]
 pub enum LogReadError {
-    /// Reading failed.
     #[error("{0}")]
     Io(#[from] io::Error),
-    /// Not an MCAP file.
     #[error("expected an MCAP file, found something else")]
     NotMcap,
-    /// An MCAP file without the head that this program writes.
     #[error("expected a log of sideslip with the topic {SAMPLE_TOPIC} and a metadata record `{RUN_METADATA}`, found {0}")]
     Foreign(String),
-    /// The head is there and wrong.
     #[error("metadata record `{RUN_METADATA}`: {0}")]
     Head(#[from] LogHeadError),
 }

@@ -22,7 +22,6 @@ const LZ4_GAIN: u64 = 255;
 
 const OPCODE_AND_LENGTH: usize = 1 + 8;
 
-/// What a file did not give.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Shortfall {
     /// Why reading stopped before the end of the file, and that it was cut off.

@@ -6,31 +6,14 @@ use std::path::PathBuf;
 
 /// Why a recording cannot be read.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of each says what its fields are")]
 pub enum RecordingError {
-    /// Reading failed.
     #[error("{}: {source}", path.display())]
-    Io {
-        /// Which file.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// The file is wrong at one place.
+    Io { path: PathBuf, source: std::io::Error },
     #[error("{}:{place}", path.display())]
-    Place {
-        /// Which file.
-        path: PathBuf,
-        /// Where, what was expected, what was found.
-        place: RunFileError,
-    },
-    /// The file is wrong as a whole.
+    Place { path: PathBuf, place: RunFileError },
     #[error("{}: {what}", path.display())]
-    Whole {
-        /// Which file.
-        path: PathBuf,
-        /// What was expected and what was found.
-        what: String,
-    },
+    Whole { path: PathBuf, what: String },
 }
 
 /// One row: what was measured at one time.

@@ -8,7 +8,6 @@
 //! causes found explain less than [`EXPLAINED`] of what they and that noise explain together, the answer is `unknown`.
 
 use super::data::instrument_check::{InstrumentCheck, check_instruments};
-use super::data::run::RecordedRun;
 use super::data::run_data::RunData;
 use super::data::usable_runs::usable_runs;
 use super::evidence::regressor_plot::{RegressorPlot, regressor_plots};
@@ -27,6 +26,7 @@ use crate::flight::control::Control;
 use crate::flight::derivative::Axis;
 use crate::flight::effect::Effect;
 use crate::flight::file::effect_file::DeclaredEffect;
+use crate::postflight::recorded_run::RecordedRun;
 use crate::postflight::validation::free_run;
 use crate::postflight::validation::free_run::FreeRunPrediction;
 use crate::postflight::validation::improvement::{Improvement, ImprovementVerdict, IntervalEstimate, improvement};
@@ -42,7 +42,6 @@ pub const NOTHING: f64 = 25.0;
 const MANY_LEAVE: f64 = 0.04;
 /// So many causes on one axis are none.
 const CROWD: usize = 3;
-/// Rivals that are told.
 const TOLD: usize = 12;
 
 /// A cause that was found.
@@ -125,7 +124,7 @@ pub fn diagnose(
     // Instruments are judged without the model meanwhile; mostly they are well, and the first look stands.
     let (check_instruments, first) = std::thread::scope(|scope| {
         let beside = scope.spawn(|| check_instruments(fit));
-        let first = look(problem, &[], settings);
+        let first = search_with_observed_noise(problem, &[], settings);
         (beside.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), first)
     });
     let InstrumentCheck { set_aside: unlike, known } = check_instruments;
@@ -141,12 +140,10 @@ pub fn diagnose(
             set_aside.extend(why.map(|why| (record.name, Unusable::Instruments(why))));
         }
         let problem = pose(model, same_instruments.into_iter().map(|(_, record)| record).collect(), &set_aside)?;
-        look(problem, &known, settings)
+        search_with_observed_noise(problem, &known, settings)
     };
     let Some((problem, searched, unknown)) = looked else {
-        return Err(DiagnosisError::Search(
-            "the model cannot be followed along these runs: it leaves what the equations of motion can carry",
-        ));
+        return Err(DiagnosisError::Diverged);
     };
     let mut findings = findings(&problem, &searched);
     let discrepancy = discrepancy(&problem, &searched);
@@ -188,13 +185,17 @@ type SearchOutcome = (DiagnosisProblem, SearchResult, Option<UnexplainedAxis>);
 
 /// Searches; where even the causes that were found leave instruments that scatter by more than their noise, that is their noise,
 /// and the search is begun again with it.
-fn look(problem: DiagnosisProblem, known: &[Vec<DeclaredEffect>], settings: &SearchSettings) -> Option<SearchOutcome> {
-    let (searched, unknown) = look_once(&problem, known, settings)?;
+fn search_with_observed_noise(
+    problem: DiagnosisProblem,
+    known: &[Vec<DeclaredEffect>],
+    settings: &SearchSettings,
+) -> Option<SearchOutcome> {
+    let (searched, unknown) = search_causes(&problem, known, settings)?;
     // What many derivatives leave is the model's, and no noise of instruments.
     let many = searched.rivals.len() > known.len() + settings.causes;
     match if many { None } else { with_observed_noise(&problem, &searched.point) } {
         Some(noisier) => {
-            let (searched, _) = look_once(&noisier, known, settings)?;
+            let (searched, _) = search_causes(&noisier, known, settings)?;
             Some((noisier, searched, unknown))
         }
         None => Some((problem, searched, unknown)),
@@ -202,7 +203,7 @@ fn look(problem: DiagnosisProblem, known: &[Vec<DeclaredEffect>], settings: &Sea
 }
 
 /// A few causes, or where these do not do many derivatives that are off.
-fn look_once(
+fn search_causes(
     problem: &DiagnosisProblem,
     known: &[Vec<DeclaredEffect>],
     settings: &SearchSettings,

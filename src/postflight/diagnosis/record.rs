@@ -1,9 +1,11 @@
 //! The published vocabulary of the diagnosis: causes with their probabilities, why a run is not used and why there is no
 //! diagnosis; and while the flight goes on the findings as they are reported, refined and withdrawn.
 
+use crate::flight::channel::{Channel, ControlNames};
 use crate::flight::derivative::Axis;
 use crate::flight::effect::Effect;
 use crate::flight::file::effect_file::DeclaredEffect;
+use crate::postflight::reconstruction::record::VerdictReason;
 use crate::postflight::validation::free_run::PredictionError;
 
 /// An effect with how probable it is.
@@ -49,8 +51,15 @@ pub enum Unusable {
         /// Its time, s.
         time_s: f64,
     },
-    /// Names of channels that read as if in this unit, which is not the one declared.
-    Unit(String, &'static str),
+    /// Channels read as if in a unit that is not the one declared.
+    Unit {
+        /// The channels.
+        channels: Vec<Channel>,
+        /// How the run calls its controls.
+        controls: ControlNames,
+        /// The symbol of the unit.
+        unit: &'static str,
+    },
     /// A rate is not recorded: its channel.
     NoRates(&'static str),
     /// Length of the time that has rates, s, less than [`LENGTH_MIN_S`].
@@ -65,7 +74,7 @@ pub enum Unusable {
 #[derive(Clone, Debug, PartialEq)]
 pub enum InstrumentDisagreement {
     /// With each other: the check's reason why the run is not fit.
-    NotFit(String),
+    NotFit(VerdictReason),
     /// With those of the other runs.
     OtherRuns {
         /// Errors found in this run.
@@ -77,23 +86,18 @@ pub enum InstrumentDisagreement {
 
 /// Why there is no diagnosis.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of each says what its fields are")]
 pub enum DiagnosisError {
-    /// No run is left: the last that was set aside, and why.
     #[error("no run is left to diagnose: `{0}` cannot be used")]
     NoRun(String, Unusable),
-    /// None was given.
     #[error("expected at least one run to diagnose, found none")]
     Empty,
-    /// The model has nothing.
-    #[error("the model says nothing of any axis: expected derivatives, found none")]
+    #[error("the model has no derivatives on any axis")]
     Silent,
-    /// A control that never moves, and nothing else does.
-    #[error("no control moves in any run: there is nothing to tell a cause by")]
+    #[error("no control moves in any run: no cause is identifiable")]
     Still,
-    /// The model leaves what the kinematics can carry.
-    #[error("{0}")]
-    Search(&'static str),
-    /// A run to be predicted can not be.
+    #[error("the model cannot be filtered along these runs: it leaves the range of the equations of motion")]
+    Diverged,
     #[error("{0}: {1}")]
     Holdout(String, PredictionError),
 }
@@ -103,22 +107,23 @@ pub const STATEMENT: usize = 240;
 
 /// How a finding stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Standing {
+pub enum FindingStatus {
     /// Nothing has been flown yet that could be diagnosed.
     Waiting,
     /// It holds by the newest manoeuvres.
     Found,
     /// It held before; the newest manoeuvres do not show it.
-    TakenBack,
+    Retracted,
     /// The last look came to nothing, for the reason that the statement gives; findings before it stand as they did.
     Failed,
 }
 
-impl Standing {
+impl FindingStatus {
     /// Every one, in the order of their places.
-    pub const ALL: [Standing; 4] = [Standing::Waiting, Standing::Found, Standing::TakenBack, Standing::Failed];
+    pub const ALL: [FindingStatus; 4] =
+        [FindingStatus::Waiting, FindingStatus::Found, FindingStatus::Retracted, FindingStatus::Failed];
 
-    /// Its place in [`Standing::ALL`].
+    /// Its place in [`FindingStatus::ALL`].
     pub const fn index(self) -> usize {
         self as usize
     }
@@ -126,10 +131,10 @@ impl Standing {
     /// Its name.
     pub const fn name(self) -> &'static str {
         match self {
-            Standing::Waiting => "waiting",
-            Standing::Found => "found",
-            Standing::TakenBack => "taken back",
-            Standing::Failed => "failed",
+            FindingStatus::Waiting => "waiting",
+            FindingStatus::Found => "found",
+            FindingStatus::Retracted => "taken back",
+            FindingStatus::Failed => "failed",
         }
     }
 }
@@ -140,7 +145,7 @@ pub struct FindingRecord {
     /// Time of the newest sample that it rests on, s.
     pub time_s: f64,
     /// How it stands.
-    pub standing: Standing,
+    pub standing: FindingStatus,
     /// Which finding of this run, from 1: the same while its cause is the same. 0 for what is no finding.
     pub number: u32,
     /// The cause; `none` where the model explains what was flown, `unknown` where no effect explains it.
@@ -161,7 +166,7 @@ impl FindingRecord {
     /// Nothing yet.
     pub const EMPTY: FindingRecord = FindingRecord {
         time_s: 0.0,
-        standing: Standing::Waiting,
+        standing: FindingStatus::Waiting,
         number: 0,
         effect: Effect::None,
         std: f64::NAN,
@@ -172,7 +177,7 @@ impl FindingRecord {
     };
 
     /// Puts a statement in, cut where there is no room for it.
-    pub fn say(&mut self, statement: &str) {
+    pub fn set_statement(&mut self, statement: &str) {
         self.statement.clear();
         for letter in statement.chars() {
             if self.statement.push(letter).is_err() {
@@ -196,7 +201,7 @@ impl FindingsSoFar {
     }
 
     /// Takes the place of what was said of it before.
-    pub fn hear(&mut self, record: &FindingRecord) {
+    pub fn update(&mut self, record: &FindingRecord) {
         // What a look found ends the word that there was nothing to look at, and the word of one that failed.
         if record.number > 0 {
             self.kept.retain(|one| one.number > 0);
@@ -225,15 +230,17 @@ mod tests {
     fn the_newest_word_of_each_finding_is_kept() {
         let word = |number, standing| FindingRecord { number, standing, ..FindingRecord::EMPTY };
         let mut so_far = FindingsSoFar::new();
-        so_far.hear(&FindingRecord::EMPTY);
+        so_far.update(&FindingRecord::EMPTY);
         assert_eq!(so_far.records().len(), 1);
-        for (number, standing) in [(2, Standing::Found), (1, Standing::Found), (2, Standing::TakenBack), (0, Standing::Failed)] {
-            so_far.hear(&word(number, standing));
+        for (number, standing) in
+            [(2, FindingStatus::Found), (1, FindingStatus::Found), (2, FindingStatus::Retracted), (0, FindingStatus::Failed)]
+        {
+            so_far.update(&word(number, standing));
         }
         let kept: Vec<_> = so_far.records().iter().map(|one| (one.number, one.standing)).collect();
-        assert_eq!(kept, [(0, Standing::Failed), (1, Standing::Found), (2, Standing::TakenBack)]);
+        assert_eq!(kept, [(0, FindingStatus::Failed), (1, FindingStatus::Found), (2, FindingStatus::Retracted)]);
         for number in 3..100 {
-            so_far.hear(&word(number, Standing::Found));
+            so_far.update(&word(number, FindingStatus::Found));
         }
         assert_eq!(so_far.records().len(), 16);
     }
@@ -241,7 +248,7 @@ mod tests {
     #[test]
     fn a_statement_is_cut_between_letters() {
         let mut record = FindingRecord::EMPTY;
-        record.say(&"a\u{e9}".repeat(100));
+        record.set_statement(&"a\u{e9}".repeat(100));
         assert_eq!(record.statement.len(), STATEMENT);
     }
 }

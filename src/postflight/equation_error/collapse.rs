@@ -2,24 +2,24 @@
 //!
 //! Consumes the equation before and after each entry; produces a [`Collapse`] where, of a monitored term,
 //!     F <= best F so far/fall, for coloured and for white residuals, and F < f_known                  (1)
-//! while R2 rises and the term loses by a larger factor than the fit gains: best F/F > SSE before/SSE after.     (2)
-//! Below `f_known` = 100 a standard error exceeds a tenth of the value. Monitored are primary terms, or all linear ones where
-//! none is primary. The step kept is the one before the entry at which the term lost most.
-//! Cause: the new term is nearly a linear combination of those in the equation, so what one term explained is shared among them,
-//! and the estimates follow the smallest residual. The fit error does not show it; the partial F do.
-//! Source: RAE/Glasgow paper, sections 2.2.5 and 3, Figs 10-13 and 18.
+//! while R2 rises and the term loses by a larger factor than the fit gains: best F/F > SSE before/SSE after.     (2) Below
+//! `f_known` = 100 a standard error exceeds a tenth of the value. Monitored are primary terms, or all linear ones where none is
+//! primary. The step kept is the one before the entry at which the term lost most. Cause: the new term is nearly a linear
+//! combination of those in the equation, so that its effect and theirs are exchangeable; the fit error does not show it, the
+//! partial F do.
+//! Source: Padfield et al. 1987, sections 2.2.5 and 3, Figs 10 to 13 and 18; the limits of (1) and (2) are ours.
 
 use super::design::{CandidateRole, Design};
 use super::fit::EquationFit;
 use super::step::{StepwiseStep, TermChange};
 use std::fmt;
 
-/// What counts as the collapse, (1).
+/// Limits of (1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CollapseLimits {
-    /// How many times partial F has fallen; infinite: never.
+    /// Ratio by which partial F has fallen; infinite for no test.
     pub fall: f64,
-    /// A term with a larger partial F is still known.
+    /// Partial F above which a term counts as known.
     pub f_known: f64,
 }
 
@@ -29,25 +29,25 @@ impl Default for CollapseLimits {
     }
 }
 
-/// A watched term before and after.
+/// A monitored term before and after.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FallenTerm {
-    /// Its name.
+    /// Name of the term.
     pub name: String,
-    /// Partial F for coloured residuals at its best, and now.
+    /// Partial F for coloured residuals: largest so far, and last.
     pub f: (f64, f64),
     /// The same for white residuals.
     pub f_white: (f64, f64),
-    /// Estimate then and now.
+    /// Estimates at these.
     pub value: (f64, f64),
 }
 
 /// A collapse of partial F.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collapse {
-    /// The step that is kept.
+    /// Index of the step that is kept.
     pub kept: usize,
-    /// Name of the term at whose entry it was noticed.
+    /// Name of the term at whose entry it was detected.
     pub entered: String,
     /// Name of the first term that is not in the model kept.
     pub cause: String,
@@ -59,7 +59,6 @@ pub struct Collapse {
     pub condition_index: (f64, f64),
 }
 
-/// A term at its best so far.
 #[derive(Clone, Debug)]
 struct BestEstimate {
     place: usize,
@@ -68,7 +67,7 @@ struct BestEstimate {
     value: f64,
 }
 
-/// The terms that are watched.
+/// The monitored terms.
 #[derive(Clone, Debug)]
 pub(super) struct CollapseMonitor {
     limits: CollapseLimits,
@@ -86,7 +85,7 @@ impl CollapseMonitor {
         CollapseMonitor { limits, watched, best: Vec::new() }
     }
 
-    /// Remembers a step that was taken.
+    /// Records a step.
     pub(super) fn record(&mut self, fit: &EquationFit) {
         self.best.retain(|best| fit.terms.iter().any(|term| term.place == best.place));
         for term in fit.terms.iter().filter(|term| self.watched[term.place]) {
@@ -101,7 +100,7 @@ impl CollapseMonitor {
         }
     }
 
-    /// Whether the entry brings the collapse.
+    /// The collapse by an entry, (1) and (2).
     pub(super) fn collapse(
         &self,
         steps: &[StepwiseStep],
@@ -150,7 +149,7 @@ impl CollapseMonitor {
     }
 }
 
-/// The step after which that term's partial F fell by the largest factor, its last value being `last`.
+/// Step after which the partial F of the term fell by the largest factor, to `last` at the end.
 fn steepest(steps: &[StepwiseStep], name: &str, last: f64) -> usize {
     let f_at = |step: &StepwiseStep| step.terms.iter().find(|term| term.name == name).map(|term| term.f);
     let mut found = (steps.len().saturating_sub(1), 0.0);

@@ -1,4 +1,4 @@
-//! Collinearity: terms that these data cannot separate, and the input that would.
+//! Collinearity: terms that these data do not separate, and the input that would.
 //!
 //! Consumes a [`Design`] and places of candidates; produces, from columns about their means scaled to unit length, with singular
 //! values s_k and right singular vectors V,
@@ -15,19 +15,19 @@ use super::expression::Expression;
 use super::separation::input_that_splits;
 use crate::num::symmetric::diagonalise;
 
-/// A condition index from here on is a dependency.
+/// Least condition index of a dependency.
 pub const STRONG: f64 = 30.0;
 
-/// A variance proportion from here on belongs to it.
+/// Least variance proportion of a term that takes part in it.
 pub const SHARE: f64 = 0.5;
 
-/// Indexes within this factor share their dependencies.
+/// Ratio of indexes that compete for their dependencies.
 const NEAR: f64 = 3.0;
 
 /// Condition indexes and variance proportions of some terms.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collinearity {
-    /// Places of the terms.
+    /// Places of the terms among the candidates.
     pub places: Vec<usize>,
     /// (1), smallest first; infinite where terms are dependent.
     pub indexes: Vec<f64>,
@@ -35,14 +35,14 @@ pub struct Collinearity {
     pub proportions: Vec<Vec<f64>>,
 }
 
-/// Terms that cannot be told apart.
+/// Collinear terms.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CollinearGroup {
     /// Condition index of the dependency.
     pub index: f64,
     /// Names of the terms, and their proportions of variance in it.
     pub terms: Vec<(String, f64)>,
-    /// The input that would tell them apart.
+    /// The input that would separate them, a sentence.
     pub split_by: String,
 }
 
@@ -52,7 +52,7 @@ pub(super) fn largest_index(design: &Design, places: &[usize]) -> f64 {
 }
 
 impl Collinearity {
-    /// Of the candidates at those places; `None` where there is none, or one of them does not move.
+    /// (1) and (2) of the candidates at those places; `None` where there is none, or one of them does not vary.
     pub fn of(design: &Design, places: &[usize]) -> Option<Collinearity> {
         let order = places.len();
         if order == 0 || places.iter().any(|&place| !design.scale.get(place).is_some_and(|scale| *scale > 0.0)) {
@@ -68,7 +68,7 @@ impl Collinearity {
         let largest = values.first().map_or(0.0, |(value, _)| *value);
         let indexes =
             values.iter().map(|(value, _)| if *value > 0.0 { libm::sqrt(largest / value) } else { f64::INFINITY }).collect();
-        // Rounding leaves no eigenvalue of exactly zero; one below it counts as the smallest there can be.
+        // Eigenvalues within rounding of zero, of either sign, count as the smallest positive one.
         let part = |j: usize, (value, k): (f64, usize)| v[j * order + k] * v[j * order + k] / value.max(f64::MIN_POSITIVE);
         let totals: Vec<f64> = (0..order).map(|j| values.iter().map(|&value| part(j, value)).sum()).collect();
         let proportions =
@@ -76,7 +76,7 @@ impl Collinearity {
         Some(Collinearity { places: places.to_vec(), indexes, proportions })
     }
 
-    /// The groups of terms that cannot be told apart, the worst first.
+    /// Groups of collinear terms, the largest index first.
     pub fn groups(&self, design: &Design) -> Vec<CollinearGroup> {
         let mut groups = Vec::new();
         let mut k = self.indexes.len();

@@ -1,4 +1,4 @@
-//! Standard errors of equation error for coloured errors: the error as an autoregression.
+//! Standard errors of equation error for coloured residuals: the equation error as an autoregression.
 //!
 //! Consumes a residual v = M e, M = I - X D X', D = (X'X)^-1, and the columns X [rows x terms] of the fit; produces
 //!     e_k = sum_j a_j e_(k-j) + eps_k,  j = 1 .. q                                                   (1)
@@ -8,11 +8,11 @@
 //!     E c_l = n_l r_l - sum_k ((X D)_k (Sigma X)_(k-l)' + (Sigma X)_k (X D)_(k-l)')
 //!             + sum_k (X D)_k (X' Sigma X) (X D)_(k-l)'                                               (3)
 //! is solved for r_l = E e_k e_(k-l), l = 0 .. q, by iteration: Sigma from the last r by (1), r from (3). For white errors
-//! r_0 = c_0/(m - p), as in the paper. The order q is the one with the smallest Akaike criterion.
+//! r_0 = c_0/(m - p): Padfield et al. 1987, (19). The order q minimises the Akaike criterion.
 //! Sigma x takes two passes of (1), backward and forward, at a cost of rows times q: Sigma = s2 A^-1 A^-T, with A the
 //! autoregression as a band matrix; the backward pass continues beyond a stretch's first row until it has decayed.
-//! Source: E. A. Morelli and V. Klein, J. Guidance 20(1), 1997, for (2); (3) as in the recursive estimation's error
-//! autocovariance, with (1) for lags beyond q.
+//! Source: (2) E. A. Morelli and V. Klein, J. Guidance 20(1), 1997; order H. Akaike, IEEE Trans. Automatic Control 19(6), 1974;
+//! (3) is ours: `realtime::regression::error_autocovariance`, with (1) for lags beyond q.
 //! Numerics: the iteration starts from the residual's own autocovariance, which is positive definite. Where (3) asks for one that
 //! is not, the last positive one is kept; residuals are never taken as white instead.
 
@@ -25,16 +25,16 @@ const ROWS_A_LAG: usize = 12;
 /// Rounds of (3).
 const ROUNDS: usize = 12;
 
-/// Rounds end when no autocovariance moves by more than this part of r_0.
+/// Largest change of an autocovariance, relative to r_0, at convergence.
 const SETTLED: f64 = 1e-3;
 
-/// A reflection coefficient nearer to one than this ends the recursion.
+/// Largest reflection coefficient of the Levinson recursion.
 const REFLECTION_MAX: f64 = 0.9999;
 
-/// What is left of an impulse where the backward pass ends.
+/// Part of an impulse response at which the backward pass ends.
 const REST: f64 = 1e-4;
 
-/// How the colour of residuals is taken.
+/// Order of the model of coloured residuals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ErrorModelOrder {
     /// Largest order of the autoregression; 0 takes residuals as white.
@@ -47,7 +47,7 @@ impl Default for ErrorModelOrder {
     }
 }
 
-/// (1) and (2).
+/// The autoregression (1) and the middle of (2).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ErrorModel {
     /// a_1 .. a_q.
@@ -60,18 +60,17 @@ pub struct ErrorModel {
     pub middle: Vec<f64>,
 }
 
-/// What was fitted, by column.
+/// Columns of a fit.
 pub(super) struct FittedEquation<'a> {
     /// Columns of X: the biases' and the terms'.
     pub(super) x: &'a [&'a [f64]],
     /// Columns of X D.
     pub(super) xd: &'a [Vec<f64>],
-    /// Rows without a hole.
     pub(super) stretches: &'a [Range<usize>],
 }
 
 impl ErrorModel {
-    /// The error behind that residual.
+    /// The model of the equation error from that residual, by (3).
     pub(super) fn of(residual: &[f64], fitted: &FittedEquation<'_>, colour: ErrorModelOrder) -> ErrorModel {
         let rows = residual.len();
         let parameters = fitted.x.len();
@@ -87,7 +86,7 @@ impl ErrorModel {
         let pairs = |lag: usize| -> f64 { fitted.stretches.iter().map(|range| range.len().saturating_sub(lag) as f64).sum() };
         let freedom = (rows as f64 - parameters as f64).max(1.0);
         let white = sums[0] / freedom;
-        // Over all rows, not pairs: such a sequence is positive, whatever the residual.
+        // Divided by the number of rows, not of pairs: positive definite for any residual.
         let mut r: Vec<f64> = sums.iter().map(|c| c / freedom).collect();
         let (mut error, _) = ErrorModel::autoregression(&r, rows as f64, None);
         let mut order = None;
@@ -133,7 +132,7 @@ impl ErrorModel {
         error
     }
 
-    /// XD (X' Sigma X), column by column.
+    /// X D (X' Sigma X), column by column.
     fn folded(&self, fitted: &FittedEquation<'_>, rows: usize) -> Vec<Vec<f64>> {
         let p = fitted.x.len();
         let column = |j: usize| {
@@ -147,7 +146,8 @@ impl ErrorModel {
         (0..p).map(column).collect()
     }
 
-    /// (1) from autocovariances, of the order with the smallest Akaike criterion or of that order, and whether they are positive.
+    /// (1) by the Levinson recursion, of the order that minimises the Akaike criterion or of the order given, and whether the
+    /// autocovariances are positive definite.
     fn autoregression(r: &[f64], rows: f64, wanted: Option<usize>) -> (ErrorModel, bool) {
         let mut a: Vec<f64> = Vec::new();
         let mut var = r[0];
@@ -207,7 +207,7 @@ impl ErrorModel {
         out
     }
 
-    /// Rows after which nothing is left of an impulse.
+    /// Rows after which the impulse response of (1) has decayed.
     fn memory(&self) -> usize {
         const LONGEST: usize = 2000;
         let q = self.coefficients.len();

@@ -2,7 +2,8 @@
 //!
 //! Consumes a table, the names of the response and the candidates, the rows to use; produces, about the mean of each bias' rows,
 //!     S = [X y]'[X y], scaled to unit diagonal                                                       (1)
-//! and the columns themselves, for leverages and coloured errors. Subtracting the mean includes the bias (Frisch and Waugh).
+//! and the columns themselves, for leverages and coloured errors. Subtracting the mean is equivalent to a bias term
+//! (R. Frisch and F. V. Waugh, Econometrica 1(4), 1933).
 //! There is one bias for all records, or one each.
 //! Rows with a value that is not finite are not used; lags do not reach across such a gap, a window's edge or a record's end.
 
@@ -12,40 +13,40 @@ use crate::flight::derivative::Variable;
 use crate::realtime::regression::candidate::{STILL as MOTIONLESS, UNMOVED};
 use std::ops::Range;
 
-/// Deviation, beside its own size, below which a column stands still.
+/// Deviation, relative to its size, below which a column is constant.
 const STILL: f64 = 1e-9;
 
-/// What a candidate is to the equation.
+/// Role of a candidate in the selection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CandidateRole {
-    /// In whatever its F.
+    /// In the equation whatever its partial F.
     Kept,
-    /// Has to earn its place; what it is worth is watched for the collapse.
+    /// Selected by its partial F, which is monitored for the collapse.
     Primary,
-    /// Has to earn its place.
+    /// Selected by its partial F.
     Offered,
 }
 
 /// A candidate term of an equation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CandidateTerm {
-    /// The term.
+    /// Product of columns.
     pub term: Expression,
-    /// What it is to the equation.
+    /// Whether it is selected.
     pub role: CandidateRole,
 }
 
 impl CandidateTerm {
-    /// A candidate that has to earn its place.
+    /// A candidate that is selected by its partial F.
     ///
     /// # Errors
-    /// [`ExpressionError`] where the text is no term.
+    /// [`ExpressionError`] where the text is not a term.
     pub fn offered(text: &str) -> Result<CandidateTerm, ExpressionError> {
         Ok(CandidateTerm { term: Expression::parse(text)?, role: CandidateRole::Offered })
     }
 }
 
-/// How many biases there are.
+/// Bias terms of an equation over several records.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Bias {
     /// One for all records.
@@ -55,40 +56,20 @@ pub enum Bias {
     EachRecord,
 }
 
-/// Why there is no equation.
+/// Why a design is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of each says what its fields are")]
 pub enum DesignError {
-    /// A column that the table does not have.
     #[error(transparent)]
     Unknown(#[from] UnknownColumn),
-    /// One term twice.
     #[error("term \"{term}\" is offered twice")]
-    Twice {
-        /// Which one.
-        term: String,
-    },
-    /// The mask is of another table.
+    Twice { term: String },
     #[error("expected a mask of {expected} rows, found {found}")]
-    Mask {
-        /// Rows of the table.
-        expected: usize,
-        /// Of the mask.
-        found: usize,
-    },
-    /// Too few rows.
+    Mask { expected: usize, found: usize },
     #[error("expected at least {needed} rows without a hole, found {found}")]
-    Rows {
-        /// How many it takes.
-        needed: usize,
-        /// How many there are.
-        found: usize,
-    },
-    /// The response does not move.
+    Rows { needed: usize, found: usize },
     #[error("response \"{response}\" does not move")]
-    Still {
-        /// Which one.
-        response: String,
-    },
+    Still { response: String },
 }
 
 /// Response and candidates of one equation.
@@ -99,13 +80,11 @@ pub struct Design {
     pub(super) names: Vec<String>,
     /// Table's row of each row that is used.
     pub(super) rows: Vec<usize>,
-    /// Rows that share a bias.
     pub(super) groups: Vec<Range<usize>>,
     /// Rows without a hole among them.
     pub(super) stretches: Vec<Range<usize>>,
     /// Candidates about their mean, and the response as last one.
     pub(super) columns: Vec<Vec<f64>>,
-    /// Means by column and group.
     pub(super) means: Vec<Vec<f64>>,
     /// Square roots of the sums of squares about the mean; zero where a candidate stands still.
     pub(super) scale: Vec<f64>,
@@ -114,10 +93,10 @@ pub struct Design {
 }
 
 impl Design {
-    /// Works out all columns and their sums of products. The response is a term itself, mostly a plain column.
+    /// Computes all columns and their sums of products (1). The response is a term itself, mostly a plain column.
     ///
     /// # Errors
-    /// [`DesignError`].
+    /// [`DesignError`] where a column is missing, a term is given twice, too few rows are left or the response is constant.
     pub fn new(
         table: &RegressionTable,
         response: &Expression,
@@ -182,7 +161,7 @@ impl Design {
         }
         design.centre(&whole);
         for (place, candidate) in candidates.iter().enumerate() {
-            if candidate.term.columns().any(|column| design.stands(table, column)) {
+            if candidate.term.columns().any(|column| design.is_constant(table, column)) {
                 design.scale[place] = 0.0;
             }
         }
@@ -197,7 +176,7 @@ impl Design {
             let mut means = Vec::with_capacity(self.groups.len());
             for group in &self.groups {
                 let part = &mut used[group.clone()];
-                // Twice: the second mean is the rounding of the first.
+                // Twice, for the rounding of the first mean.
                 let mut mean = 0.0;
                 for _ in 0..2 {
                     let rest = total(part) / part.len() as f64;
@@ -213,8 +192,8 @@ impl Design {
         }
     }
 
-    /// Whether a column of a known variable does not move by what counts as excitation: rounding is none.
-    fn stands(&self, table: &RegressionTable, column: &str) -> bool {
+    /// Whether a column of a known variable varies by less than the least excitation of that variable.
+    fn is_constant(&self, table: &RegressionTable, column: &str) -> bool {
         let (Some(variable), Some(values)) = (Variable::from_name(column), table.column(column)) else { return false };
         let mut squares = 0.0;
         for group in &self.groups {
@@ -258,17 +237,17 @@ impl Design {
         &self.rows
     }
 
-    /// Candidates that stand still: nothing can be learned of them.
+    /// Places of constant candidates, which are not identifiable.
     pub fn still(&self) -> impl Iterator<Item = usize> {
         (0..self.names.len()).filter(|&place| !(self.scale[place] > 0.0))
     }
 
-    /// Number of rows, m of (21).
+    /// Number of rows m.
     pub fn samples(&self) -> f64 {
         self.rows.len() as f64
     }
 
-    /// Parameters of an equation with so many terms, the biases among them: p of (21).
+    /// Number of parameters p of an equation with so many terms, the biases among them.
     pub fn parameters(&self, terms: usize) -> f64 {
         (terms + self.groups.len()) as f64
     }
@@ -292,7 +271,7 @@ impl Design {
     }
 }
 
-/// Sum of products, eight side by side: one sum alone would wait for each addition.
+/// Sum of products in eight partial sums, which the processor adds in parallel.
 pub(super) fn inner(a: &[f64], b: &[f64]) -> f64 {
     let (eights_a, rest_a) = a.as_chunks::<8>();
     let (eights_b, rest_b) = b.as_chunks::<8>();
@@ -306,7 +285,6 @@ pub(super) fn inner(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-/// Sum, eight side by side.
 fn total(a: &[f64]) -> f64 {
     let (eights, rest) = a.as_chunks::<8>();
     let mut sums = [0.0; 8];

@@ -11,7 +11,6 @@ use super::subset::best_subsets;
 use super::table::RegressionTable;
 use nalgebra::{DMatrix, DVector};
 
-/// Seeded numbers.
 pub(super) struct Random(u64);
 
 impl Random {

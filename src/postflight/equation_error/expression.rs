@@ -1,6 +1,6 @@
-//! Candidate terms by name, over whatever columns a table has.
+//! Candidate terms by name: products of columns of a table.
 //!
-//! Consumes a text; produces a product of up to three factors that can be worked out row by row:
+//! Consumes a text; produces a product of up to three factors, evaluated row by row:
 //!     term   = factor | factor*factor | factor*factor*factor                                          (1)
 //!     factor = name | |name| | name^n | spline(name,knot) | spline(name,knot,order)                    (2)
 //! with n and order from 1 to 9, and the one-sided spline (x - knot)^order where x > knot, else 0        (3)
@@ -14,10 +14,9 @@ use crate::flight::derivative::Variable;
 use crate::flight::term::Term;
 use std::fmt;
 
-/// Factors that a product may have.
+/// Largest number of factors of a product.
 const FACTORS: usize = 3;
 
-/// Largest power.
 const POWER_MAX: u8 = 9;
 
 /// One factor, (2).
@@ -37,15 +36,15 @@ pub struct Expression {
     factors: Vec<Factor>,
 }
 
-/// Why a text is no term.
+/// Why a text is not a term.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("term \"{term}\": expected {expected}, found {found}")]
 pub struct ExpressionError {
     /// The whole text.
     pub term: String,
-    /// What may stand there.
+    /// Syntax that was expected.
     pub expected: String,
-    /// What stands there.
+    /// Text in its place.
     pub found: String,
 }
 
@@ -55,13 +54,12 @@ pub struct ExpressionError {
 pub struct UnknownColumn {
     /// The term; `None` for the response.
     pub term: Option<String>,
-    /// What it asks for.
+    /// The missing column.
     pub column: String,
-    /// What there is.
+    /// Columns of the table.
     pub columns: Vec<String>,
 }
 
-/// Who wants a column.
 fn wanting(term: Option<&str>) -> String {
     term.map_or_else(|| "response".to_owned(), |term| format!("term \"{term}\""))
 }
@@ -92,12 +90,12 @@ impl Expression {
         self.factors.iter().map(Factor::column)
     }
 
-    /// Whether it is a column as it stands.
+    /// Whether it is a single column.
     pub fn is_linear(&self) -> bool {
         matches!(self.factors.as_slice(), [Factor::Power { power: 1, .. }])
     }
 
-    /// The same as a term of the model's vocabulary, where it is one.
+    /// The same as a [`Term`] of a model file; `None` where there is none.
     pub fn term(&self) -> Option<Term> {
         match self.factors.as_slice() {
             [Factor::Power { column, power: 2 }] => {
@@ -108,7 +106,7 @@ impl Expression {
         }
     }
 
-    /// The values for rows of the columns that `find` brings, each of `rows` entries.
+    /// Values at each row, from the columns that `find` returns, each of `rows` entries.
     ///
     /// # Errors
     /// The name of the first column that `find` does not have.
@@ -131,7 +129,7 @@ impl From<Term> for Expression {
 }
 
 impl Expression {
-    /// A term of the model's vocabulary with controls after the aircraft's own naming.
+    /// A [`Term`] of a model file, with the aircraft's names of the controls.
     pub fn named(term: Term, controls: ControlNames) -> Self {
         let power = |variable: Variable, power| Factor::Power { column: variable.name(controls).into(), power };
         let factors = match term {
@@ -156,7 +154,7 @@ impl Factor {
             Factor::Power { power, .. } => raised(x, power),
             Factor::Size { .. } => libm::fabs(x),
             Factor::Spline { knot, order, .. } if x > knot => raised(x - knot, order),
-            // Not a number stays none: the comparison alone would make a zero of it.
+            // NaN stays NaN, which the comparison alone would turn into zero.
             Factor::Spline { .. } => 0.0 * x,
         }
     }

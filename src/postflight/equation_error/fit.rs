@@ -1,26 +1,26 @@
-//! Least squares of an equation with chosen terms, and everything that it is judged by.
+//! Least squares of an equation with chosen terms, its standard errors and its figures of merit.
 //!
-//! Consumes a [`Design`] and places of candidates; produces, with p parameters (biases among them) on m rows,
-//!     theta = (X'X)^-1 X'y                        (18) of the paper                                (1)
-//!     R2 = 1 - SSE/(y'y about its mean)           (20), about the mean                             (2)
-//!     F = R2/(p - b) (m - p)/(1 - R2)             (21), b biases (1 in the paper)                   (3)
-//!     F_i = theta_i^2/s_i^2                       (22), s_i for white and for coloured residuals    (4)
+//! Consumes a [`Design`] and places of candidates; produces, for X [m x p] (biases among the p columns) and y,
+//!     theta = (X'X)^-1 X'y                                                                         (1)
+//!     R2 = 1 - SSE/(y'y about its mean)           about the mean                                   (2)
+//!     F = R2/(p - b) (m - p)/(1 - R2)             b biases                                         (3)
+//!     F_i = theta_i^2/s_i^2                       s_i for white and for coloured residuals         (4)
 //!     PSE = SSE/m + var(y) p/m                    predicted squared error                          (5)
 //!     PRESS = sum (v_k/(1 - h_k))^2,  h = diag X (X'X)^-1 X'                                        (6)
-//! Source: RAE/Glasgow paper, section 2.2.5; (5) A. R. Barron, 1984; (6) D. M. Allen, Technometrics 16, 1974; coloured
-//! standard errors as in `coloured_errors`.
-//! Numerics: sums about the mean, scaled to unit diagonal, under sweeping; a term whose pivot is below `PIVOT_MIN` is a
-//! combination of those in and refused.
+//! Source: (1) to (4) Padfield et al. 1987, (18) and (20) to (22), there with one bias; (5) A. R. Barron, 1984; (6) D. M. Allen,
+//! Technometrics 16, 1974; coloured standard errors as in `coloured_errors`.
+//! Numerics: sums about the mean, scaled to unit diagonal, by the sweep operator. Returns [`FitError`] for a term whose pivot is
+//! below [`PIVOT_MIN`], a linear combination of those in, and for fewer rows than parameters.
 
 use super::collinearity::largest_index;
 use super::coloured_errors::{ErrorModel, ErrorModelOrder, FittedEquation};
 use super::design::{Design, inner};
 use crate::num::sweep::pivot;
 
-/// Pivot below which a term is a combination of those in.
+/// Pivot below which a term is a linear combination of those in.
 pub const PIVOT_MIN: f64 = 1e-10;
 
-/// Part of a pair's variances below which the two are nearly one.
+/// Relative determinant of a pair below which its terms are nearly equal.
 const PAIR_MIN: f64 = 1e-6;
 
 /// A term of a fitted equation.
@@ -28,7 +28,7 @@ const PAIR_MIN: f64 = 1e-6;
 pub struct TermEstimate {
     /// Place among the candidates.
     pub place: usize,
-    /// Its name.
+    /// Name of the term.
     pub name: String,
     /// Estimate, unit of the response over that of the term.
     pub value: f64,
@@ -38,11 +38,11 @@ pub struct TermEstimate {
     pub std_white: f64,
     /// Partial F (4) on `std`.
     pub f: f64,
-    /// Partial F (4) on `std_white`, as in the paper.
+    /// Partial F (4) on `std_white`: Padfield et al. 1987, (22).
     pub f_white: f64,
 }
 
-/// What a whole fit is judged by.
+/// Figures of merit of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitQuality {
     /// Rows, m.
@@ -70,7 +70,7 @@ pub struct FitQuality {
 pub struct EquationFit {
     /// Name of the response.
     pub response: String,
-    /// Its terms in the order of entry, without the bias.
+    /// Terms in the order of entry, without the bias.
     pub terms: Vec<TermEstimate>,
     /// Biases, one or one a record.
     pub biases: Vec<f64>,
@@ -80,42 +80,33 @@ pub struct EquationFit {
     pub cov: Vec<Vec<f64>>,
     /// Covariance of the terms for white residuals.
     pub cov_white: Vec<Vec<f64>>,
-    /// What the whole is judged by.
+    /// Figures of merit.
     pub quality: FitQuality,
-    /// The colour of the equation error.
+    /// Autoregressive model of the equation error.
     pub error: ErrorModel,
     /// Rows of the table that were used.
     pub rows: Vec<usize>,
-    /// Fitted response, a number each of `rows`.
+    /// Fitted response at each of `rows`.
     pub predicted: Vec<f64>,
     /// Response less fitted response.
     pub residuals: Vec<f64>,
 }
 
-/// Why there is no fit.
+/// Why a fit is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of each says what its fields are")]
 pub enum FitError {
-    /// A term is a combination of others, or stands still.
     #[error("term \"{term}\" does not move, or is a combination of the others")]
-    Dependent {
-        /// Which one.
-        term: String,
-    },
-    /// Too few rows for so many terms.
+    Dependent { term: String },
     #[error("{parameters} parameters need more than {samples} rows")]
-    Rows {
-        /// Parameters.
-        parameters: usize,
-        /// Rows.
-        samples: usize,
-    },
+    Rows { parameters: usize, samples: usize },
 }
 
 impl EquationFit {
     /// The fit with those candidates.
     ///
     /// # Errors
-    /// [`FitError`].
+    /// [`FitError`] for a dependent term or too few rows.
     pub fn of(design: &Design, places: &[usize], colour: ErrorModelOrder) -> Result<EquationFit, FitError> {
         let mut working = Working::new(design);
         for &place in places {
@@ -133,7 +124,6 @@ impl EquationFit {
     }
 }
 
-/// A design under sweeping.
 #[derive(Clone, Debug)]
 pub(super) struct Working<'a> {
     pub(super) design: &'a Design,
@@ -151,13 +141,13 @@ impl<'a> Working<'a> {
         self.swept[i * self.design.order() + j]
     }
 
-    /// Whether the candidate is neither in nor a combination of those in.
-    pub(super) fn may_enter(&self, place: usize) -> bool {
+    /// Whether the candidate is neither in nor a linear combination of those in.
+    pub(super) fn can_enter(&self, place: usize) -> bool {
         place < self.design.names.len() && !self.inside.contains(&place) && self.at(place, place) > PIVOT_MIN
     }
 
     pub(super) fn enter(&mut self, place: usize) -> bool {
-        let may = self.may_enter(place);
+        let may = self.can_enter(place);
         if may {
             let order = self.design.order();
             pivot(&mut self.swept, order, place, 1.0);
@@ -175,18 +165,18 @@ impl<'a> Working<'a> {
     }
 
     /// 1 - R2.
-    pub(super) fn left(&self) -> f64 {
+    pub(super) fn unexplained(&self) -> f64 {
         let y = self.design.names.len();
         self.at(y, y)
     }
 
-    /// What the candidate would add to R2.
+    /// Increase of R2 by the candidate.
     pub(super) fn gain(&self, place: usize) -> f64 {
         let product = self.at(place, self.design.names.len());
         product * product / self.at(place, place)
     }
 
-    /// What two candidates would add to R2 together; zero where they are nearly one.
+    /// Increase of R2 by two candidates together; zero where they are nearly equal.
     pub(super) fn gain_of_pair(&self, first: usize, second: usize) -> f64 {
         let y = self.design.names.len();
         let (own, other, both) = (self.at(first, first), self.at(second, second), self.at(first, second));
@@ -198,27 +188,27 @@ impl<'a> Working<'a> {
         (a * a * other - 2.0 * a * b * both + b * b * own) / area
     }
 
-    /// What R2 would lose without that term.
+    /// Decrease of R2 without that term.
     pub(super) fn loss(&self, place: usize) -> f64 {
         let product = self.at(place, self.design.names.len());
         -product * product / self.at(place, place)
     }
 
-    /// Part of the candidate's variance that those in explain.
+    /// R2 of the candidate on the terms in.
     pub(super) fn explained(&self, place: usize) -> f64 {
         if self.design.scale[place] > 0.0 { 1.0 - self.at(place, place) } else { 1.0 }
     }
 
-    /// (5) in units of var(y), with so many more terms and that much more of R2.
+    /// (5) in units of var(y), with `more` further terms that increase R2 by `gain`.
     pub(super) fn pse_with(&self, more: usize, gain: f64) -> f64 {
-        self.left() - gain + self.design.parameters(self.inside.len() + more) / self.design.samples()
+        self.unexplained() - gain + self.design.parameters(self.inside.len() + more) / self.design.samples()
     }
 
     fn value(&self, place: usize) -> f64 {
         self.at(place, self.design.names.len()) * self.design.response_scale() / self.design.scale[place]
     }
 
-    /// Everything that there is to know of the equation as it stands.
+    /// The fit with the terms that are in.
     pub(super) fn fit(&self, colour: ErrorModelOrder) -> Result<EquationFit, FitError> {
         let design = self.design;
         let (m, p) = (design.samples(), design.parameters(self.inside.len()));
@@ -232,7 +222,7 @@ impl<'a> Working<'a> {
         }
         let squares = inner(&residuals, &residuals);
         let response_squares = design.response_scale() * design.response_scale();
-        let left = squares / response_squares;
+        let unexplained = squares / response_squares;
         let var_white = squares / (m - p);
         // Columns of X and of X D: first the biases', then the terms'.
         let units = self.units();
@@ -265,8 +255,8 @@ impl<'a> Working<'a> {
             samples: m,
             parameters: p,
             squares,
-            r_squared: 1.0 - left,
-            f_total: if terms.is_empty() { 0.0 } else { (1.0 - left) / terms.len() as f64 * (m - p) / left },
+            r_squared: 1.0 - unexplained,
+            f_total: if terms.is_empty() { 0.0 } else { (1.0 - unexplained) / terms.len() as f64 * (m - p) / unexplained },
             pse: squares / m + response_squares / m * p / m,
             press,
             residual_std: libm::sqrt(var_white),

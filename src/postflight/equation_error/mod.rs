@@ -1,10 +1,10 @@
-//! Model structure of one equation from whole records: which terms belong to it, and what they are worth.
+//! Equation error: the model structure and the estimates of one equation, from whole records.
 //!
-//! In: named columns over time, of one record or several, and candidate terms by name. Out: every step of a stepwise
-//! regression, the equation that it stopped at with honest standard errors, the best subset of each size, and the groups of
-//! terms that these data cannot tell apart.
-//! Assumed: regressors without noise (smoothed signals), rows of a record evenly spaced. Refused: a column or term that the
-//! table does not have, a term that does not move, fewer rows than terms; a model beyond the collapse of its partial F.
+//! In: named columns over time, of one record or several, and candidate terms by name. Out: every step of a stepwise regression,
+//! the equation that is kept with standard errors for coloured residuals, the best subset of each size, and the groups of terms
+//! that are collinear in these data.
+//! Assumed: regressors without noise (smoothed signals), rows of a record evenly spaced. Refused: a column or term that the table
+//! does not have, a term that does not vary, fewer rows than terms; a model beyond the collapse of its partial F.
 
 pub mod collapse;
 pub mod collinearity;
@@ -14,7 +14,7 @@ pub mod design;
 mod equation_error_tests;
 pub mod expression;
 pub mod fit;
-pub mod separation;
+pub(crate) mod separation;
 pub mod step;
 pub mod stepwise;
 pub mod subset;

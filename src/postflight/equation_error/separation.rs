@@ -28,14 +28,14 @@ const fn is_lateral(variable: Variable) -> bool {
 }
 
 /// The sentence for those terms.
-pub fn input_that_splits(terms: &[&Expression]) -> String {
+pub(crate) fn input_that_splits(terms: &[&Expression]) -> String {
     use Variable::{P, Q, R, U, V, W};
     let columns: BTreeSet<&str> = terms.iter().flat_map(|term| term.columns()).collect();
     let listed = columns.iter().copied().collect::<Vec<_>>().join(", ");
     if columns.len() == 1 {
         return format!(
             "{listed} has to be flown at two amplitudes, one twice the other, both ways: \
-             forms of one variable differ only by amplitude"
+             functions of one variable are distinguished by amplitude only"
         );
     }
     let linear: Vec<&str> = terms.iter().filter(|term| term.is_linear()).flat_map(|term| term.columns()).collect();

@@ -2,25 +2,25 @@
 
 use super::fit::{EquationFit, FitQuality, TermEstimate};
 
-/// What happened at a step.
+/// Change of the equation at a step.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TermChange {
     /// Biases and kept terms only.
     Begun,
-    /// That candidate entered.
+    /// The candidate at this place entered.
     Entered(usize),
-    /// That candidate left.
+    /// The candidate at this place left.
     Left(usize),
 }
 
 /// The equation after one step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepwiseStep {
-    /// What happened.
+    /// Entry or removal.
     pub change: TermChange,
     /// Terms in, with both their partial F.
     pub terms: Vec<TermEstimate>,
-    /// What the whole is judged by.
+    /// Figures of merit.
     pub quality: FitQuality,
 }
 

@@ -2,13 +2,12 @@
 //!
 //! Consumes a [`Design`] and [`StepwiseRules`]; produces a [`Selection`]: all steps with their criteria, the step that is kept
 //! and its fit, why each term left out was left out, and the collapse where there was one.
-//! Entry: the candidate with the largest partial F (the highest partial correlation with the residual) is tried; it
-//! enters if its F for coloured residuals exceeds `f_enter`, R2 rises by `r_squared_rise` and, where asked for, PSE and
-//! PRESS fall; else the next one is tried. Where no term enters alone, pairs are tried that may matter only together:
-//! both must exceed `f_enter` and bring the rise between them. Removal: after each entry terms below `f_remove` leave,
-//! the weakest first, and stay out.
+//! Entry: the candidate with the largest partial F (the highest partial correlation with the residual) enters if its F for
+//! coloured residuals exceeds `f_enter`, R2 rises by `r_squared_rise` and, where `predicts`, PSE and PRESS fall; else the next
+//! one is tried. Where no term enters alone, pairs are tried: both must exceed `f_enter`, and R2 must rise as much by both.
+//! Removal: after each entry terms below `f_remove` leave, the smallest F first, and stay out.
 //! The model is stopped before an entry at which the partial F of primary terms collapses (`collapse`).
-//! Source: RAE/Glasgow paper, section 2.2.5 and Figs 10-13, 18; rules after V. Klein and E. A. Morelli, Aircraft System
+//! Source: Padfield et al. 1987, section 2.2.5 and Figs 10-13, 18; rules after V. Klein and E. A. Morelli, Aircraft System
 //! Identification, 2006, section 5.4, with F for coloured residuals.
 
 use super::collapse::{Collapse, CollapseLimits, CollapseMonitor};
@@ -18,7 +17,7 @@ use super::fit::{EquationFit, FitError, TermEstimate, Working};
 use super::step::{StepwiseStep, TermChange};
 use std::fmt;
 
-/// When terms enter and leave.
+/// Criteria of entry and removal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepwiseRules {
     /// A term enters above this partial F.
@@ -29,29 +28,29 @@ pub struct StepwiseRules {
     pub r_squared_rise: f64,
     /// Whether PSE and PRESS have to fall at an entry.
     pub predicts: bool,
-    /// Whether F is for coloured residuals; for white ones otherwise, as in the paper.
+    /// Whether F is for coloured residuals; for white ones otherwise, as in Padfield et al. 1987.
     pub corrected: bool,
-    /// What counts as the collapse.
+    /// Limits of the collapse.
     pub collapse: CollapseLimits,
-    /// Whether steps beyond the collapse are taken too, for the record: the model kept is the one before it all the same.
+    /// Whether steps beyond the collapse are recorded too; the model kept is the one before it.
     pub beyond: bool,
     /// Whether pairs are tried where no term enters alone.
     pub pairs: bool,
-    /// Most terms.
+    /// Largest number of terms.
     pub terms_max: usize,
-    /// How the colour of residuals is taken.
+    /// Order of the model of coloured residuals.
     pub colour: ErrorModelOrder,
 }
 
-/// Pairs that are tried at a time, those that bring most.
+/// Number of pairs tried, those of largest gain in R2.
 const PAIRS: usize = 6;
 
-/// Chance of letting any of the candidates in by accident.
+/// Probability that any of the candidates enters though none has an effect.
 const ACCIDENT: f64 = 0.01;
 
 impl StepwiseRules {
-    /// The rules for so many candidates: F above 12, or above what one in a hundred selections from so many candidates that
-    /// are nothing would exceed.
+    /// Rules for so many candidates: `f_enter` is 12, or the chi-square limit (one degree of freedom) at a probability of 1 %
+    /// over the candidates (Bonferroni) where that is larger.
     pub fn for_candidates(count: usize) -> StepwiseRules {
         StepwiseRules {
             f_enter: chi_square_above(ACCIDENT / count.max(1) as f64).max(12.0),
@@ -72,7 +71,7 @@ impl StepwiseRules {
     }
 }
 
-/// The value that chi-square with one degree of freedom exceeds with that probability, by halving.
+/// Quantile of chi-square with one degree of freedom, exceeded with that probability, by bisection.
 fn chi_square_above(probability: f64) -> f64 {
     let (mut low, mut high) = (0.0, 40.0);
     for _ in 0..80 {
@@ -82,20 +81,20 @@ fn chi_square_above(probability: f64) -> f64 {
     low * low
 }
 
-/// Why a candidate is not in.
+/// Why a candidate is not in the equation.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RejectionReason {
-    /// It does not move.
+    /// It does not vary.
     Still,
-    /// Those in explain it: that part of its variance.
+    /// It is a linear combination of the terms in; its R2 on them.
     Explained(f64),
-    /// R2 would rise by that only.
+    /// R2 would rise by this much, less than `r_squared_rise`.
     Rise(f64),
-    /// Its partial F would be that only.
+    /// Its partial F, below `f_enter`.
     PartialF(f64),
     /// PSE or PRESS would rise.
     Predicts,
-    /// It left at that step.
+    /// It was removed at this step.
     Left(usize),
     /// Partial F of primary terms collapsed with it.
     Collapse,
@@ -103,25 +102,25 @@ pub enum RejectionReason {
     Ended,
 }
 
-/// A candidate that is not in.
+/// A candidate that is not in the equation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RejectedCandidate {
-    /// Which one.
+    /// Place among the candidates.
     pub place: usize,
-    /// Why.
+    /// Criterion that it failed.
     pub reason: RejectionReason,
 }
 
-/// What the selection came to.
+/// Steps of a selection and the fit that is kept.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
-    /// Every step, from biases and kept terms on.
+    /// Every step, beginning with biases and [`CandidateRole::Kept`] terms.
     pub steps: Vec<StepwiseStep>,
-    /// Which of them is kept.
+    /// Index of the step that is kept.
     pub kept: usize,
     /// The fit of the step that is kept.
     pub fit: EquationFit,
-    /// Candidates that are not in it.
+    /// Candidates that are not in that fit.
     pub rejected: Vec<RejectedCandidate>,
     /// The collapse, where there was one.
     pub collapse: Option<Collapse>,
@@ -130,7 +129,7 @@ pub struct Selection {
 /// Selects terms and fits them.
 ///
 /// # Errors
-/// [`FitError`] where the terms that are kept whatever their F cannot be fitted.
+/// [`FitError`] where the [`CandidateRole::Kept`] terms cannot be fitted.
 pub fn select(design: &Design, rules: &StepwiseRules) -> Result<Selection, FitError> {
     let mut working = Working::new(design);
     for (place, candidate) in design.candidates().iter().enumerate() {
@@ -190,14 +189,12 @@ struct TrialEntry<'a> {
     working: Working<'a>,
 }
 
-/// The selection under way.
 struct StepwiseRun<'a> {
     rules: &'a StepwiseRules,
     watch: CollapseMonitor,
     steps: Vec<StepwiseStep>,
     /// Step at which a candidate left.
     left: Vec<Option<usize>>,
-    /// Of the last round.
     rejected: Vec<RejectedCandidate>,
     /// The step before the collapse.
     kept: Option<usize>,
@@ -214,7 +211,7 @@ impl StepwiseRun<'_> {
             return None;
         }
         let mut open: Vec<(usize, f64)> = (0..self.left.len())
-            .filter(|&place| self.left[place].is_none() && working.may_enter(place))
+            .filter(|&place| self.left[place].is_none() && working.can_enter(place))
             .map(|place| (place, working.gain(place)))
             .collect();
         open.sort_by(|(_, a), (_, b)| b.total_cmp(a));
@@ -289,12 +286,13 @@ impl StepwiseRun<'_> {
         let fit = EquationFit::of(design, &places, self.rules.colour)?;
         let working = Working::new(design);
         let reason = |place: usize| {
-            let told = self.rejected.iter().find(|rejected| rejected.place == place).map(|rejected| rejected.reason.clone());
+            let recorded_reason =
+                self.rejected.iter().find(|rejected| rejected.place == place).map(|rejected| rejected.reason.clone());
             if !(design.scale[place] > 0.0) {
                 return RejectionReason::Still;
             }
             let left = self.left[place].filter(|&step| step <= kept).map(RejectionReason::Left);
-            told.or(left).unwrap_or(RejectionReason::Ended)
+            recorded_reason.or(left).unwrap_or(RejectionReason::Ended)
         };
         let mut with = working;
         for &place in &places {
@@ -302,7 +300,7 @@ impl StepwiseRun<'_> {
         }
         let rejected = (0..design.names().len()).filter(|place| !places.contains(place)).map(|place| {
             let reason = match reason(place) {
-                RejectionReason::Ended if !with.may_enter(place) => RejectionReason::Explained(with.explained(place)),
+                RejectionReason::Ended if !with.can_enter(place) => RejectionReason::Explained(with.explained(place)),
                 reason => reason,
             };
             RejectedCandidate { place, reason }
@@ -321,7 +319,7 @@ impl fmt::Display for RejectionReason {
             RejectionReason::Predicts => f.write_str("the predicted error (PSE or PRESS) would not fall"),
             RejectionReason::Left(step) => write!(f, "its partial F fell and it left at step {step}"),
             RejectionReason::Collapse => f.write_str("the partial F of primary terms collapsed with it"),
-            RejectionReason::Ended => f.write_str("was not tried: the selection had ended"),
+            RejectionReason::Ended => f.write_str("was not tested: the selection had ended"),
         }
     }
 }

@@ -1,22 +1,22 @@
 //! The best subset of each size, exactly, by branch and bound.
 //!
 //! Consumes a [`Design`] and up to 20 candidates; produces for every number of terms the subset with the smallest sum of
-//! squared residuals. Terms that are kept whatever their F are in every subset.
+//! squared residuals. [`CandidateRole::Kept`] terms are in every subset.
 //! With [X y] = Q R, R upper triangular [n+1 x n+1], the sum of squares of the first j columns is
 //!     SSE_j = R_yy^2 + sum of R_iy^2 over i = j+1 .. n                                              (1)
-//! so one triangle judges n subsets. Dropping column i and bringing the rest back to a triangle by plane rotations judges
-//! those that follow; dropped in order from i on, every subset is met once. More terms never fit worse, so a branch whose
-//! triangle fits no better than the best known subset of its smallest size holds nothing.                 (2)
-//! Columns stand with those first whose loss costs most, which makes (2) cut early.
+//! so one triangle evaluates n subsets. Dropping column i and restoring the triangle by plane rotations evaluates those that
+//! follow; dropped in order from i on, every subset is visited once. SSE never rises with a further term, so a branch whose
+//! triangle fits no better than the best known subset of its smallest size is cut.                        (2)
+//! Columns are ordered by the SSE that their removal costs, largest first, which makes (2) cut early.
 //! Source: G. M. Furnival and R. W. Wilson, Technometrics 16(4), 1974; the form with triangles after C. Gatu and
 //! E. J. Kontoghiorghes, J. Comput. Graph. Stat. 15(1), 2006.
 //! Numerics: R by Cholesky of the scaled sums; candidates that are combinations of others (pivot below `PIVOT_MIN`) are
-//! named and not offered.
+//! in no subset.
 
 use super::design::{CandidateRole, Design};
 use super::fit::{PIVOT_MIN, Working};
 
-/// Most candidates that are searched.
+/// Largest number of candidates.
 pub const CANDIDATES_MAX: usize = 20;
 
 /// The best subset of one size.
@@ -24,20 +24,20 @@ pub const CANDIDATES_MAX: usize = 20;
 pub struct Subset {
     /// Places of its terms, in their order among the candidates.
     pub places: Vec<usize>,
-    /// (20) of the paper, about the mean.
+    /// R2 about the mean: Padfield et al. 1987, (20).
     pub r_squared: f64,
     /// Predicted squared error, fit (5), over var(y).
     pub pse: f64,
 }
 
-/// What the search came to.
+/// Result of the search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BestSubsets {
     /// By number of terms, from the kept ones alone to all.
     pub subsets: Vec<Subset>,
-    /// Candidates that stand still or are combinations of others: in no subset.
+    /// Places of candidates that are constant or linear combinations of others, in no subset.
     pub dependent: Vec<usize>,
-    /// Triangles that were looked at, of 2^(n-1) for n candidates.
+    /// Triangles evaluated, at most 2^(n-1) for n candidates.
     pub triangles: usize,
 }
 
@@ -45,7 +45,7 @@ pub struct BestSubsets {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected at most {CANDIDATES_MAX} candidates that have to earn their place, found {found} in all")]
 pub struct TooMany {
-    /// How many there are.
+    /// Number of candidates.
     pub found: usize,
 }
 
@@ -59,7 +59,7 @@ impl BestSubsets {
 /// Searches all subsets.
 ///
 /// # Errors
-/// [`TooMany`].
+/// [`TooMany`] above [`CANDIDATES_MAX`].
 pub fn best_subsets(design: &Design) -> Result<BestSubsets, TooMany> {
     let mut working = Working::new(design);
     let role = |place: usize| design.candidates()[place].role;
@@ -77,8 +77,8 @@ pub fn best_subsets(design: &Design) -> Result<BestSubsets, TooMany> {
     if open.len() > CANDIDATES_MAX || fixed.len() + open.len() >= WIDTH {
         return Err(TooMany { found: fixed.len() + open.len() });
     }
-    // What each loses when it leaves the whole: the more, the further ahead it stands. As they came where near dependencies
-    // do not bear another order.
+    // Ordered by the SSE that their removal from the whole costs; as given where near dependencies make a reordered triangle
+    // singular.
     let as_they_came: Vec<usize> = fixed.iter().chain(&open).copied().collect();
     open.sort_by(|&a, &b| working.loss(b).total_cmp(&working.loss(a)));
     let by_loss: Vec<usize> = fixed.iter().chain(&open).copied().collect();
@@ -109,7 +109,6 @@ const WIDTH: usize = 64;
 struct Triangle {
     /// Column after column, each as long as its place + 1.
     columns: Vec<f64>,
-    /// Bit of each candidate.
     bits: Vec<u8>,
 }
 
@@ -131,7 +130,7 @@ impl Triangle {
                 if i < j {
                     columns.push(rest / columns[of_i + i]);
                 } else if j == n {
-                    // The response may be a combination: nothing is left of it then.
+                    // The response may be a linear combination of the candidates: its pivot is then zero.
                     columns.push(libm::sqrt(rest.max(0.0)));
                 } else if rest > 0.1 * PIVOT_MIN {
                     columns.push(libm::sqrt(rest));
@@ -147,12 +146,12 @@ impl Triangle {
         self.bits.len()
     }
 
-    /// Without column i, brought back to a triangle.
+    /// The triangle without column i.
     fn without(&self, i: usize) -> Triangle {
         let n = self.len();
         let mut columns = Vec::with_capacity(n * (n + 1) / 2);
         columns.extend_from_slice(&self.columns[..i * (i + 1) / 2]);
-        // Columns behind i have one entry too many now: rotations of rows (k, k+1) take them away, and turn those behind.
+        // Columns after i have one subdiagonal entry: rotations of rows (k, k+1) annihilate them and apply to the columns after.
         let mut turns = [(1.0, 0.0); WIDTH];
         for j in i + 1..=n {
             let start = j * (j + 1) / 2;
@@ -172,14 +171,12 @@ impl Triangle {
         Triangle { columns, bits }
     }
 
-    /// Column of the response.
     fn response(&self) -> &[f64] {
         let n = self.len();
         &self.columns[n * (n + 1) / 2..]
     }
 }
 
-/// The search under way.
 struct Search {
     /// Smallest sum of squares and its members' bits, by number of terms.
     best: Vec<(f64, u64)>,

@@ -9,47 +9,21 @@ pub struct RegressionTable {
     names: Vec<String>,
     columns: Vec<Vec<f64>>,
     time_s: Vec<f64>,
-    /// First row of every record.
     starts: Vec<usize>,
 }
 
 /// Why a record does not fit into a table.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of each says what its fields are")]
 pub enum TableError {
-    /// A column is not as long as the times.
     #[error("column `{column}`: expected {expected} rows, found {found}")]
-    Length {
-        /// Which one.
-        column: String,
-        /// Rows of the times.
-        expected: usize,
-        /// Its own.
-        found: usize,
-    },
-    /// Another set of columns than before.
+    Length { column: String, expected: usize, found: usize },
     #[error("record {record}: expected the columns {expected:?}, found {found:?}")]
-    Columns {
-        /// Which record, from 1.
-        record: usize,
-        /// Those of the first record.
-        expected: Vec<String>,
-        /// Its own.
-        found: Vec<String>,
-    },
-    /// One name twice.
+    Columns { record: usize, expected: Vec<String>, found: Vec<String> },
     #[error("column `{column}` comes twice")]
-    Twice {
-        /// Which one.
-        column: String,
-    },
-    /// Times that do not increase.
+    Twice { column: String },
     #[error("record {record}: time does not increase at row {row}")]
-    Time {
-        /// Which record, from 1.
-        record: usize,
-        /// Which row of it, from 1.
-        row: usize,
-    },
+    Time { record: usize, row: usize },
 }
 
 impl RegressionTable {
@@ -129,20 +103,20 @@ impl RegressionTable {
         start..self.starts.get(record + 1).copied().unwrap_or(self.rows())
     }
 
-    /// Every row: the whole records.
+    /// A mask of every row.
     pub fn whole(&self) -> Vec<bool> {
         vec![true; self.rows()]
     }
 
-    /// Rows of one record between two times of it, both ends included: a free response, or any other window.
+    /// A mask of the rows of one record between two of its times, both included, s.
     pub fn window(&self, record: usize, from_s: f64, to_s: f64) -> Vec<bool> {
         let of_record = self.rows_of(record);
         let inside = |(row, &time_s): (usize, &f64)| of_record.contains(&row) && time_s >= from_s && time_s <= to_s;
         self.time_s.iter().enumerate().map(inside).collect()
     }
 
-    /// Rows from which on, to its record's end, every one of these columns stays within `half_width` of its last value: the
-    /// free responses, where the columns are the controls. `None` names the first column that there is none of.
+    /// A mask of the rows from which on, to the end of the record, each column stays within its half width of its last value:
+    /// free responses, where the columns are controls.
     ///
     /// # Errors
     /// The name of a column that the table does not have.

@@ -1,21 +1,21 @@
 //! A run as named columns over time, as deviations from its own trim.
 //!
-//! Consumes the rows of a recording, the positions of its instruments, and the trim window; produces columns by name, NaN where a
-//! channel was not sampled, and trim values (means over the window). Inputs are needed at every time: they are linear between
-//! their own samples, as everywhere in the program.
+//! Consumes the rows of a recording, the positions of its instruments, and the trim window; produces columns by name (SI, NaN
+//! where a channel was not sampled) and trim values (means over the window). Inputs are needed at every time: they are linear
+//! between their own samples, as everywhere in the program.
 
 use super::resting_controls::hold_resting;
 use crate::flight::run::RunGeometry;
 
-/// Longest stretch without a sample over which a straight line is drawn, s.
+/// Longest gap that is interpolated linearly, s.
 pub const LONGEST_GAP_S: f64 = 0.5;
 
-/// A run's columns.
+/// Columns of one run.
 #[derive(Clone, Debug)]
 pub struct Columns {
-    /// The run's name.
+    /// Name of the run.
     pub run: String,
-    /// Where its instruments stand.
+    /// Positions of its instruments.
     pub geometry: RunGeometry,
     /// Times of the rows, s, increasing.
     pub times_s: Vec<f64>,
@@ -25,63 +25,20 @@ pub struct Columns {
     trim_window_s: f64,
 }
 
-/// Why a run makes no columns, or a column no series.
+/// Why a run is refused, or a column cannot be used as a series.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of each says what its fields are")]
 pub enum ColumnError {
-    /// Time does not increase.
     #[error("{run}: expected time that increases, found {before_s} s and then {time_s} s")]
-    TimeOrder {
-        /// The run.
-        run: String,
-        /// The time before, s.
-        before_s: f64,
-        /// The offending time, s.
-        time_s: f64,
-    },
-    /// There is no such column.
+    TimeOrder { run: String, before_s: f64, time_s: f64 },
     #[error("{run}: expected a column `{name}`, found {found}")]
-    Missing {
-        /// The run.
-        run: String,
-        /// The column.
-        name: String,
-        /// Those that are there.
-        found: String,
-    },
-    /// It has no sample in the trim's window.
+    Missing { run: String, name: String, found: String },
     #[error("{run}: `{name}` has no sample in the first {window_s} s, where the trim is taken")]
-    NoTrim {
-        /// The run.
-        run: String,
-        /// The column.
-        name: String,
-        /// The window, s.
-        window_s: f64,
-    },
-    /// An input is not known over some time inside the record.
+    NoTrim { run: String, name: String, window_s: f64 },
     #[error("{run}: `{name}` is not sampled from {from_s} s to {to_s} s; expected no gap longer than {LONGEST_GAP_S} s")]
-    Gap {
-        /// The run.
-        run: String,
-        /// The column.
-        name: String,
-        /// Its last sample before, s.
-        from_s: f64,
-        /// Its first sample after, s.
-        to_s: f64,
-    },
-    /// A value is not finite.
+    Gap { run: String, name: String, from_s: f64, to_s: f64 },
     #[error("{run}: `{name}` is {value} at {time_s} s")]
-    NotFinite {
-        /// The run.
-        run: String,
-        /// The column.
-        name: String,
-        /// What stands there.
-        value: f64,
-        /// Where, s.
-        time_s: f64,
-    },
+    NotFinite { run: String, name: String, value: f64, time_s: f64 },
 }
 
 impl Columns {
@@ -130,7 +87,7 @@ impl Columns {
         intervals_s.get(intervals_s.len() / 2).map(|interval_s| 1.0 / interval_s)
     }
 
-    /// Whether it is the same recording: the same numbers at the same times.
+    /// Whether both hold the same values at the same times.
     pub fn is_same_recording(&self, other: &Columns) -> bool {
         let same = |one: &[f64], other: &[f64]| {
             one.len() == other.len() && one.iter().zip(other).all(|(one, other)| one.to_bits() == other.to_bits())
@@ -217,8 +174,8 @@ impl Columns {
         Ok(self.raw(name)?.iter().map(|value| value - trim).collect())
     }
 
-    /// Deviations from trim at every row, straight lines between samples; before the first and after the last it is held, for no
-    /// longer than a gap may be.
+    /// Deviations from trim at every row, linear between samples, constant before the first and after the last for at most
+    /// [`LONGEST_GAP_S`].
     ///
     /// # Errors
     /// As for [`Columns::trim`], and [`ColumnError::Gap`].
@@ -226,7 +183,7 @@ impl Columns {
         self.joined(name, self.deviations(name)?)
     }
 
-    /// The same of a control, which is held still where its samples differ by their noise only: see [`super::resting_controls`].
+    /// The same of a control, at its mean where samples differ by noise only: see `resting_controls`.
     ///
     /// # Errors
     /// As for [`Columns::lines`].

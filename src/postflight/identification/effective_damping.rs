@@ -1,17 +1,17 @@
-//! What the paper's section 4 makes of derivatives: effective yaw damping, the N_p that explains it, and a steady sideslip's.
+//! Effective yaw damping of the Dutch roll, the N_p that explains it, and the same from its root.
 //!
-//! Consumes derivatives (v in m/s, L and N over inertia); produces, with the roll equation solved for p where the motion is slow
-//! beside L_p, 1/(s - L_p) = -1/L_p - s/L_p^2 and v' = -V r,
+//! Consumes derivatives (v in m/s; L and N over inertia, in rad/s^2 per unit) and airspeed V; produces, with the roll equation
+//! solved for p where the motion is slow beside L_p, 1/(s - L_p) = -1/L_p - s/L_p^2 and v' = -V r,
 //!     N_r_eff = N_r - N_p (L_r/L_p - V L_v/L_p^2)      zeta = -N_r_eff/(2 omega)                       (25)
 //!     N_r_eff = N_r + N_p V L_v/L_p^2                                                                  (26)
 //!     N_p = (N_r_eff - N_r) L_p^2/(V L_v)                                                              (27)
-//! numbered as there. (25) is printed there with + N_p and without the minus of zeta; the signs here are those that follow, and
-//! (26) is as printed. (27) takes N_r_eff from a fit without N_p and L_r, and N_r from the simulation.
-//! At omega, the same without leaving out Y_v, gravity and omega^2 beside L_p^2:
+//! numbered as in the source, which prints (25) with + N_p and without the minus of zeta; the signs here are those that follow
+//! from the elimination, and (26) is as printed. (27) takes N_r_eff from a fit without N_p and L_r, and N_r from the simulation.
+//! At s = j omega, without neglecting Y_v, gravity and omega^2 beside L_p^2:
 //!     2 Re(lambda) = N_r + Y_v + ((N_p V - g) L_v - g L_v L_p N_r/omega^2 - N_p L_r L_p)/(L_p^2 + omega^2)    (28)
 //!     N_p = ((2 Re(lambda) - N_r - Y_v)(L_p^2 + omega^2) + g L_v + g L_v L_p N_r/omega^2)/(V L_v - L_r L_p)   (29)
-//! Source: the paper's section 4; (28) by the same elimination with s = j omega.
-//! Cannot answer without dihedral: L_v = 0 tells nothing of N_p.
+//! Source: Padfield et al. 1987, section 4; (28) by the same elimination, and (29) by solving it for N_p.
+//! Without dihedral, L_v = 0, N_p is not identifiable: (27) and (29) are then infinite or NaN.
 
 use crate::flight::unit::STANDARD_GRAVITY as G0;
 
@@ -45,12 +45,12 @@ impl EffectiveDamping {
         self.n_r + self.n_p * self.speed * self.l_v / (self.l_p * self.l_p)
     }
 
-    /// (27): the N_p that makes this N_r that effective one; `n_p` is not looked at.
+    /// (27), 1/s: the N_p that gives this effective damping (1/s); `n_p` is not used.
     pub fn n_p_of(&self, effective: f64) -> f64 {
         (effective - self.n_r) * self.l_p * self.l_p / (self.speed * self.l_v)
     }
 
-    /// (29): likewise from the real part of a Dutch roll and its frequency.
+    /// (29), 1/s: the N_p from the real part (1/s) and frequency (rad/s) of a Dutch roll.
     pub fn n_p_of_root(&self, real: f64, omega: f64) -> f64 {
         let EffectiveDamping { y_v, l_v, l_p, l_r, n_r, speed, .. } = *self;
         let square = omega * omega;
@@ -59,7 +59,8 @@ impl EffectiveDamping {
     }
 }
 
-/// A value of several quantities with its standard error by the delta method, central differences a thousandth of theirs wide.
+/// A function of several quantities and its standard error by the delta method, with central differences of a thousandth of
+/// theirs.
 ///
 /// `cov` is by row and column of `at`.
 pub fn with_std<const N: usize>(at: [f64; N], cov: impl Fn(usize, usize) -> f64, value: impl Fn([f64; N]) -> f64) -> (f64, f64) {
@@ -67,14 +68,14 @@ pub fn with_std<const N: usize>(at: [f64; N], cov: impl Fn(usize, usize) -> f64,
     for (place, slope) in slopes.iter_mut().enumerate() {
         let step = 1e-3 * libm::sqrt(cov(place, place).max(0.0));
         if step > 0.0 {
-            let moved = |by: f64| {
+            let perturbed = |by: f64| {
                 let mut at = at;
                 if let Some(one) = at.get_mut(place) {
                     *one += by;
                 }
                 value(at)
             };
-            *slope = (moved(step) - moved(-step)) / (2.0 * step);
+            *slope = (perturbed(step) - perturbed(-step)) / (2.0 * step);
         }
     }
     let mut var = 0.0;

@@ -1,6 +1,7 @@
-//! The linear model of chosen states and inputs: which entries are known, which are derivatives to be found, what is measured.
+//! The linear model of chosen states and inputs: known entries, derivatives to be estimated, and what is measured.
 //!
-//! Consumes names of states, inputs and outputs and the trims of the runs; produces the structure that output error fits.
+//! Consumes names of states, inputs and outputs and the trims of the runs; produces the structure that output error fits,
+//! x' = A x + B u [n, n x n, n x k], y = C x + D u (m outputs), all as deviations from trim, SI, body axes at the centre of mass.
 //! With the trim's velocity u0 v0 w0, airspeed V0, attitude theta0 phi0, and AXIS_x the derivatives, A and B are
 //!     u' = X_x x + .. - w0 q + v0 r - g cos(theta0) theta                                              (1)
 //!     v' = Y_x x + .. + w0 p - u0 r + g cos(theta0) cos(phi0) phi - g sin(theta0) sin(phi0) theta      (2)
@@ -16,7 +17,9 @@
 //!     ay = Y_x x + .. + x_a r' - z_a p'     az = Z_x x + .. + y_a p' - x_a q'     ax = X_x x + .. + z_a q' - y_a r'    (9)
 //! and the states themselves. What (1) to (9) omit, products of deviations, is computed from measurements
 //! (`nonlinear_remainder`).
-//! Source: the paper's (1) to (6) and (23), (24), linearised; R. V. Jategaonkar, Flight Vehicle System Identification, 2006.
+//! Source: Padfield et al. 1987, (1) to (6), (23) and (24), linearised; R. V. Jategaonkar, Flight Vehicle System Identification,
+//! 2006.
+//! Returns [`IdentificationModelError`] where names contradict each other or a run lacks a channel.
 
 use super::columns::{ColumnError, Columns};
 use super::model_variables::{IdentificationModelError, ModelVariables, STATES, axis, is_attitude, is_control};
@@ -29,32 +32,32 @@ use crate::postflight::output_error::{FitParameter, InputOutputRecord, MatrixEnt
 /// A parameter of an instrument, estimated with the derivatives: a scale, an error of the trim, a delay.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InstrumentParameter {
-    /// `beta_scale`, `alpha_scale`, `tas_scale`, `alpha_trim`, `late_p`, `lag_part_p`.
+    /// `beta_scale`, `alpha_scale`, `tas_scale`, `alpha_trim`, and of output p `late_p`, `lag_part_p`.
     pub name: String,
-    /// Its mean beforehand: a scale is over one.
+    /// Mean of the prior; a scale is relative to one.
     pub prior_mean: f64,
-    /// Its standard deviation beforehand.
+    /// Standard deviation of the prior, in `unit`.
     pub prior_std: f64,
-    /// Unit.
+    /// SI; empty for a ratio.
     pub unit: &'static str,
 }
 
-/// A structure with the names of its parameters.
+/// The structure (1) to (9) with the names of its parameters: derivatives first, then instrument parameters.
 #[derive(Clone, Debug)]
 pub struct IdentificationModel {
-    /// What was chosen.
+    /// Names of states, inputs and outputs.
     pub choice: ModelVariables,
-    /// The datum.
+    /// The trim that deviations are about: mean over the runs.
     pub reference_trim: ReferenceTrim,
-    /// Standard errors of the datum's numbers.
+    /// Standard errors of its numbers, in the order tas (m/s), alpha, beta, theta, phi (rad).
     pub reference_trim_std: [f64; NUMBERS.len()],
-    /// For output error.
+    /// A, B, C, D as affine functions of the parameters.
     pub structure: ModelStructure,
     /// Axis and variable of each parameter.
     pub derivatives: Vec<(char, String)>,
-    /// Errors of instruments, estimated with the derivatives: the parameters behind them.
+    /// Errors of instruments, estimated together with the derivatives.
     pub instrument_parameters: Vec<InstrumentParameter>,
-    /// States whose nonlinear kinematics are known, as further inputs behind those that were chosen.
+    /// States whose nonlinear kinematics are known further inputs, appended to the chosen ones.
     pub remainders: Vec<String>,
     /// Whether the nonlinear part of the outputs is subtracted from the measurements, too.
     pub nonlinear_outputs: bool,
@@ -63,10 +66,10 @@ pub struct IdentificationModel {
 }
 
 impl IdentificationModel {
-    /// The structure of a choice over these runs; `only` keeps those derivatives alone (axis and variable), all without it.
+    /// The structure over these runs, with the derivatives of `only` (axis, variable) free; with all of them where it is `None`.
     ///
     /// # Errors
-    /// [`IdentificationModelError`] with what is wrong in the choice or missing in a run.
+    /// [`IdentificationModelError`] where the choice contradicts itself or a run lacks a channel.
     pub fn new(
         choice: ModelVariables,
         runs: &[Columns],
@@ -78,7 +81,7 @@ impl IdentificationModel {
         let reference_trim = ReferenceTrim::of(runs, speedy, &mut notes)?;
         let variables: Vec<&String> = choice.states.iter().chain(&choice.inputs).collect();
         let mut derivatives: Vec<(char, String)> = Vec::new();
-        // Rows over states and inputs together; derivatives only, then with what is known.
+        // Rows over states and inputs together: free derivatives alone, then with the known entries.
         let mut found: Vec<Vec<MatrixEntry>> = Vec::new();
         for state in &choice.states {
             let row = variables.iter().map(|variable| {
@@ -139,8 +142,8 @@ impl IdentificationModel {
         for (rates, angles, what) in [(&["p", "r"][..], &["v", "beta"][..], "sideslip"), (&["q"], &["w", "alpha"], "incidence")] {
             if choice.states.iter().any(|state| rates.contains(&state.as_str())) && !has(angles) {
                 notes.push(format!(
-                    "{what} is neither state nor input: it is hidden in the derivatives, which are no derivatives of the aircraft's; \
-                     only the roots are"
+                    "{what} is neither state nor input: its effect is absorbed by the derivatives, which are then not those of \
+                     the aircraft; only the roots are"
                 ));
             }
         }
@@ -160,24 +163,24 @@ impl IdentificationModel {
         })
     }
 
-    /// What a parameter is called.
+    /// Name of the parameter at that place; empty beyond the last.
     pub fn name(&self, place: usize) -> String {
-        let doubt = || {
+        let instrument = || {
             place.checked_sub(self.derivatives.len()).and_then(|place| Some(self.instrument_parameters.get(place)?.name.clone()))
         };
         match self.derivatives.get(place) {
             Some((axis, variable)) => format!("{axis}_{variable}"),
-            None => doubt().unwrap_or_default(),
+            None => instrument().unwrap_or_default(),
         }
     }
 
-    /// Parameters with these starting values, by place.
+    /// The derivatives as parameters of a fit, with these start values.
     pub fn parameters(&self, starts: &[f64]) -> Vec<FitParameter> {
         let named = self.derivatives.iter().zip(starts);
         named.map(|((axis, variable), &start)| FitParameter { name: format!("{axis}_{variable}"), start, prior: None }).collect()
     }
 
-    /// What output error is to reproduce of a run.
+    /// Inputs and outputs of a run as deviations from its trim, nonlinear remainders appended to the inputs.
     ///
     /// # Errors
     /// [`ColumnError`] where the run lacks a channel.
@@ -187,17 +190,17 @@ impl IdentificationModel {
         let mut inputs = chosen.collect::<Result<Vec<_>, _>>()?;
         let mut outputs = self.choice.outputs.iter().map(|name| run.deviations(name)).collect::<Result<Vec<_>, ColumnError>>()?;
         if !self.remainders.is_empty() {
-            let whole = NonlinearRemainder::of(run)?;
-            inputs.extend(self.remainders.iter().map(|state| whole.of_state(&self.reference_trim, state, &variables)));
+            let remainder = NonlinearRemainder::of(run)?;
+            inputs.extend(self.remainders.iter().map(|state| remainder.of_state(&self.reference_trim, state, &variables)));
             for (name, values) in self.choice.outputs.iter().zip(&mut outputs).filter(|_| self.nonlinear_outputs) {
-                let remainders = whole.of_output(&self.reference_trim, name, &variables, &run.geometry);
+                let remainders = remainder.of_output(&self.reference_trim, name, &variables, &run.geometry);
                 values.iter_mut().zip(remainders.into_iter().flatten()).for_each(|(value, remainders)| *value -= remainders);
             }
         }
         Ok(InputOutputRecord { times_s: run.times_s.clone(), inputs, outputs })
     }
 
-    /// Puts controls that are held still in place of their noisy samples in a record of that run.
+    /// Replaces samples of controls at rest by their mean (`resting_controls`) in the record of that run.
     ///
     /// # Errors
     /// As for [`IdentificationModel::record`].
@@ -209,7 +212,7 @@ impl IdentificationModel {
         Ok(())
     }
 
-    /// An input over time; flow angles are brought from their vane to the centre of mass.
+    /// An input over time; flow angles are transferred from their vane to the centre of mass.
     fn input(&self, run: &Columns, name: &str) -> Result<Vec<f64>, ColumnError> {
         let mut values = run.lines(name)?;
         let [x, y, z] = run.geometry.vane_position_m;
@@ -250,14 +253,12 @@ fn check(choice: &ModelVariables) -> Result<(), IdentificationModelError> {
     Ok(())
 }
 
-/// What the outputs are computed from.
+/// Rows of C and D, built from those of A and B.
 struct MeasurementRows<'a> {
     choice: &'a ModelVariables,
     reference_trim: ReferenceTrim,
     variables: &'a [&'a String],
-    /// Derivatives alone, by row.
     found: &'a [Vec<MatrixEntry>],
-    /// With what is known.
     rows: &'a [Vec<MatrixEntry>],
     runs: &'a [Columns],
 }
@@ -339,7 +340,7 @@ impl MeasurementRows<'_> {
         Ok(row)
     }
 
-    /// A position that all runs have; the first's, noted, where they differ.
+    /// The position of an instrument; that of the first run, with a note, where runs differ.
     fn position(&self, of: impl Fn(&Columns) -> [f64; 3], notes: &mut Vec<String>) -> [f64; 3] {
         let first = self.runs.first().map_or([0.0; 3], &of);
         let same = |other: [f64; 3]| other.into_iter().zip(first).all(|(one, other)| one.to_bits() == other.to_bits());

@@ -1,7 +1,11 @@
 //! One identification: structure, start values, output error over all runs, modes, and the prediction of hold-out runs.
 //!
-//! Consumes runs in columns and a request; produces [`IdentificationResult`]. A hold-out run is predicted from its own trim with
-//! its measured inputs; nothing is fitted to it.
+//! Consumes runs in columns and a request; produces [`IdentificationResult`]. In order: start values by equation error
+//! (`start_values`), output error, then as requested instrument parameters with delays linearised about the last fit
+//! (`instrument_parameters`) and filter error with vibration removed (`vibration`, `process_noise`). A hold-out run is predicted
+//! from its own trim with its measured inputs; nothing is fitted to it.
+//! Returns [`IdentificationError`] where the model cannot be built or the fit is refused; no modes where the search has not
+//! converged.
 
 use super::columns::{ColumnError, Columns};
 use super::identification_model::IdentificationModel;
@@ -12,7 +16,7 @@ use super::process_noise::disturbances;
 use super::roots::{Modes, modes};
 use super::run_prediction::RunPrediction;
 use super::start_values::starts;
-use super::vibration::without_vibration;
+use super::vibration::remove_vibration;
 use crate::postflight::output_error::filter_error;
 use crate::postflight::output_error::filter_error::ProcessNoiseEstimate;
 use crate::postflight::output_error::{FitResult, FitSettings, OutputErrorFitError, RunParameters, fit, predict};
@@ -23,67 +27,66 @@ pub enum InstrumentTreatment {
     /// Noise and bias only.
     #[default]
     Trusted,
-    /// Scales, delays, and the trim's incidence and airspeed are estimated too: see [`super::instrument_parameters`]; controls at
-    /// rest are replaced by their mean: see [`super::resting_controls`].
+    /// Scales, delays, and the trim's incidence and airspeed are estimated too: see `instrument_parameters`; controls at
+    /// rest are replaced by their mean: see `resting_controls`.
     Estimated,
 }
 
-/// By which method the parameters are found.
+/// Likelihood that the parameters maximise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FitMethod {
-    /// Noise on the outputs alone.
+    /// Measurement noise only.
     #[default]
     OutputError,
-    /// Gusts and noise of the inputs too.
+    /// Measurement noise and process noise: gusts, noise of the inputs.
     FilterError,
 }
 
-/// What is wanted.
+/// What to identify and how.
 #[derive(Clone, Debug)]
 pub struct IdentificationRequest {
-    /// States, inputs, outputs.
+    /// Names of states, inputs and outputs.
     pub choice: ModelVariables,
-    /// Those derivatives alone, by axis and variable; all without it.
+    /// The derivatives to estimate, by axis and variable; `None` for all.
     pub only: Option<Vec<(char, String)>>,
-    /// Whether instruments are believed.
+    /// Treatment of errors of instruments.
     pub instruments: InstrumentTreatment,
-    /// By which method.
+    /// Output error or filter error.
     pub method: FitMethod,
 }
 
 impl From<ModelVariables> for IdentificationRequest {
-    /// All derivatives, instruments believed.
+    /// All derivatives by output error, instruments trusted.
     fn from(choice: ModelVariables) -> Self {
         IdentificationRequest { choice, only: None, instruments: InstrumentTreatment::Trusted, method: FitMethod::OutputError }
     }
 }
 
-/// What was identified.
+/// The identified model, its fit and its predictions.
 #[derive(Clone, Debug)]
 pub struct IdentificationResult {
-    /// The structure.
+    /// Structure and names of the parameters.
     pub linear: IdentificationModel,
-    /// Where output error started, by derivative.
+    /// Start values of output error, by derivative.
     pub starts: Vec<f64>,
-    /// What it found, or filter error from there.
+    /// Fit of output error, or of filter error started from it.
     pub fitted: FitResult,
-    /// What filter error found besides; `None` where output error answers.
+    /// Estimated process noise; `None` of output error.
     pub disturbed: Option<ProcessNoiseEstimate>,
-    /// The modes, or why there are none.
+    /// Modes of A, or the reason why there are none.
     pub modes: Modes,
-    /// The runs that it was fitted to.
+    /// Runs of the fit, measured and predicted.
     pub fit: Vec<RunPrediction>,
-    /// The runs that it was not.
+    /// Hold-out runs, measured and predicted.
     pub holdout: Vec<RunPrediction>,
 }
 
-/// Why there is no answer.
+/// Why an identification is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of each says what its fields are")]
 pub enum IdentificationError {
-    /// The choice or a run is wrong.
     #[error(transparent)]
     Model(#[from] IdentificationModelError),
-    /// Output error cannot answer.
     #[error("output error: {0}")]
     Fit(#[from] OutputErrorFitError),
 }
@@ -94,39 +97,39 @@ impl From<ColumnError> for IdentificationError {
     }
 }
 
-/// Identifies the chosen model from the runs and flies the others with it.
+/// Fits the requested model to the runs and predicts the hold-out runs with it.
 ///
 /// # Errors
-/// [`IdentificationError`] with what is wrong.
+/// [`IdentificationError`] where the model cannot be built or the fit is refused.
 pub fn identify(
     runs: &[Columns],
     holdout: &[Columns],
-    wanted: IdentificationRequest,
+    request: IdentificationRequest,
     settings: &FitSettings,
 ) -> Result<IdentificationResult, IdentificationError> {
-    let mut linear = IdentificationModel::new(wanted.choice, runs, wanted.only.as_deref())?;
+    let mut linear = IdentificationModel::new(request.choice, runs, request.only.as_deref())?;
     let mut records = runs.iter().map(|run| linear.record(run)).collect::<Result<Vec<_>, _>>()?;
-    let mut kept_back = holdout.iter().map(|run| linear.record(run)).collect::<Result<Vec<_>, _>>()?;
-    for (run, record) in runs.iter().zip(&mut records).chain(holdout.iter().zip(&mut kept_back)) {
+    let mut holdout_records = holdout.iter().map(|run| linear.record(run)).collect::<Result<Vec<_>, _>>()?;
+    for (run, record) in runs.iter().zip(&mut records).chain(holdout.iter().zip(&mut holdout_records)) {
         linear.hold_controls(run, record)?;
     }
     let starts = starts(&linear, &records);
     let mut fitted = fit(&linear.structure, &linear.parameters(&starts), &[], &records, settings)?;
-    let filtered = wanted.method == FitMethod::FilterError;
-    let doubted = wanted.instruments == InstrumentTreatment::Estimated;
-    if doubted {
-        // The lateness of every fit is what the next one's is about.
+    let filtered = request.method == FitMethod::FilterError;
+    let instruments_estimated = request.instruments == InstrumentTreatment::Estimated;
+    if instruments_estimated {
+        // Delays are linearised about those of the fit before.
         linear.add_instrument_parameters();
         relinearise_delays(&linear, &mut records, &fitted)?;
         fitted = fit(&linear.structure, &linear.parameters_with_instruments(&fitted), &[], &records, settings)?;
     }
-    let mut changed = doubted;
+    let mut changed = instruments_estimated;
     if filtered {
         for (record, own) in records.iter_mut().zip(&fitted.runs) {
-            changed |= without_vibration(&mut linear, record, &own.predicted);
+            changed |= remove_vibration(&mut linear, record, &own.predicted);
         }
     }
-    if doubted {
+    if instruments_estimated {
         relinearise_delays(&linear, &mut records, &fitted)?;
     }
     if changed {
@@ -135,7 +138,7 @@ pub fn identify(
     let mut disturbed = None;
     if filtered {
         let disturbances = disturbances(&linear, runs, &records)?;
-        if doubted {
+        if instruments_estimated {
             relinearise_delays(&linear, &mut records, &fitted)?;
         }
         let parameters = linear.parameters_with_instruments(&fitted);
@@ -143,15 +146,15 @@ pub fn identify(
         (fitted, disturbed) = (better, Some(found));
         linear.notes.push(NARROW.to_owned());
     }
-    if doubted {
+    if instruments_estimated {
         let own = zero_run_parameters(&linear);
-        let flown = kept_back.into_iter().map(|record| linear.record_with_delays(record, &fitted.theta, &own));
-        kept_back = flown.collect::<Result<_, OutputErrorFitError>>()?;
+        let flown = holdout_records.into_iter().map(|record| linear.record_with_delays(record, &fitted.theta, &own));
+        holdout_records = flown.collect::<Result<_, OutputErrorFitError>>()?;
     }
     linear.notes.extend(coloured(&fitted));
     linear.notes.extend(unexcited(&linear.choice, runs));
     linear.notes.extend(runs.iter().filter_map(|run| unsteady(&linear.choice, run)));
-    if !doubted && !filtered && fitted.converged {
+    if !instruments_estimated && !filtered && fitted.converged {
         linear.notes.extend(instrument_note(&linear, &records, &fitted, settings));
     }
     let modes = if fitted.converged {
@@ -172,32 +175,32 @@ pub fn identify(
     let fit: Vec<RunPrediction> = fit.collect();
     linear.notes.extend(fit.iter().filter_map(|flown| misfit_note(flown, &linear.structure.outputs)));
     let own = zero_run_parameters(&linear);
-    let flown_back = holdout.iter().zip(kept_back).map(|(run, record)| {
+    let holdout_predictions = holdout.iter().zip(holdout_records).map(|(run, record)| {
         let predicted = predict(&linear.structure, &fitted.theta, &[], &record, &own)?;
         Ok(RunPrediction::new(run, record, predicted))
     });
-    let holdout = flown_back.collect::<Result<_, OutputErrorFitError>>()?;
+    let holdout = holdout_predictions.collect::<Result<_, OutputErrorFitError>>()?;
     Ok(IdentificationResult { linear, starts, fitted, disturbed, modes, fit, holdout })
 }
 
 /// What is known of filter error's intervals (`tests/paper`).
 const NARROW: &str = "filter error: in still air 94 of 100 intervals of 95 % held the truth in simulated flights, in gusts of 1 m/s 65; \
                       there take the standard errors twice as large";
-/// Corrected standard errors so many times those for white residuals (median) are said.
+/// Median ratio of corrected standard errors to those for white residuals above which a note is made.
 const COLOURED: f64 = 5.0;
-/// Controls of one plane that move less than this part of the other's leave their own plane unexcited.
+/// Ratio of control motion (rms) between the planes below which the lesser plane is unexcited.
 const UNEXCITED: f64 = 0.2;
 
-/// Says where the residuals are far from white: then something acts that the model does not have.
+/// A note where residuals are far from white: an effect acts that is not in the model.
 fn coloured(fitted: &FitResult) -> Option<String> {
     let ratio = fitted.colour_ratio().filter(|ratio| *ratio > COLOURED)?;
     Some(format!(
         "the residuals are far from white: standard errors are {ratio:.0} times what white ones would give, and may still be too \
-         small; something acts that this model does not have (a state, a nonlinearity, gusts, an instrument)"
+         small; this model lacks an effect (a state, a nonlinearity, gusts, an instrument)"
     ))
 }
 
-/// Says of a model of both planes which of them no control moved.
+/// A note on the plane that no control excited, of a model of both planes.
 fn unexcited(choice: &ModelVariables, runs: &[Columns]) -> Option<String> {
     let has = |name: &str| choice.states.iter().any(|state| state == name);
     let moved = |names: &[&str]| {
@@ -218,10 +221,10 @@ fn unexcited(choice: &ModelVariables, runs: &[Columns]) -> Option<String> {
     ))
 }
 
-/// A control that moves in the trim's window by this part of what it does in the whole run has no trim there.
+/// Ratio of a control's rms in the trim window to that over the run above which the window is no trim.
 const UNSTEADY: f64 = 0.3;
 
-/// Says of a run whose trim is taken while a control moves: deviations, speed and attitude are then from no trim at all.
+/// A note on a run whose control moves in the trim window: deviations are then not from a trim.
 fn unsteady(choice: &ModelVariables, run: &Columns) -> Option<String> {
     let moves = |name: &&String| {
         let Ok(values) = run.deviations(name) else { return false };
@@ -239,15 +242,15 @@ fn unsteady(choice: &ModelVariables, run: &Columns) -> Option<String> {
     })
 }
 
-/// In trim, nothing of a run's own.
+/// Initial state at trim and no biases.
 fn zero_run_parameters(linear: &IdentificationModel) -> RunParameters {
     let (states, outputs) = (linear.structure.states.len(), linear.structure.outputs.len());
     RunParameters { initial_state: vec![0.0; states], state_bias: vec![0.0; states], output_bias: vec![0.0; outputs] }
 }
 
-/// What a person would choose who was not asked: of a helicopter all eight states, for its planes are coupled and a model of
-/// one finds the other's derivatives in its own; else the lateral motion with what measures it, or the longitudinal one where
-/// that was excited; over the controls that moved.
+/// Default states, inputs and outputs: of a helicopter all eight states, for its planes are coupled and a model of one plane
+/// absorbs the other's derivatives; otherwise the lateral motion, or the longitudinal one where q exceeds p and r (rms); with the
+/// controls that moved.
 pub fn usual_choice(runs: &[Columns]) -> ModelVariables {
     let all = |name: &str| runs.iter().all(|run| run.has(name));
     let rms = |name: &str| {
@@ -288,9 +291,9 @@ pub fn usual_choice(runs: &[Columns]) -> ModelVariables {
     ModelVariables { states: owned(states), inputs, outputs: owned(&outputs) }
 }
 
-/// What measures all eight states and the forces on them.
+/// Channels that measure all eight states and the specific force.
 const MEASURING_ALL: [&str; 11] = ["tas", "alpha", "q", "theta", "beta", "p", "phi", "r", "ax", "ay", "az"];
-/// A control that moves less than this (rms, rad) stands still.
+/// A control that moves less than this (rms, rad) is at rest.
 const STILL_RAD: f64 = 5e-4;
 
 fn square_mean(values: &[f64]) -> f64 {

@@ -1,13 +1,13 @@
 //! The delayed reading of an instrument: a pure delay, a first-order lag, or a mixture of both.
 //!
-//! Consumes an output y of the model over time, a delay tau (s) and the part s of it that is a lag; produces the reading
+//! Consumes an output y of the model [samples], a delay tau (s) and the share s of it that is a lag; produces the reading
 //!     y_read = y + s (lag y - y) + (1 - s) (delay y - y)                                               (1)
 //!     lag:  tau y_lag' = y - y_lag,  y_lag(0) = y(0)     delay:  y(t - tau), y(0) before the start
 //! exactly for y linear between samples, and (1) linearised about (tau0, s0) as three inputs of a linear model,
 //!     y_read - y = offset + tau by_tau + s by_part                                                     (2)
-//! tau dy/dt alone would not do: half of a control step is over before a filter of 8 ms has responded, and the error of first
-//! order there puts half a per cent of a roll rate sampled at 256 Hz into L_p. Elsewhere a delay and a lag of one tau are equal.
-//! Assumed: a constant delay over a run. Early readings (tau below 0, where the controls are late) mirror late ones.
+//! The first-order expansion tau dy/dt is not enough: at a step of a control it biases L_p by half a per cent for a delay of 8 ms
+//! and a roll rate sampled at 256 Hz. For smooth y a delay and a lag of one tau are equal to first order.
+//! Assumed: a constant delay over a run. tau < 0, where the controls are delayed, mirrors tau > 0. Source: ours.
 
 /// Half of the step in tau for the slope, s.
 const STEP_S: f64 = 5e-4;
@@ -15,16 +15,16 @@ const STEP_S: f64 = 5e-4;
 /// (2), by sample.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct DelayedReading {
-    /// What is there at tau = s = 0 by the straight line through (tau0, s0).
+    /// Value of the linearisation (2) at tau = s = 0, in the unit of y.
     pub(crate) offset: Vec<f64>,
-    /// Slope by tau, 1/s.
+    /// Derivative with respect to tau, unit of y per s.
     pub(crate) by_tau: Vec<f64>,
-    /// Slope by s.
+    /// Derivative with respect to s, unit of y.
     pub(crate) by_part: Vec<f64>,
 }
 
 impl DelayedReading {
-    /// About that lateness (s) and part.
+    /// (2) about this delay (s) and share; empty of an empty series.
     pub(crate) fn about(times_s: &[f64], values: &[f64], late_s: f64, part: f64) -> Self {
         let at = |late_s: f64| -> (Vec<f64>, Vec<f64>) { (lagged(times_s, values, late_s), delayed(times_s, values, late_s)) };
         let blend = |(lag, delay): &(Vec<f64>, Vec<f64>)| -> Vec<f64> {
@@ -40,7 +40,7 @@ impl DelayedReading {
     }
 }
 
-/// What a first-order lag makes of straight lines between samples; before the first it was steady.
+/// y_lag of (1), steady before the first sample.
 fn lagged(times_s: &[f64], values: &[f64], lag_s: f64) -> Vec<f64> {
     let tau = libm::fabs(lag_s);
     if !(tau > 0.0) {
@@ -61,7 +61,7 @@ fn lagged(times_s: &[f64], values: &[f64], lag_s: f64) -> Vec<f64> {
     steps.collect()
 }
 
-/// The values that were there so much before, on straight lines between samples; held beyond the ends.
+/// y(t - tau) of (1), linear between samples, constant beyond the ends.
 fn delayed(times_s: &[f64], values: &[f64], delay_s: f64) -> Vec<f64> {
     let mut after = 0;
     let mut at = |felt_s: f64| {

@@ -1,40 +1,41 @@
-//! Measured frequency responses of a run: each state to each input, before any model.
+//! Measured frequency responses of a run: each state to each input, without a model.
 //!
-//! Consumes a run, the chosen states and inputs and a band; produces for each pair gain and phase with coherence at frequencies
-//! evenly spread over its logarithm, or why there are none. A state is what measures it (v by beta, w by alpha, u by tas); rows
-//! are brought to even intervals by straight lines. Each input is taken alone: where several move together, or something else
-//! moves the aircraft, coherence says so.
+//! Consumes a run, the chosen states and inputs and a band; produces for each pair gain, phase and coherence at `FREQUENCIES`
+//! frequencies evenly spaced in their logarithm, or the reason why there are none. A state is represented by the channel that
+//! measures it (v by beta, w by alpha, u by tas); rows are resampled at even intervals by linear interpolation. Each input is
+//! taken alone: inputs that move together, or other excitation, lower the coherence.
+//! Source: M. B. Tischler and R. K. Remple, Aircraft and Rotorcraft System Identification, 2nd ed. 2012, ch. 7; the estimate
+//! is that of `realtime::regression::frequency::response`.
 
 use super::columns::Columns;
 use super::model_variables::ModelVariables;
-use crate::realtime::regression::frequency::response::{Point, frequency_response};
+use crate::realtime::regression::frequency::response::{ResponsePoint, frequency_response};
 use std::f64::consts::TAU;
 
-/// Segments that a record is cut into, half overlapped: so many times its length fits the record.
+/// Length of the record over that of a segment; segments overlap by half.
 const PARTS: f64 = 3.0;
 /// Longest segment, s.
 const LONGEST_S: f64 = 40.0;
-/// Frequencies of a response.
 const FREQUENCIES: usize = 24;
-/// Coherence from which a response is believed, after Tischler and Remple, 2012.
+/// Least coherence of a reliable response: Tischler and Remple, 2012.
 pub const COHERENT: f64 = 0.6;
 
 /// A response of one run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasuredResponse {
-    /// The run.
+    /// Name of the run.
     pub run: String,
-    /// The channel of the state.
+    /// Channel that measures the state.
     pub output: String,
-    /// The input.
+    /// Name of the input.
     pub input: String,
     /// Length of a segment, s.
     pub segment_s: f64,
-    /// The other input that moves most with this one, and their mean coherence, where that is [`COHERENT`] or better: the
-    /// response then holds what the other does.
+    /// The other input of highest mean coherence with this one, and that coherence, where it is [`COHERENT`] or more: the
+    /// response then contains that of the other input.
     pub together: Option<(String, f64)>,
-    /// By frequency, or why there are none.
-    pub points: Result<Vec<Point>, String>,
+    /// By frequency, or the reason why there are none.
+    pub points: Result<Vec<ResponsePoint>, String>,
 }
 
 /// The channel that measures a state.
@@ -55,17 +56,17 @@ pub fn responses(runs: &[Columns], choice: &ModelVariables, from_hz: f64, to_hz:
         let interval_s = span_s / (run.times_s.len().max(2) - 1) as f64;
         let segment_s = (span_s / PARTS).min(LONGEST_S);
         let even = |name: &str| run.lines(name).map(|values| even(&run.times_s, &values, interval_s)).map_err(|e| e.to_string());
-        // What the segments and the samples can tell of the band.
+        // Two cycles a segment, half the sampling rate.
         let lowest = from_hz.max(2.0 / segment_s);
         let highest = to_hz.min(0.5 / interval_s);
         let of = |output: &str, input: &str| {
             if !(lowest < highest) {
-                let told = format!("a record of {span_s:.1} s tells {:.2} to {:.2} Hz", 2.0 / segment_s, 0.5 / interval_s);
-                return Err(format!("{told}; the band is {from_hz} to {to_hz} Hz"));
+                let range = format!("a record of {span_s:.1} s resolves {:.2} to {:.2} Hz", 2.0 / segment_s, 0.5 / interval_s);
+                return Err(format!("{range}; the band is {from_hz} to {to_hz} Hz"));
             }
             let ratio = highest / lowest;
             let at = |k: usize| TAU * lowest * libm::pow(ratio, k as f64 / (FREQUENCIES - 1) as f64);
-            // The last one by itself: rounding must not put it above half the sampling rate.
+            // Rounding must not put the last one above half the sampling rate.
             let frequencies: Vec<f64> = (0..FREQUENCIES).map(|k| at(k).min(TAU * highest)).collect();
             let found = frequency_response(&even(input)?, &even(output)?, interval_s, segment_s, &frequencies);
             found.map_err(|error| error.to_string())
@@ -89,7 +90,7 @@ pub fn responses(runs: &[Columns], choice: &ModelVariables, from_hz: f64, to_hz:
     all
 }
 
-/// A series at even intervals, straight lines between its rows.
+/// A series at even intervals, linear between its rows.
 fn even(times_s: &[f64], values: &[f64], interval_s: f64) -> Vec<f64> {
     let Some(&first_s) = times_s.first() else { return Vec::new() };
     let mut after = 1;
@@ -108,7 +109,7 @@ fn even(times_s: &[f64], values: &[f64], interval_s: f64) -> Vec<f64> {
 }
 
 impl MeasuredResponse {
-    /// The range in which coherence is [`COHERENT`] or better and holds: its ends, Hz; the widest where there are several.
+    /// Ends, Hz, of the longest range of frequencies with a coherence of [`COHERENT`] or more.
     pub fn coherent(&self) -> Option<(f64, f64)> {
         let points = self.points.as_ref().ok()?;
         let stretches = points.chunk_by(|a, b| (a.coherence >= COHERENT) == (b.coherence >= COHERENT));
@@ -118,7 +119,7 @@ impl MeasuredResponse {
     }
 
     /// The point of largest gain in that range.
-    pub fn peak(&self) -> Option<&Point> {
+    pub fn peak(&self) -> Option<&ResponsePoint> {
         let (from, to) = self.coherent()?;
         let good = self.points.as_ref().ok()?.iter().filter(|point| (from..=to).contains(&(point.rad_s / TAU)));
         good.max_by(|a, b| a.response.norm_sqr().total_cmp(&b.response.norm_sqr()))
@@ -151,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn a_known_lag_comes_back_and_the_band_is_kept_to_what_the_record_tells() {
+    fn a_known_lag_is_recovered_and_the_band_is_limited_to_that_of_the_record() {
         let choice =
             ModelVariables { states: vec!["r".to_owned()], inputs: vec!["pedal".to_owned()], outputs: vec!["r".to_owned()] };
         let found = responses(&[run()], &choice, 0.01, 1.0);
@@ -165,6 +166,6 @@ mod tests {
         }
         assert!(one.coherent().unwrap().1 > 0.7 && one.peak().unwrap().rad_s < 2.0);
         let narrow = responses(&[run()], &choice, 0.01, 0.04);
-        assert!(narrow[0].points.as_ref().unwrap_err().contains("tells"));
+        assert!(narrow[0].points.as_ref().unwrap_err().contains("resolves"));
     }
 }

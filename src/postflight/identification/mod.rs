@@ -1,11 +1,11 @@
-//! Identification after the flight: which linear model several runs are flights of, by output error over all of them.
+//! Identification after the flight: one linear model fitted to several runs by output error or filter error.
 //!
-//! In: runs as they were recorded, and which of their channels are states, inputs and outputs. Out: derivatives with standard
-//! errors (Cramer-Rao, and corrected for the colour of the residuals), the modes of the identified model with theirs, and how
-//! well it predicts runs that were not used.
-//! Assumed: small deviations from each run's own trim; a control moves in a straight line from sample to sample; rows of the
-//! attitudes are kinematics, and what gravity and the flight speed do to the velocities is known.
-//! Refused: a state or input that was not recorded, an equation without what it needs, runs that are no flights of one trim.
+//! In: runs as recorded, and the names of states, inputs and outputs. Out: derivatives with standard errors (Cramer-Rao bound,
+//! and corrected for coloured residuals), the modes of the identified model with theirs, and measures of its prediction of
+//! hold-out runs.
+//! Assumed: small deviations from each run's own trim; inputs linear between samples; known rows of the attitudes (kinematics)
+//! and known terms of gravity and flight speed in the rows of the velocities.
+//! Refused: a state or input that was not recorded, an equation whose regressors are missing, runs at different airspeeds.
 
 pub mod columns;
 pub mod effective_damping;
@@ -13,17 +13,17 @@ pub mod identification_model;
 pub mod identify;
 mod instrument_delay;
 mod instrument_notes;
-pub mod instrument_parameters;
+pub(crate) mod instrument_parameters;
 pub mod measured_responses;
 pub mod model_variables;
-pub mod nonlinear_remainder;
-pub mod process_noise;
+pub(crate) mod nonlinear_remainder;
+pub(crate) mod process_noise;
 pub mod reference_trim;
-pub mod resting_controls;
+pub(crate) mod resting_controls;
 pub mod roots;
 pub mod run_prediction;
 pub mod start_values;
 pub mod steady_sideslip;
 pub mod test_condition;
-pub mod velocity;
+pub(crate) mod velocity;
 pub mod vibration;

@@ -1,65 +1,44 @@
-//! Which states, inputs and outputs a linear model has, by name, and why no model can be built from a choice of them.
+//! Names of states, inputs and outputs of a linear model, and the errors of a choice that gives no model.
 //!
-//! A name is that of a channel; `v` and `beta` (and `w` and `alpha`) are two forms of the same state, so a model has one of them.
+//! A name is that of a channel; `v` and `beta` (and `w` and `alpha`) are two forms of one state, so a model has one of them.
 
 use super::columns::ColumnError;
 use crate::flight::derivative::Variable;
 
-/// Names of what can be a state, in the order in which they are shown.
+/// Names of possible states, in the order in which they are shown.
 pub const STATES: [&str; 10] = ["u", "v", "w", "p", "q", "r", "phi", "theta", "alpha", "beta"];
 
-/// What is to be identified.
+/// States, inputs and outputs of a model by name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ModelVariables {
-    /// States by name.
+    /// Some of [`STATES`].
     pub states: Vec<String>,
-    /// Inputs by name: controls, or any measured channel.
+    /// Controls, or any measured channel.
     pub inputs: Vec<String>,
-    /// Outputs by name: states' channels, `tas alpha beta`, `ax ay az`.
+    /// Channels of states, `tas alpha beta`, `ax ay az`.
     pub outputs: Vec<String>,
 }
 
 /// Why there is no structure.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of each says what its fields are")]
 pub enum IdentificationModelError {
-    /// A name that can be no state.
     #[error("--states: `{0}` is no state; expected some of {states}", states = STATES.join(", "))]
     State(String),
-    /// A name that can be no output of these states.
     #[error("--outputs: `{name}` cannot be computed from the states; expected a state, or {expected}")]
-    Output {
-        /// The name.
-        name: String,
-        /// What could be.
-        expected: &'static str,
-    },
-    /// A name stands twice.
+    Output { name: String, expected: &'static str },
     #[error("`{0}` stands twice among states and inputs")]
     Twice(String),
-    /// Nothing to find.
     #[error("expected at least one state")]
     NoState,
-    /// Nothing to find it by.
     #[error("no control moves in these runs: expected a test input, or what else acts on the states in --inputs")]
     NoInput,
-    /// v beside beta, or w beside alpha.
     #[error("`{0}` and `{1}` are the same state; expected one of them")]
     Same(&'static str, &'static str),
-    /// Runs at different speeds.
     #[error(
         "`{first}` was flown at {first_speed:.1} m/s and `{other}` at {other_speed:.1} m/s: expected runs of one flight condition"
     )]
-    Speeds {
-        /// A run.
-        first: String,
-        /// Its airspeed, m/s.
-        first_speed: f64,
-        /// Another.
-        other: String,
-        /// Its airspeed, m/s.
-        other_speed: f64,
-    },
-    /// A run lacks something.
+    Speeds { first: String, first_speed: f64, other: String, other_speed: f64 },
     #[error(transparent)]
     Column(#[from] ColumnError),
 }

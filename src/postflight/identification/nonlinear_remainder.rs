@@ -1,39 +1,40 @@
-//! What kinematics and instruments do beyond their linear part, from what was measured.
+//! The nonlinear part of kinematics and instruments, computed from measurements.
 //!
 //! Consumes a run with airspeed, flow angles, rates and attitude; produces, for u v w phi theta (and v/V0, w/V0), the rate of
-//! change by the full kinematics less its value in trim and less the linear part that the model has itself: a known input,
+//! change by the full kinematics less its value in trim and less the linear part that the model has itself, as a known input:
 //!     f(x) - f(x0) - sum_j df/dx_j (x_j - x0_j)                                                        (1)
 //!     f_u = v r - w q - g sin(theta)     f_v = w p - u r + g cos(theta) sin(phi)
 //!     f_w = u q - v p + g cos(theta) cos(phi)
 //!     f_phi = p + tan(theta) (q sin(phi) + r cos(phi))     f_theta = q cos(phi) - r sin(phi)           (2)
-//! and the same of the outputs, taken off what was measured: with the velocity at the vane and the accelerometers' arm r,
-//!     tas = |V|     alpha = atan2(w, u)     beta = atan2(v, sqrt(u^2 + w^2))     a = .. + w x (w x r)     (3)
-//! Products of deviations, and whatever a chosen set of states leaves out: pitch in a lateral model, say. Left out, they would
-//! be found in the derivatives instead: a vane's angle is v over an airspeed that changes. Source: the paper's (1) to (5).
-//! Numerics: deviations are measured, so their noise comes in, but multiplied by another deviation; `velocity` keeps that of
-//! the air data small.
+//! and the same of the outputs, subtracted from the measurements: air data with the velocity at the vane, specific force with
+//! the accelerometers' arm, by (1) to (4) and (7) of `sensors`.                                             (3)
+//! The remainder holds products of deviations and the states that a chosen set omits (pitch in a lateral model); omitted, it
+//! would bias the derivatives. SI, body axes, one value a row.
+//! Source: Padfield et al. 1987, (1) to (5).
+//! Numerics: noise of the measured deviations enters multiplied by another deviation; `velocity` keeps that of the air data
+//! small.
+//! Returns [`ColumnError`] where a channel is missing.
 
 use super::columns::{ColumnError, Columns};
 use super::reference_trim::ReferenceTrim;
 use super::velocity::{CHANNELS, motion, of_air_data};
+use crate::dynamics::sensors::{AirData, velocity_at_arm};
 use crate::flight::run::RunGeometry;
 use crate::flight::unit::STANDARD_GRAVITY as G0;
 
-/// The whole motion of a run as measured.
+/// Measured motion of a run.
 #[derive(Clone, Debug)]
-pub struct NonlinearRemainder {
+pub(crate) struct NonlinearRemainder {
     /// u v w p q r phi theta at every row.
     motion: Vec<[f64; 8]>,
-    /// In trim.
     trim: [f64; 8],
 }
 
 impl NonlinearRemainder {
-    /// Of a run.
     ///
     /// # Errors
     /// [`ColumnError`] where one of [`CHANNELS`] is missing or has a gap.
-    pub fn of(run: &Columns) -> Result<Self, ColumnError> {
+    pub(crate) fn of(run: &Columns) -> Result<Self, ColumnError> {
         let mut trims = [0.0; 8];
         for (channel, trim) in CHANNELS.into_iter().zip(&mut trims) {
             *trim = run.trim(channel)?;
@@ -41,21 +42,20 @@ impl NonlinearRemainder {
         Ok(NonlinearRemainder { motion: motion(run)?, trim: of_air_data(run, trims) })
     }
 
-    /// (1) of a state over time, the linear part over these variables taken off.
-    pub fn of_state(&self, reference_trim: &ReferenceTrim, state: &str, variables: &[&String]) -> Vec<f64> {
+    /// (1) of a state over time, with the linear part over these variables subtracted.
+    pub(crate) fn of_state(&self, reference_trim: &ReferenceTrim, state: &str, variables: &[&String]) -> Vec<f64> {
         let scale = if matches!(state, "alpha" | "beta") { 1.0 / reference_trim.airspeed } else { 1.0 };
         let at_trim = scale * kinematic_rate(state, self.trim);
+        let known: Vec<f64> = variables.iter().map(|name| reference_trim.known(state, name)).collect();
         let steps = self.motion.iter().map(|now| {
-            let linear: f64 =
-                variables.iter().map(|name| reference_trim.known(state, name) * deviation(name, now, &self.trim)).sum();
+            let linear: f64 = variables.iter().zip(&known).map(|(name, known)| known * deviation(name, now, &self.trim)).sum();
             scale * kinematic_rate(state, *now) - at_trim - linear
         });
         steps.collect()
     }
 
-    /// (3) of an output over time, its value in trim and the linear part over these variables taken off; `None` of one that is
-    /// linear.
-    pub fn of_output(
+    /// (3) of an output over time, less its value in trim and the linear part over these variables; `None` of a linear output.
+    pub(crate) fn of_output(
         &self,
         reference_trim: &ReferenceTrim,
         output: &str,
@@ -71,7 +71,7 @@ impl NonlinearRemainder {
         let vane = if output == "tas" { [0.0; 3] } else { geometry.vane_position_m };
         let at_trim = air_data(output, velocity_at(&self.trim, vane));
         let part = |now: &[f64; 8]| {
-            // What the model itself has of the motion.
+            // Linear part in the velocities that are variables of the model.
             let mut own = self.trim;
             for name in variables {
                 if let Some(place) = place(name)
@@ -88,18 +88,18 @@ impl NonlinearRemainder {
     }
 }
 
-/// Velocity at a place.
-fn velocity_at(&[u, v, w, p, q, r, ..]: &[f64; 8], [x, y, z]: [f64; 3]) -> [f64; 3] {
-    [u + q * z - r * y, v + r * x - p * z, w + p * y - q * x]
+fn velocity_at(&[u, v, w, p, q, r, ..]: &[f64; 8], arm: [f64; 3]) -> [f64; 3] {
+    velocity_at_arm([u, v, w], [p, q, r], arm)
 }
 
 /// (3) of air data.
-fn air_data(output: &str, [u, v, w]: [f64; 3]) -> f64 {
-    match output {
-        "tas" => libm::sqrt(u * u + v * v + w * w),
-        "alpha" => libm::atan2(w, u),
-        _ => libm::atan2(v, libm::hypot(u, w)),
-    }
+fn air_data(output: &str, velocity: [f64; 3]) -> f64 {
+    let instrument = match output {
+        "tas" => AirData::Airspeed,
+        "alpha" => AirData::Incidence,
+        _ => AirData::Sideslip,
+    };
+    instrument.value(velocity)
 }
 
 /// w x (w x r) along an axis.
@@ -141,7 +141,7 @@ fn kinematic_rate(state: &str, [u, v, w, p, q, r, phi, theta]: [f64; 8]) -> f64 
     }
 }
 
-/// Deviation of a variable that has a known coefficient somewhere: a rate or an attitude.
+/// Deviation from trim of a variable with a known coefficient: a rate or an attitude.
 fn deviation(name: &str, now: &[f64; 8], trim: &[f64; 8]) -> f64 {
     let at = |motion: &[f64; 8]| place(name).filter(|place| *place >= 3).and_then(|place| motion.get(place).copied());
     at(now).zip(at(trim)).map_or(0.0, |(now, trim)| now - trim)
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_is_of_second_order_where_the_linear_part_is_whole() {
+    fn the_remainder_is_of_second_order_where_the_linear_part_is_complete() {
         let names: Vec<String> = ["u", "v", "w", "p", "q", "r", "phi", "theta"].map(str::to_owned).into();
         let variables: Vec<&String> = names.iter().collect();
         let reference_trim = ReferenceTrim { airspeed: 50.0, alpha: 0.02, beta: 0.1, theta: 0.03, phi: 0.12 };

@@ -1,31 +1,32 @@
-//! Process noise of a chosen model for filter error: gusts on forces and moments, noise of the inputs.
+//! Process noise of filter error: gusts on forces and moments, noise of the inputs.
 //!
 //! Consumes a run as recorded and the record that output error fits; produces for every chosen input the density of its noise in
 //! every interval [(unit of u)^2 s],
 //!     s = sigma^2 T + (u_1 - u_0)^2 T/12     between two samples T apart                               (1)
-//! sigma from the second differences of the samples (`resting_controls`). The second term applies only where samples are missing:
-//! a step may lie anywhere under the straight line that replaces them. A control held for a time L has one error, of variance
+//! sigma from the second differences of the samples (`resting_controls`). The second term, the variance of a step at a uniformly
+//! distributed time under the interpolating line, applies only to gaps. A control held for a time L has one error, of variance
 //! sigma^2 T/L: for motions slower than L the full noise, for faster ones none, hence
 //!     s = sigma^2 T min(1, [`SETTLED_S`]/L)^2     where it is held                                     (2)
+//! Source: ours. Returns [`ColumnError`] where a run lacks an input.
 
 use super::columns::{ColumnError, Columns};
 use super::identification_model::IdentificationModel;
 use super::model_variables::axis;
-use super::resting_controls::noise;
+use crate::flight::signal::white_noise::white_noise_std_between_gaps;
 use crate::postflight::output_error::InputOutputRecord;
 use crate::postflight::output_error::filter_error::Disturbances;
 
-/// A control held for longer than this disturbs by its mean alone, s.
-pub const SETTLED_S: f64 = 2.0;
+/// A control held for longer than this, s, has the noise of its mean only.
+pub(crate) const SETTLED_S: f64 = 2.0;
 
-/// A gap is longer than so many usual intervals.
+/// Length of a gap in median intervals.
 const MISSING: f64 = 2.5;
 
-/// Gusts on every equation with derivatives, and (1) for every run.
+/// Gusts on every equation with derivatives; (1) and (2) of the inputs of every run.
 ///
 /// # Errors
 /// [`ColumnError`] where a run lacks an input.
-pub fn disturbances(
+pub(crate) fn disturbances(
     linear: &IdentificationModel,
     runs: &[Columns],
     records: &[InputOutputRecord],
@@ -39,11 +40,11 @@ pub fn disturbances(
     Ok(Disturbances { gusts, inputs: runs.iter().zip(records).map(of_run).collect::<Result<_, _>>()? })
 }
 
-/// (1) of one input, by interval. `used` is what the model flies.
+/// (1) and (2) of one input, by interval; `used` is the input of the model.
 fn densities(times_s: &[f64], recorded: &[f64], used: &[f64]) -> Vec<f64> {
     let known: Vec<(f64, f64)> =
         times_s.iter().copied().zip(recorded.iter().copied()).filter(|(_, value)| value.is_finite()).collect();
-    let sigma = noise(&known);
+    let sigma = white_noise_std_between_gaps(&known);
     let mut lengths: Vec<f64> =
         known.windows(2).filter_map(|two| if let [a, b] = two { Some(b.0 - a.0) } else { None }).collect();
     lengths.sort_by(f64::total_cmp);
@@ -60,13 +61,13 @@ fn densities(times_s: &[f64], recorded: &[f64], used: &[f64]) -> Vec<f64> {
             let part = (SETTLED_S / held_s).min(1.0);
             return usual * sigma * sigma * part * part;
         }
-        let moved = if length > MISSING * usual { after.1 - before.1 } else { 0.0 };
-        length * (sigma * sigma + moved * moved / 12.0)
+        let step = if length > MISSING * usual { after.1 - before.1 } else { 0.0 };
+        length * (sigma * sigma + step * step / 12.0)
     });
     intervals.collect()
 }
 
-/// By interval: length of the stretch over which the control is held there, s; 0 where it moves.
+/// By interval, how long the control is held there, s; 0 where it moves.
 fn held(times_s: &[f64], used: &[f64]) -> Vec<f64> {
     let count = times_s.len().min(used.len()).saturating_sub(1);
     let mut lengths = vec![0.0; count];

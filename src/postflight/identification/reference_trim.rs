@@ -2,20 +2,21 @@
 //!
 //! Consumes the trims of the runs; produces their means, the standard errors of these, and the known entries of A: (1) to (7) of
 //! `identification_model`. A trim value that was not recorded is taken as zero, and noted.
-//! Refused: runs at different airspeeds.
+//! Returns [`IdentificationModelError`] for runs at different airspeeds.
 
 use super::columns::Columns;
 use super::model_variables::IdentificationModelError;
-use crate::flight::unit::STANDARD_GRAVITY as G0;
+use crate::dynamics::linear::{STATES, kinematic_entries};
+use crate::dynamics::sensors::flow_direction;
 use nalgebra::DMatrix;
 
-/// Part by which trims of runs that are flown as one may differ in airspeed.
+/// Largest relative difference in airspeed between the trims of runs of one model.
 pub const SAME_SPEED: f64 = 0.1;
 
-/// Channels that the numbers of a trim are read from, in the order of [`ReferenceTrim`].
+/// Channels of a trim, in the order of the fields of [`ReferenceTrim`].
 pub(crate) const NUMBERS: [&str; 5] = ["tas", "alpha", "beta", "theta", "phi"];
 
-/// The trim that a model is about: means over the runs.
+/// The trim that a model is linearised about: means over the runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReferenceTrim {
     /// V0, m/s.
@@ -31,10 +32,10 @@ pub struct ReferenceTrim {
 }
 
 impl ReferenceTrim {
-    /// Means over the runs of their trims; what a run did not record is taken as zero, and noted.
+    /// Means over the runs of their trims; a channel that was not recorded is taken as zero, with a note.
     ///
     /// # Errors
-    /// [`IdentificationModelError`] where runs differ in airspeed, or one that is needed was not recorded.
+    /// [`IdentificationModelError`] where runs differ in airspeed, or a needed airspeed was not recorded.
     pub fn of(runs: &[Columns], needs_speed: bool, notes: &mut Vec<String>) -> Result<Self, IdentificationModelError> {
         let mut sums = [0.0; NUMBERS.len()];
         let mut first: Option<(String, f64)> = None;
@@ -68,11 +69,10 @@ impl ReferenceTrim {
 
     /// u0 v0 w0, m/s.
     pub fn velocity(&self) -> [f64; 3] {
-        let ((sin_alpha, cos_alpha), (sin_beta, cos_beta)) = (libm::sincos(self.alpha), libm::sincos(self.beta));
-        [cos_alpha * cos_beta, sin_beta, sin_alpha * cos_beta].map(|part| self.airspeed * part)
+        flow_direction(self.alpha, self.beta).map(|part| self.airspeed * part)
     }
 
-    /// Slopes of `beta`, `alpha` and `tas` over the three components of the velocity that they meet, (8) of
+    /// Derivatives of `beta`, `alpha` or `tas` with respect to u v w, (8) of
     /// `identification_model`.
     pub fn flow_slopes(&self, output: &str) -> Option<[f64; 3]> {
         let ([u0, v0, w0], speed) = (self.velocity(), self.airspeed);
@@ -88,30 +88,16 @@ impl ReferenceTrim {
 
     /// The known coefficient of a variable in a state's row, (1) to (7) of `identification_model`.
     pub fn known(&self, state: &str, variable: &str) -> f64 {
-        let ReferenceTrim { airspeed, theta, phi, .. } = *self;
-        let [u0, v0, w0] = self.velocity();
-        let (sin_theta, cos_theta) = libm::sincos(theta);
-        let (sin_phi, cos_phi) = libm::sincos(phi);
         match (state, variable) {
-            ("u", "q") => -w0,
-            ("u", "r") => v0,
-            ("u", "theta") => -G0 * cos_theta,
-            ("v", "p") => w0,
-            ("v", "r") => -u0,
-            ("v", "theta") => -G0 * sin_theta * sin_phi,
-            ("v", "phi") => G0 * cos_theta * cos_phi,
-            ("w", "p") => -v0,
-            ("w", "q") => u0,
-            ("w", "theta") => -G0 * sin_theta * cos_phi,
-            ("w", "phi") => -G0 * cos_theta * sin_phi,
-            ("beta", _) => self.known("v", variable) / airspeed,
-            ("alpha", "p" | "theta" | "phi") => self.known("w", variable) / airspeed,
-            ("alpha", "q") | ("phi", "p") => 1.0,
-            ("phi", "q") => sin_theta / cos_theta * sin_phi,
-            ("phi", "r") => sin_theta / cos_theta * cos_phi,
-            ("theta", "q") => cos_phi,
-            ("theta", "r") => -sin_phi,
-            _ => 0.0,
+            ("beta", _) => self.known("v", variable) / self.airspeed,
+            ("alpha", "q") => 1.0,
+            ("alpha", "p" | "theta" | "phi") => self.known("w", variable) / self.airspeed,
+            _ => {
+                let place = |name: &str| STATES.iter().position(|state| *state == name);
+                let (Some(row), Some(column)) = (place(state), place(variable)) else { return 0.0 };
+                let entries = kinematic_entries(self.velocity(), self.phi, self.theta);
+                entries.iter().find(|entry| (entry.0, entry.1) == (row, column)).map_or(0.0, |entry| entry.2)
+            }
         }
     }
 
@@ -123,7 +109,7 @@ impl ReferenceTrim {
         })
     }
 
-    /// How A moves with each of these numbers out by its standard error, all derivatives held.
+    /// Change of A [n x n] for a change of each number by its standard error, derivatives held.
     pub fn steps(&self, std: [f64; NUMBERS.len()], states: &[String]) -> Vec<DMatrix<f64>> {
         let count = states.len();
         let known = |reference_trim: &ReferenceTrim| {
@@ -134,14 +120,18 @@ impl ReferenceTrim {
         };
         let [airspeed, alpha, beta, theta, phi] = std;
         let at = *self;
-        let moved = [
+        let perturbed = [
             ReferenceTrim { airspeed: at.airspeed + airspeed, ..at },
             ReferenceTrim { alpha: at.alpha + alpha, ..at },
             ReferenceTrim { beta: at.beta + beta, ..at },
             ReferenceTrim { theta: at.theta + theta, ..at },
             ReferenceTrim { phi: at.phi + phi, ..at },
         ];
-        moved.iter().map(|moved| known(moved) - known(&at)).filter(|step| step.iter().all(|x| x.is_finite())).collect()
+        perturbed
+            .iter()
+            .map(|perturbed| known(perturbed) - known(&at))
+            .filter(|step| step.iter().all(|x| x.is_finite()))
+            .collect()
     }
 }
 

@@ -1,35 +1,35 @@
 //! A control at rest, replaced by its mean, so that the noise of its transducer does not excite the model.
 //!
-//! Consumes samples of a control; puts the mean in place of every stretch over which they differ by white noise only. Noise on a
+//! Consumes samples of a control; replaces by its mean every stretch over which they differ by white noise only. Noise on a
 //! recorded control is not noise of an output: the model responds to it as to a gust (0.2 mrad of pedal at 128 Hz gives 0.7
-//! mrad/s of the Puma's yaw rate after 18 s), and next to a lightly damped mode no standard error accounts for it. A pilot or a
-//! trim spring holds a control still for most of a manoeuvre.
+//! mrad/s of the Puma's yaw rate after 18 s), and next to a lightly damped mode no standard error accounts for it.
 //! Samples are taken in blocks of [`BLOCK_S`]. A block joins the stretch before it where no sample differs from its mean by more
-//! than [`OFF`] s, and the block's mean by no more than [`MEAN_OFF`] of its own standard errors, with the noise s from the median
-//! second difference,
-//!     s = median |x_k-1 - 2 x_k + x_k+1|/(0.6745 sqrt(6))                                              (1)
+//! than [`OUTLIER`] sigma, and the block's mean by no more than [`MEAN_SHIFT`] of its own standard errors, with the noise sigma
+//! from the median second difference, (2) of `white_noise`.
 //! A stretch shorter than [`LEAST_S`] stays unchanged.
 //! Numerics: a motion slower than a block's standard error over a whole stretch is held too; it is smaller than the noise.
 
-/// Length of a block, s.
-pub const BLOCK_S: f64 = 0.1;
-/// Shortest stretch, s.
-pub const LEAST_S: f64 = 0.3;
-/// How far a sample may be off, in s.
-pub const OFF: f64 = 4.5;
-/// How far a block's mean may be off, standard errors.
-pub const MEAN_OFF: f64 = 3.0;
+use crate::flight::signal::white_noise::white_noise_std_between_gaps;
 
-/// Holds what is still; NaN samples are skipped and stay.
-pub fn hold_resting(times_s: &[f64], values: &mut [f64]) {
+/// Length of a block, s.
+pub(crate) const BLOCK_S: f64 = 0.1;
+/// Shortest stretch, s.
+pub(crate) const LEAST_S: f64 = 0.3;
+/// Largest deviation of a sample, in standard deviations of the noise.
+pub(crate) const OUTLIER: f64 = 4.5;
+/// Largest deviation of a block's mean, in its standard errors.
+pub(crate) const MEAN_SHIFT: f64 = 3.0;
+
+/// Replaces stretches at rest by their mean; NaN samples stay.
+pub(crate) fn hold_resting(times_s: &[f64], values: &mut [f64]) {
     let known: Vec<usize> = values.iter().enumerate().filter(|(_, value)| value.is_finite()).map(|(place, _)| place).collect();
     let sample = |k: usize| known.get(k).and_then(|&place| Some((*times_s.get(place)?, *values.get(place)?)));
     let series: Vec<(f64, f64)> = (0..known.len()).filter_map(sample).collect();
-    let noise = noise(&series);
+    let noise = white_noise_std_between_gaps(&series);
     if !(noise > 0.0) {
         return;
     }
-    // The stretch under way: its first sample, and the one after its last.
+    // The current stretch: its first sample, and the one after its last.
     let (mut from, mut at) = (0, 0);
     while at < series.len() {
         let begin_s = series.get(at).map_or(0.0, |sample| sample.0);
@@ -38,21 +38,21 @@ pub fn hold_resting(times_s: &[f64], values: &mut [f64]) {
         let mean = mean(if before.is_empty() { block } else { before });
         let spread =
             noise * libm::sqrt(1.0 / block.len() as f64 + if before.is_empty() { 0.0 } else { 1.0 / before.len() as f64 });
-        let near = block.iter().all(|(_, x)| libm::fabs(x - mean) < OFF * noise);
-        if near && libm::fabs(self::mean(block) - mean) < MEAN_OFF * spread {
+        let near = block.iter().all(|(_, x)| libm::fabs(x - mean) < OUTLIER * noise);
+        if near && libm::fabs(self::mean(block) - mean) < MEAN_SHIFT * spread {
             at = end;
             continue;
         }
-        put(values, &known, &series, from..at);
-        // A block that fits nothing is a motion by itself; one that only leaves the stretch may begin the next.
+        replace_by_mean(values, &known, &series, from..at);
+        // A block that is no stretch itself is motion; one that only differs from the stretch before may begin the next.
         from = if at > from { at } else { end };
         at = from;
     }
-    put(values, &known, &series, from..at);
+    replace_by_mean(values, &known, &series, from..at);
 }
 
-/// The mean in place of a stretch that is long enough.
-fn put(values: &mut [f64], known: &[usize], series: &[(f64, f64)], stretch: core::ops::Range<usize>) {
+/// Replaces a stretch of at least [`LEAST_S`] by its mean.
+fn replace_by_mean(values: &mut [f64], known: &[usize], series: &[(f64, f64)], stretch: core::ops::Range<usize>) {
     let Some(part) = series.get(stretch.clone()) else { return };
     let (Some(first), Some(last)) = (part.first(), part.last()) else { return };
     if last.0 - first.0 < LEAST_S {
@@ -68,21 +68,6 @@ fn put(values: &mut [f64], known: &[usize], series: &[(f64, f64)], stretch: core
 
 fn mean(series: &[(f64, f64)]) -> f64 {
     series.iter().map(|(_, x)| x).sum::<f64>() / series.len().max(1) as f64
-}
-
-/// Two intervals longer than so many usual ones have a gap in them.
-const WHOLE: f64 = 4.0;
-
-/// (1).
-pub(crate) fn noise(series: &[(f64, f64)]) -> f64 {
-    let mut lengths: Vec<f64> = series.array_windows().map(|[a, b]| b.0 - a.0).collect();
-    lengths.sort_by(f64::total_cmp);
-    let usual = lengths.get(lengths.len() / 2).copied().unwrap_or(0.0);
-    // Over a gap the control may have gone anywhere.
-    let whole = series.array_windows().filter(|[a, _, c]| c.0 - a.0 <= WHOLE * usual);
-    let mut sizes: Vec<f64> = whole.map(|[a, b, c]| libm::fabs(a.1 - 2.0 * b.1 + c.1)).collect();
-    sizes.sort_by(f64::total_cmp);
-    sizes.get(sizes.len() / 2).map_or(0.0, |middle| middle / (0.6745 * libm::sqrt(6.0)))
 }
 
 #[cfg(test)]

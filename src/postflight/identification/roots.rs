@@ -1,27 +1,27 @@
-//! Modes of an identified model: roots of A, what they are called, and the standard errors that the derivatives bring into them.
+//! Modes of an identified model: roots of A, their names, and standard errors propagated from the derivatives.
 //!
-//! Consumes A with its parameters and their covariance; produces roots. With a root lambda of A, x its right and y its left
-//! eigenvector, d lambda = y' dA x/(y' x), and by the delta method
+//! Consumes A [n x n] with its parameters and their covariance; produces roots. With a root lambda of A, x its right and y its
+//! left eigenvector, d lambda = y' dA x/(y' x), and by the delta method
 //!     var(g) = grad g' Sigma grad g     omega = |lambda|     zeta = -Re(lambda)/omega                  (1)
 //!     Pr(unstable) = Phi(Re(lambda)/std(Re(lambda))), Phi the normal distribution function             (2)
-//! with Sigma that of the derivatives and, beside it, the standard errors of the trim, whose numbers stand in A as known.
-//! Names by what the states are: with p, r and sideslip the faster pair is the Dutch roll, the fastest real root the roll, the
+//! with Sigma that of the derivatives and, independent of it, that of the trim's numbers, which are known entries of A.
+//! Names by the states: with p, r and sideslip the faster pair is the Dutch roll, the fastest real root the roll, the
 //! slowest the spiral; with q and incidence the faster pair is the short period, a slower one the phugoid. Of a model of both
-//! planes a root is lateral where the lateral states have more than half of its participation factors,
-//!     p_k = |x_k y_k| / sum_j |x_j y_j|                                                               (3)
-//! A model that takes sideslip or incidence as an input has roots that are no modes of the aircraft.
-//! Source of (3): I. J. Perez-Arriaga, G. C. Verghese, F. C. Schweppe, IEEE Trans. PAS-101(9), 1982.
+//! planes a root is lateral where the lateral states have more than half of its participation factors, (3) of
+//! `num::eigen`.
+//! A model that takes sideslip or incidence as an input has roots that are not modes of the aircraft: `Err`.
 //! Numerics: (1) with central differences of the roots over each parameter, a thousandth of its standard error wide, matched
-//! to the nearest root; first order, so fair while standard errors are small beside the roots' distances.
+//! to the nearest root; first order, so valid while standard errors are small beside the distances between roots.
 
-use crate::postflight::output_error::dense::Dense;
+use crate::num::dense::Dense;
+use crate::num::eigen::participation;
 use crate::postflight::output_error::{MatrixEntry, ModelStructure};
 use nalgebra::{Complex, DMatrix};
 
-/// Part of a standard error over which a difference is taken.
-const PART: f64 = 1e-3;
+/// Half width of a difference, in standard errors.
+const DIFFERENCE: f64 = 1e-3;
 
-/// A root with a name.
+/// A root of A with its standard errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IdentifiedRoot {
     /// `dutch_roll`, `roll`, `spiral`, `short_period`, `phugoid`; `None` where it has no name.
@@ -46,7 +46,7 @@ pub struct IdentifiedRoot {
     pub probability_unstable: f64,
 }
 
-/// Roots of the model, or in words why they are no modes of the aircraft.
+/// Roots of the model, or the reason why they are not modes of the aircraft.
 pub type Modes = Result<Vec<IdentifiedRoot>, String>;
 
 /// A at these parameters.
@@ -55,43 +55,45 @@ pub fn matrix(rows: &[Vec<MatrixEntry>], theta: &[f64]) -> DMatrix<f64> {
     DMatrix::from_fn(n, n, |i, j| rows.get(i).and_then(|row| row.get(j)).map_or(0.0, |entry| entry.value(theta)))
 }
 
-/// The modes, with the covariance of the parameters and what A moves by with each number of the trim (one standard error each).
-pub fn modes(structure: &ModelStructure, theta: &[f64], cov: &Dense, datum_steps: &[DMatrix<f64>]) -> Modes {
+/// Modes of A, from the covariance of the parameters and the change of A by one standard error of each number of the trim.
+pub fn modes(structure: &ModelStructure, theta: &[f64], cov: &Dense, trim_steps: &[DMatrix<f64>]) -> Modes {
     if let Some(input) =
         structure.inputs.iter().find(|name| matches!(name.as_str(), "beta" | "alpha" | "v" | "w" | "p" | "q" | "r"))
     {
-        return Err(format!("`{input}` is an input here: what answers to it is no state, so the roots are no modes"));
+        return Err(format!(
+            "`{input}` is an input here: what responds to it is no state, so the roots are no modes of the aircraft"
+        ));
     }
     let centre = upper(&matrix(&structure.a, theta))?;
     let count = theta.len();
-    // d lambda over each parameter.
+    // Derivatives of the roots with respect to each parameter.
     let mut slopes = vec![vec![Complex::new(0.0, 0.0); count]; centre.len()];
     for place in 0..count {
         let std = libm::sqrt(cov[(place, place)].max(0.0));
-        let step = PART * std;
+        let step = DIFFERENCE * std;
         if !(step > 0.0) {
             continue;
         }
-        let moved = |by: f64| {
+        let roots_at = |by: f64| {
             let mut theta = theta.to_vec();
             if let Some(value) = theta.get_mut(place) {
                 *value += by;
             }
             upper(&matrix(&structure.a, &theta))
         };
-        let (ahead, behind) = (moved(step)?, moved(-step)?);
+        let (ahead, behind) = (roots_at(step)?, roots_at(-step)?);
         for (slopes, root) in slopes.iter_mut().zip(&centre) {
             if let Some(slope) = slopes.get_mut(place) {
                 *slope = (nearest(&ahead, *root) - nearest(&behind, *root)) / (2.0 * step);
             }
         }
     }
-    // By the trim's standard errors, behind the parameters.
+    // Changes by the trim's standard errors, after the parameters.
     let a = matrix(&structure.a, theta);
-    for step in datum_steps {
-        let (ahead, behind) = (upper(&(&a + step * PART))?, upper(&(&a - step * PART))?);
+    for step in trim_steps {
+        let (ahead, behind) = (upper(&(&a + step * DIFFERENCE))?, upper(&(&a - step * DIFFERENCE))?);
         for (slopes, root) in slopes.iter_mut().zip(&centre) {
-            slopes.push((nearest(&ahead, *root) - nearest(&behind, *root)) / (2.0 * PART));
+            slopes.push((nearest(&ahead, *root) - nearest(&behind, *root)) / (2.0 * DIFFERENCE));
         }
     }
     let std = |gradient: &dyn Fn(Complex<f64>) -> f64, slopes: &[Complex<f64>]| {
@@ -134,7 +136,7 @@ fn nearest(roots: &[Complex<f64>], root: Complex<f64>) -> Complex<f64> {
     roots.iter().copied().min_by(|a, b| (a - root).norm_sqr().total_cmp(&(b - root).norm_sqr())).unwrap_or(root)
 }
 
-/// (2); of a value without an error, what its sign says.
+/// (2); 0 or 1 by the sign of a value without an error.
 fn above_zero(value: f64, std: f64) -> f64 {
     if std > 0.0 { 0.5 * libm::erfc(-value / (core::f64::consts::SQRT_2 * std)) } else { f64::from(u8::from(value > 0.0)) }
 }
@@ -155,12 +157,12 @@ fn name(structure: &ModelStructure, a: &DMatrix<f64>, roots: &mut [IdentifiedRoo
     let lateral = has(&["p"]) && has(&["r"]) && has(&["v", "beta"]);
     let longitudinal = has(&["q"]) && has(&["w", "alpha"]);
     let sideways: Vec<bool> = structure.states.iter().map(|state| LATERAL.contains(&state.as_str())).collect();
-    // Of a model of one plane every root is that plane's.
+    // Every root of a model of one plane belongs to it.
     let is_lateral: Vec<bool> = roots
         .iter()
         .map(|root| {
             let both = lateral && longitudinal;
-            if both { part(a, Complex::new(root.real, root.imag), &sideways) > 0.5 } else { lateral }
+            if both { participation_of(&sideways, a, Complex::new(root.real, root.imag)) > 0.5 } else { lateral }
         })
         .collect();
     for (present, plane, names) in
@@ -188,29 +190,10 @@ fn name(structure: &ModelStructure, a: &DMatrix<f64>, roots: &mut [IdentifiedRoo
 
 /// States of the lateral motion.
 const LATERAL: [&str; 6] = ["v", "beta", "p", "phi", "r", "psi"];
-/// How far from a root inverse iteration begins, relative.
-const BESIDE: f64 = 1e-7;
 
-/// The part that those states have in a root: (3) summed over them.
-fn part(a: &DMatrix<f64>, root: Complex<f64>, these: &[bool]) -> f64 {
-    let n = a.nrows();
-    let shift = root + Complex::new(BESIDE * (1.0 + root.norm()), 0.0);
-    let beside =
-        DMatrix::from_fn(n, n, |i, j| Complex::new(a[(i, j)], 0.0) - if i == j { shift } else { Complex::new(0.0, 0.0) });
-    let vector = |matrix: DMatrix<Complex<f64>>| {
-        let lu = matrix.lu();
-        let mut x = nalgebra::DVector::from_element(n, Complex::new(1.0, 0.3));
-        for _ in 0..3 {
-            x = lu.solve(&x)?;
-            let length = x.norm();
-            x /= Complex::new(length, 0.0);
-        }
-        Some(x)
-    };
-    let (Some(right), Some(left)) = (vector(beside.clone()), vector(beside.transpose())) else { return 0.0 };
-    let shares: Vec<f64> = right.iter().zip(left.iter()).map(|(x, y)| (x * y).norm()).collect();
-    let own: f64 = shares.iter().zip(these).filter(|(_, own)| **own).map(|(share, _)| share).sum();
-    own / shares.iter().sum::<f64>().max(f64::MIN_POSITIVE)
+/// Participation of those states in a root, (3) of `num::eigen`, summed; zero where it has no eigenvectors.
+fn participation_of(these: &[bool], a: &DMatrix<f64>, root: Complex<f64>) -> f64 {
+    participation(a, root).map_or(0.0, |shares| shares.iter().zip(these).filter(|(_, own)| **own).map(|(share, _)| share).sum())
 }
 
 #[cfg(test)]
@@ -268,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn roots_of_both_planes_are_told_apart_by_their_states() {
+    fn roots_of_both_planes_are_assigned_by_participation() {
         // A fast lateral pair, a slower longitudinal one, weakly coupled; roll and spiral.
         let a = [
             [-0.1, 0.0, 0.0, -50.0, 0.02, 0.0],

@@ -4,16 +4,16 @@ use super::columns::Columns;
 use crate::postflight::output_error::InputOutputRecord;
 use crate::postflight::validation::prediction::{PredictionScore, score};
 
-/// A run as measured and as predicted by the model.
+/// Measured and predicted outputs of a run, with figures of merit.
 #[derive(Clone, Debug)]
 pub struct RunPrediction {
-    /// The run's name.
+    /// Name of the run.
     pub run: String,
-    /// What was measured.
+    /// Measured inputs and outputs, deviations from trim.
     pub record: InputOutputRecord,
-    /// What the model says, by output.
+    /// Predicted outputs [outputs x samples].
     pub predicted: Vec<Vec<f64>>,
-    /// How well, by output; `None` where there is too little to say.
+    /// Figures of merit by output; `None` of an output with fewer than 32 samples.
     pub scores: Vec<Option<PredictionScore>>,
 }
 

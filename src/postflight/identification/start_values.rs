@@ -1,7 +1,7 @@
 //! Start values of output error: equation error on the recorded states, every signal smoothed with one kernel.
 //!
-//! Consumes the structure and the runs' records; produces a value for every derivative. Row by row, with smoothed signals and
-//! their slopes and one bias for each run,
+//! Consumes the structure and the runs' records; produces a value for every derivative. Row of A by row, with smoothed signals
+//! and their slopes and one bias for each run,
 //!     x_i' - sum_j known_ij x_j = sum_j theta_ij x_j + b_run                                           (1)
 //! by least squares over all runs. The kernel commutes with the derivative, so (1) holds for smoothed signals too; noise of the
 //! states biases the estimates, which are start values only.
@@ -17,8 +17,8 @@ use nalgebra::{DMatrix, DVector};
 const HALF_WIDTH_S: f64 = 0.3;
 const LEAST_SAMPLES: f64 = 4.0;
 
-/// Singular values below this part of the largest are nothing.
-const NOTHING: f64 = 1e-9;
+/// Relative singular value below which a direction is unidentifiable.
+const SINGULAR: f64 = 1e-9;
 
 /// Smoothed signals and slopes at each time that the kernel covers, signal by signal.
 struct SmoothedSignals {
@@ -26,7 +26,7 @@ struct SmoothedSignals {
     slopes: Vec<Vec<f64>>,
 }
 
-/// A start for each parameter of the structure.
+/// Start value of each derivative, in its unit.
 pub fn starts(linear: &IdentificationModel, records: &[InputOutputRecord]) -> Vec<f64> {
     let mut found = vec![0.0; linear.derivatives.len()];
     let smooth: Vec<SmoothedSignals> = records.iter().filter_map(|record| smoothed(linear, record)).collect();
@@ -60,7 +60,7 @@ pub fn starts(linear: &IdentificationModel, records: &[InputOutputRecord]) -> Ve
         }
         let svd = x.svd(true, true);
         let largest = svd.singular_values.max();
-        if let Ok(theta) = svd.solve(&y, NOTHING * largest) {
+        if let Ok(theta) = svd.solve(&y, SINGULAR * largest) {
             for (&(_, parameter), value) in free.iter().zip(theta.iter()) {
                 if let Some(start) = found.get_mut(parameter).filter(|_| value.is_finite()) {
                     *start = *value;
@@ -71,11 +71,11 @@ pub fn starts(linear: &IdentificationModel, records: &[InputOutputRecord]) -> Ve
     found
 }
 
-/// States, then inputs, of a record; a state is the output that measures it.
+/// States, then inputs, of a record, each state from the output that measures it; `None` where one has none.
 fn smoothed(linear: &IdentificationModel, record: &InputOutputRecord) -> Option<SmoothedSignals> {
     let states = linear.choice.states.iter().map(|state| measured(linear, state, record));
     let signals: Vec<Vec<f64>> = states.chain(record.inputs.iter().cloned().map(Some)).collect::<Option<_>>()?;
-    // Where every signal is known.
+    // Samples at which every signal is known.
     let known: Vec<usize> = (0..record.times_s.len())
         .filter(|&k| signals.iter().all(|one| one.get(k).is_some_and(|value| value.is_finite())))
         .collect();
@@ -102,7 +102,7 @@ fn smoothed(linear: &IdentificationModel, record: &InputOutputRecord) -> Option<
     Some(SmoothedSignals { values, slopes })
 }
 
-/// A state over time from what measures it, the vane's arm left out.
+/// A state over time by inversion of (8) of `identification_model` to first order, the vane's arm subtracted.
 fn measured(linear: &IdentificationModel, state: &str, record: &InputOutputRecord) -> Option<Vec<f64>> {
     let output = |name: &str| {
         let place = linear.choice.outputs.iter().position(|output| output == name)?;
@@ -125,7 +125,7 @@ fn measured(linear: &IdentificationModel, state: &str, record: &InputOutputRecor
     };
     let place = linear.choice.outputs.iter().position(|output| output == channel)?;
     let mut values = record.outputs.get(place)?.clone();
-    // What the vane's arm reads of the rates.
+    // Rates times the vane's arm.
     let row = linear.structure.c.get(place)?;
     for (entry, name) in row.iter().zip(&linear.choice.states).filter(|(entry, name)| entry.fixed != 0.0 && *name != state) {
         if let Some(rate) = rates(name) {

@@ -1,48 +1,49 @@
-//! Steady-heading sideslips: what the controls have to hold against sideslip tells N_v and L_v without any motion.
+//! Steady-heading sideslips: N_v and L_v from the control positions that hold them.
 //!
 //! Consumes runs, of which it takes the parts that are steady sideslips; produces the slope of each control against the side
 //! velocity v = V sin(beta) with its standard error, and from it static derivatives. Without rates and accelerations
 //!     0 = N_v v + sum_c N_c delta_c     0 = L_v v + sum_c L_c delta_c     over the controls c          (1)
 //!     N_v = -sum_c N_c d(delta_c)/dv    L_v = -sum_c L_c d(delta_c)/dv                                 (2)
 //! with the control derivatives of runs in which the controls moved, var(N_v) = sum (N_c s_c)^2 + d' cov(N) d. A part is steady
-//! where over [`WINDOW_S`] roll and yaw rate are below [`STILL_RADPS`] in the mean and sideslip changes by less than
-//! [`STILL_RAD`] from one half to the other; neighbouring windows of one sideslip are one point, so that what a run keeps for
-//! itself is counted once. Straight lines, by least squares with as many degrees of freedom as points less two.
-//! Source: the paper's section 4 (N_v and L_v of Fig 20); G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, ch. 4.
-//! Cannot answer from fewer than three points, or sideslips that span less than [`LEAST_SPAN`] of the airspeed.
+//! where over [`WINDOW_S`] mean roll and yaw rate are below [`STILL_RADPS`] and sideslip changes by less than [`STILL_RAD`]
+//! between the halves; neighbouring windows of one sideslip are averaged to one point, since their deviations are not
+//! independent. Slopes by least squares with two degrees of freedom fewer than points.
+//! Source: Padfield et al. 1987, section 4 (N_v and L_v of Fig 20); G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, ch.
+//! 4.
+//! Returns the reason for fewer than three points, or sideslips that span less than [`LEAST_SPAN`] of the airspeed.
 
 use super::columns::Columns;
 
 /// Length of a window, s.
 pub const WINDOW_S: f64 = 2.0;
-/// Mean rates below this are none, rad/s.
+/// Mean rate below which a window is steady, rad/s.
 pub const STILL_RADPS: f64 = 0.01;
-/// Sideslips this close are one, rad.
+/// Largest change of sideslip within one point, rad.
 pub const STILL_RAD: f64 = 0.007;
-/// Span of v over V.
+/// Least span of v, relative to V.
 pub const LEAST_SPAN: f64 = 0.04;
 
-/// One steady part.
+/// One steady sideslip.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plateau {
-    /// The run's place.
+    /// Index of the run.
     pub run: usize,
     /// v, m/s.
     pub v: f64,
-    /// The controls, by place in the list that was asked for, rad.
+    /// Mean control positions in the order asked for, rad.
     pub controls: Vec<f64>,
 }
 
-/// Slopes of the controls.
+/// Steady sideslips and slopes of the controls.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SteadySideslips {
-    /// What was steady.
+    /// The steady sideslips.
     pub plateaus: Vec<Plateau>,
-    /// d(delta)/dv, rad s/m, and its standard error, by control.
+    /// d(delta)/dv and its standard error, rad s/m, by control.
     pub slopes: Vec<(f64, f64)>,
 }
 
-/// The steady sideslips among these runs, or in words why they tell nothing.
+/// Steady sideslips of these runs, or the reason why there are too few.
 pub fn steady_sideslips(runs: &[&Columns], controls: &[String]) -> Result<SteadySideslips, String> {
     let mut plateaus: Vec<Plateau> = Vec::new();
     let mut speed = 0.0_f64;
@@ -52,7 +53,7 @@ pub fn steady_sideslips(runs: &[&Columns], controls: &[String]) -> Result<Steady
         let held = controls.iter().map(|name| raw(name)).collect::<Result<Vec<_>, _>>()?;
         let (Some(&first_s), Some(&last_s)) = (run.times_s.first(), run.times_s.last()) else { continue };
         let windows = libm::floor((last_s - first_s) / WINDOW_S) as usize;
-        // The last window's sideslip, and how many windows its point has.
+        // Sideslip of the last window, and number of windows of its point.
         let mut open: Option<(f64, f64)> = None;
         for window in 0..windows {
             let from_s = first_s + WINDOW_S * window as f64;
@@ -118,9 +119,9 @@ impl SteadySideslips {
     /// (2) with the control derivatives of one axis and their covariance: the static derivative and its standard error.
     pub fn derivative(&self, control: &[f64], cov: impl Fn(usize, usize) -> f64) -> (f64, f64) {
         let (mut value, mut var) = (0.0, 0.0);
-        for (i, ((slope, std), power)) in self.slopes.iter().zip(control).enumerate() {
-            value -= power * slope;
-            var += power * power * std * std;
+        for (i, ((slope, std), effect)) in self.slopes.iter().zip(control).enumerate() {
+            value -= effect * slope;
+            var += effect * effect * std * std;
             for (j, (other, _)) in self.slopes.iter().enumerate().take(control.len()) {
                 var += slope * other * cov(i, j);
             }

@@ -1,21 +1,22 @@
-//! Which runs were flown at one test point: airspeed and flight-path angle of each run's own trim.
+//! Test conditions: airspeed and flight-path angle of each run's trim, and the grouping of runs into test points.
 //!
-//! Consumes runs; produces for each its trim's condition, and groups of runs of one test point, the steepest descent first.
-//! With u v w from airspeed and flow angles, the path's angle is that between velocity and horizon,
+//! Consumes runs; produces the condition of each run's trim, and groups of runs of one test point, the steepest descent first.
+//! With u v w from airspeed and flow angles, the flight-path angle is that between velocity and horizon,
 //!     sin(gamma) = (u sin(theta) - v sin(phi) cos(theta) - w cos(phi) cos(theta))/V                    (1)
-//! and where incidence or pitch was not recorded the climb of the altitude over the trim's window over the airspeed.
+//! and where incidence or pitch was not recorded the climb rate of the altitude in the trim window over the airspeed.
 //! Two runs are of one test point where their airspeeds differ by less than [`SPEED_PART`] and their paths by less than
-//! [`PATH_RAD`], or where runs between them make a chain of such pairs: so the order of the runs does not matter. What a run
-//! did not record does not part it from another.
+//! [`PATH_RAD`], or where a chain of such pairs links them (single linkage): the order of the runs does not matter. A quantity
+//! that a run did not record does not separate it from another.
 
 use super::columns::Columns;
+use crate::dynamics::sensors::flow_direction;
 
-/// Airspeeds this close, over the larger, are one.
+/// Largest difference of airspeeds of one test point, relative to the larger.
 pub const SPEED_PART: f64 = 0.06;
-/// Path angles this close are one, rad: two degrees.
+/// Largest difference of path angles of one test point, rad: two degrees.
 pub const PATH_RAD: f64 = 0.035;
 
-/// The trim of a run.
+/// Flight condition of a trim.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TestCondition {
     /// True airspeed, m/s; NaN where not recorded.
@@ -29,18 +30,17 @@ pub struct TestCondition {
 }
 
 impl TestCondition {
-    /// Of a run's trim.
+    /// Condition of a run's trim; NaN of what it did not record.
     pub fn of(run: &Columns) -> Self {
         TestCondition::of_trim(|name| run.trim(name).ok(), || run.trim_slope("altitude"))
     }
 
-    /// Of the means of a run's channels in its trim, and the rate of its altitude there, m/s.
+    /// Condition from the means of channels in the trim window, and the rate of altitude there, m/s.
     pub fn of_trim(mean: impl Fn(&str) -> Option<f64>, altitude_rate: impl Fn() -> f64) -> Self {
         let trim = |name: &str| mean(name).unwrap_or(f64::NAN);
         let speed = trim("tas");
         let (alpha, beta, theta, phi) = (trim("alpha"), mean("beta").unwrap_or(0.0), trim("theta"), mean("phi").unwrap_or(0.0));
-        let (sin_beta, cos_beta) = libm::sincos(beta);
-        let (u, v, w) = (libm::cos(alpha) * cos_beta, sin_beta, libm::sin(alpha) * cos_beta);
+        let [u, v, w] = flow_direction(alpha, beta);
         let ((sin_theta, cos_theta), (sin_phi, cos_phi)) = (libm::sincos(theta), libm::sincos(phi));
         let by_attitude = u * sin_theta - v * sin_phi * cos_theta - w * cos_phi * cos_theta;
         let sine = if by_attitude.is_finite() { by_attitude } else { altitude_rate() / speed };
@@ -49,11 +49,11 @@ impl TestCondition {
 
     /// Whether two runs are of one test point.
     pub fn is_near(&self, other: &TestCondition) -> bool {
-        let apart = libm::fabs(self.speed - other.speed) > SPEED_PART * self.speed.max(other.speed);
-        !apart && !(libm::fabs(self.path - other.path) > PATH_RAD)
+        let far = libm::fabs(self.speed - other.speed) > SPEED_PART * self.speed.max(other.speed);
+        !far && !(libm::fabs(self.path - other.path) > PATH_RAD)
     }
 
-    /// Mean of those that know it.
+    /// Mean of each quantity over the conditions that have it.
     pub fn mean(conditions: &[TestCondition]) -> Self {
         let of = |value: fn(&TestCondition) -> f64| {
             let known = conditions.iter().map(value).filter(|value| value.is_finite());
@@ -69,16 +69,16 @@ impl TestCondition {
     }
 }
 
-/// Places of the runs by test point, the steepest descent first, then the slowest.
+/// Indices of the runs by test point, in order of path angle, then airspeed.
 pub fn test_points(conditions: &[TestCondition]) -> Vec<Vec<usize>> {
     let mut points: Vec<Vec<usize>> = Vec::new();
     for (place, condition) in conditions.iter().enumerate() {
         let near = |point: &Vec<usize>| point.iter().any(|&other| conditions.get(other).is_some_and(|c| c.is_near(condition)));
-        let (with, without): (Vec<_>, Vec<_>) = points.into_iter().partition(near);
+        let (with, other_points): (Vec<_>, Vec<_>) = points.into_iter().partition(near);
         let mut joined: Vec<usize> = with.into_iter().flatten().collect();
         joined.push(place);
         joined.sort_unstable();
-        points = without;
+        points = other_points;
         points.push(joined);
     }
     let mean = |point: &[usize]| -> TestCondition {

@@ -1,35 +1,37 @@
-//! Velocity over time from what the accelerometers integrate to, its slow part from the air data.
+//! Velocity over time: integrated accelerometers for its fast part, air data for its slow part (complementary).
 //!
-//! Consumes a run with air data, rates, attitude and specific force; produces u v w at the centre of mass at every row. With
-//! the accelerometers at x y z, the integrals
+//! Consumes a run with air data, rates, attitude and specific force; produces u v w [m/s, body] at the centre of mass at every
+//! row. With the accelerometers at x y z, the integrals
 //!     U = int (ax - g sin(theta) + r v - q w) dt - (z q - y r)
 //!     V = int (ay + g cos(theta) sin(phi) + p w - r u) dt - (x r - z p)                                (1)
 //!     W = int (az + g cos(theta) cos(phi) + q u - p v) dt - (y p - x q)
-//! are the velocity but for what biases, the start and slow errors of attitude add, and the air data's velocity has that right:
+//! are the velocity but for the initial value and slow errors of bias and attitude, which the air data correct:
 //!     u = U + sum_k c_k T_k(t),  c by least squares of (u measured - U), T_k Chebyshev's, one more every 8 s   (2)
-//! Air data alone are noisy (0.3 m/s), and multiplied by a yaw rate that is a gust which nobody flew; of (2) only what is slow
-//! comes through, and neither a vane's scale nor the lag of pipes stands in the motion.
-//! Source: R. V. Jategaonkar, Flight Vehicle System Identification, 2006, ch. 10 (flight path reconstruction), in closed form.
+//! Air data alone are noisy (0.3 m/s, which times a yaw rate acts like a gust); through (2) only their slow part enters, without
+//! a vane's scale or a lag of the pneumatic lines at the frequencies of the motion.
+//! Source: R. V. Jategaonkar, Flight Vehicle System Identification, 2006, ch. 10 (flight path reconstruction); (2) is ours.
+//! Returns the air data's velocity where the accelerometers were not recorded, [`ColumnError`] where another channel is missing.
 
 use super::columns::{ColumnError, Columns};
+use crate::dynamics::sensors::{cross, flow_angles_at_foot, velocity_of_air_data};
 use crate::flight::unit::STANDARD_GRAVITY as G0;
 use nalgebra::{DMatrix, DVector};
 
 /// Channels of the motion: air data, rates, attitude.
-pub const CHANNELS: [&str; 8] = ["tas", "alpha", "beta", "p", "q", "r", "phi", "theta"];
+pub(crate) const CHANNELS: [&str; 8] = ["tas", "alpha", "beta", "p", "q", "r", "phi", "theta"];
 
 /// The accelerometers' channels.
 const FORCES: [&str; 3] = ["ax", "ay", "az"];
 
-/// Length of the record for one more term of (2), s, and how many there are at least and at most.
+/// Record length for one more term of (2), s; least and largest number of terms.
 const TERM_S: f64 = 8.0;
 const TERMS: (usize, usize) = (3, 16);
 
-/// u v w p q r phi theta at every row: (2) where the accelerometers were recorded, the air data's velocity otherwise.
+/// u v w p q r phi theta at every row.
 ///
 /// # Errors
 /// [`ColumnError`] where one of [`CHANNELS`] is missing or has a gap.
-pub fn motion(run: &Columns) -> Result<Vec<[f64; 8]>, ColumnError> {
+pub(crate) fn motion(run: &Columns) -> Result<Vec<[f64; 8]>, ColumnError> {
     let mut whole = Vec::with_capacity(CHANNELS.len());
     for channel in CHANNELS {
         let trim = run.trim(channel)?;
@@ -55,17 +57,15 @@ pub fn motion(run: &Columns) -> Result<Vec<[f64; 8]>, ColumnError> {
     Ok(motion)
 }
 
-/// At the centre of mass by the air data.
+/// u v w p q r phi theta at the centre of mass, velocity by the air data.
 pub(crate) fn of_air_data(run: &Columns, [tas, alpha, beta, p, q, r, phi, theta]: [f64; 8]) -> [f64; 8] {
-    let [x, y, z] = run.geometry.vane_position_m;
-    let (alpha, beta) = (alpha - (p * y - q * x) / tas, beta - (r * x - p * z) / tas);
-    let (cos_beta, v) = (libm::cos(beta), tas * libm::sin(beta));
-    [tas * libm::cos(alpha) * cos_beta, v, tas * libm::sin(alpha) * cos_beta, p, q, r, phi, theta]
+    let [alpha, beta] = flow_angles_at_foot([alpha, beta], [p, q, r], run.geometry.vane_position_m, tas);
+    let [u, v, w] = velocity_of_air_data(tas, alpha, beta);
+    [u, v, w, p, q, r, phi, theta]
 }
 
-/// (1), by trapezia.
+/// (1), by the trapezoidal rule.
 fn integrals(run: &Columns, motion: &[[f64; 8]], force: impl Fn(usize) -> [f64; 3]) -> Vec<[f64; 3]> {
-    let [x, y, z] = run.geometry.accelerometer_position_m;
     let mut sums = [0.0; 3];
     let mut before: Option<(f64, [f64; 3])> = None;
     let mut all = Vec::with_capacity(motion.len());
@@ -83,13 +83,13 @@ fn integrals(run: &Columns, motion: &[[f64; 8]], force: impl Fn(usize) -> [f64; 
             }
         }
         before = Some((*time_s, rate));
-        let arms = [z * q - y * r, x * r - z * p, y * p - x * q];
-        all.push(core::array::from_fn(|axis| sums[axis] - arms[axis]));
+        let by_arm = cross([p, q, r], run.geometry.accelerometer_position_m);
+        all.push(core::array::from_fn(|axis| sums[axis] - by_arm[axis]));
     }
     all
 }
 
-/// The polynomial of (2) at every row; `None` where it cannot be found.
+/// The polynomial of (2) at every row; `None` where the least squares are singular.
 fn slow_part(times_s: &[f64], values: &[f64]) -> Option<Vec<f64>> {
     let (first_s, last_s) = (times_s.first()?, times_s.last()?);
     let span_s = last_s - first_s;

@@ -1,13 +1,13 @@
 //! Vibration removed from measured outputs: spectral lines of the residuals above the bandwidth of the aircraft's motion.
 //!
 //! Consumes an output as measured and as a first fit predicts it; removes from the measured one, at each frequency w above
-//! [`LEAST_OMEGA`] whose power exceeds [`LINE`] times the median power of its neighbours (gusts leave much at low frequencies),
+//! [`LEAST_OMEGA`] whose power exceeds [`LINE`] times the median power of its neighbours (gusts leave a sloped spectrum),
 //!     a_j cos(w t) + b_j sin(w t)     a_j, b_j by least squares over the residual, a window of [`WINDOW_S`] each        (1)
-//! Rotor blades shake gyros and accelerometers by ten times their noise. If a line stays in, it is counted as white noise: gyros
-//! lose weight against vanes, and the autocovariance of the residuals, which a line never lets decay, gives no standard errors.
-//! Half a hertz about the line is removed with it; the aircraft's motion has nothing there.
-//! Numerics: power by the fast Fourier transform over times rounded to the median interval; the frequency is then refined at the
-//! sampling times themselves.
+//! Blade-passing vibration of gyros and accelerometers is some ten times their noise. Left in, it counts as white noise, so that
+//! gyros lose weight against vanes, and the residuals' autocovariance does not decay, so that there are no corrected standard
+//! errors. Half a hertz about the line is removed with it, where the aircraft's motion has no power.
+//! Source: ours. Numerics: power by the fast Fourier transform over times rounded to the median interval; the frequency is then
+//! refined at the sampling times themselves. A series shorter than `LEAST_SAMPLES` stays unchanged.
 
 use super::identification_model::IdentificationModel;
 use crate::num::fft::{ComplexSeries, FourierTransform};
@@ -16,19 +16,18 @@ use core::f64::consts::TAU;
 
 /// Least frequency of a vibration, rad/s.
 pub const LEAST_OMEGA: f64 = 25.0;
-/// Power of a line over the median power about it.
+/// Power of a line over the median power of its neighbours.
 pub const LINE: f64 = 40.0;
-/// How far that goes, rad/s to each side.
+/// Half width of those neighbours, rad/s.
 pub const ABOUT_OMEGA: f64 = 10.0;
-/// Length over which amplitude and phase are taken as constant, s.
+/// Window of constant amplitude and phase, s.
 pub const WINDOW_S: f64 = 3.0;
-/// Most lines of one output.
 const MOST: usize = 8;
-/// Fewer samples tell no line.
+/// Least number of samples in which a line is detected.
 const LEAST_SAMPLES: usize = 256;
 const REFINEMENTS: usize = 24;
 
-/// A line that was taken out.
+/// A line that was removed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VibrationLine {
     /// Its frequency, rad/s.
@@ -37,8 +36,8 @@ pub struct VibrationLine {
     pub rms: f64,
 }
 
-/// Takes (1) out of what was measured; NaN stays.
-pub fn take_out(times_s: &[f64], measured: &mut [f64], predicted: &[f64]) -> Vec<VibrationLine> {
+/// Subtracts (1) from the measured series; NaN stays.
+pub fn remove_lines(times_s: &[f64], measured: &mut [f64], predicted: &[f64]) -> Vec<VibrationLine> {
     let places: Vec<usize> =
         measured.iter().zip(predicted).enumerate().filter(|(_, (z, y))| (*z - *y).is_finite()).map(|(k, _)| k).collect();
     let time = |k: usize| times_s.get(k).copied().unwrap_or(f64::NAN);
@@ -62,11 +61,11 @@ pub fn take_out(times_s: &[f64], measured: &mut [f64], predicted: &[f64]) -> Vec
     lines
 }
 
-/// Takes the vibration out of all outputs of a run and notes it; whether there was any.
-pub fn without_vibration(linear: &mut IdentificationModel, record: &mut InputOutputRecord, predicted: &[Vec<f64>]) -> bool {
+/// Removes vibration from all outputs of a run, with a note; whether there was any.
+pub fn remove_vibration(linear: &mut IdentificationModel, record: &mut InputOutputRecord, predicted: &[Vec<f64>]) -> bool {
     let before = linear.notes.len();
     for ((name, z), y) in linear.structure.outputs.iter().zip(&mut record.outputs).zip(predicted) {
-        for VibrationLine { omega, rms } in take_out(&record.times_s, z, y) {
+        for VibrationLine { omega, rms } in remove_lines(&record.times_s, z, y) {
             linear
                 .notes
                 .push(format!("vibration taken out of `{name}`: {omega:.1} rad/s, rms {rms:.2e}, half a hertz about it with it"));
@@ -75,7 +74,7 @@ pub fn without_vibration(linear: &mut IdentificationModel, record: &mut InputOut
     linear.notes.len() > before
 }
 
-/// Power by frequency of a series on its usual interval, tapered, and the step of the frequencies, rad/s.
+/// Tapered periodogram of a series at its median interval, and its frequency step, rad/s.
 fn power(series: &[(f64, f64)]) -> Option<(Vec<f64>, f64)> {
     let (first_s, last_s) = (series.first()?.0, series.last()?.0);
     let span_s = last_s - first_s;
@@ -109,7 +108,7 @@ fn median(values: &[f64]) -> f64 {
     sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// The frequency of the strongest line.
+/// Frequency of the strongest line, rad/s.
 fn strongest(series: &[(f64, f64)]) -> Option<f64> {
     let (first_s, span_s) = (series.first()?.0, series.last()?.0 - series.first()?.0);
     let (power, step) = power(series)?;
@@ -120,12 +119,12 @@ fn strongest(series: &[(f64, f64)]) -> Option<f64> {
         let about = above.get(place.saturating_sub(wide)..above.len().min(place + wide + 1)).unwrap_or_default();
         *power > LINE * median(about)
     };
-    // Few bins are as strong as that against all: the others need no median of their own.
+    // Only bins that exceed the global median by as much need a median of their neighbours.
     let least = 0.1 * LINE * median(above);
     let strong = above.iter().enumerate().filter(|(_, power)| **power > least).filter(stands_out);
     let (peak, _) = strong.max_by(|a, b| a.1.total_cmp(b.1))?;
     let (peak, mean) = (from + peak, mean(series));
-    // Thirds until the top is known.
+    // Ternary search for the maximum.
     let size = |omega: f64| {
         let (mut re, mut im) = (0.0, 0.0);
         for (t, e) in series {
@@ -147,7 +146,7 @@ fn strongest(series: &[(f64, f64)]) -> Option<f64> {
     Some(0.5 * (low + high))
 }
 
-/// Takes (1) out; its rms.
+/// Subtracts (1); its rms.
 fn subtract(series: &mut [(f64, f64)], omega: f64) -> f64 {
     let (Some(first), Some(last)) = (series.first(), series.last()) else { return 0.0 };
     let (first_s, span_s) = (first.0, last.0 - first.0);
@@ -201,7 +200,7 @@ mod tests {
         let shaken = |(t, x): (&f64, &f64)| x + 0.01 * f64::cos(107.3 * t + 1.0) + 0.003 * f64::cos(214.6 * t);
         let mut measured: Vec<f64> = times.iter().zip(&clean).map(shaken).collect();
         measured[700..740].fill(f64::NAN);
-        let lines = take_out(&times, &mut measured, &motion);
+        let lines = remove_lines(&times, &mut measured, &motion);
         assert_eq!(lines.len(), 2, "{lines:?}");
         assert!((lines[0].omega - 107.3).abs() < 0.02 && (lines[1].omega - 214.6).abs() < 0.05, "{lines:?}");
         let off = |k: usize| measured[k] - clean[k];
@@ -209,7 +208,7 @@ mod tests {
         assert!(rms < 2e-4 && measured[720].is_nan(), "{rms}");
         // Without lines nothing is touched.
         let mut same = clean.clone();
-        assert!(take_out(&times, &mut same, &motion).is_empty() && same == clean);
+        assert!(remove_lines(&times, &mut same, &motion).is_empty() && same == clean);
         // What gusts leave falls with the square of the frequency and is no line, strong as it is at 25 rad/s.
         let mut gust = 0.0;
         let mut gusty: Vec<f64> = noise
@@ -220,7 +219,7 @@ mod tests {
                 x + gust
             })
             .collect();
-        let lines = take_out(&times, &mut gusty, &motion);
+        let lines = remove_lines(&times, &mut gusty, &motion);
         assert!(lines.is_empty(), "{lines:?}");
     }
 }

@@ -1,61 +1,57 @@
-//! One damped sine through several channels at once, each with its own size, phase, offset and drift.
+//! A damped sine fitted to several channels at once, each with its own amplitude, phase, offset and drift.
 //!
-//! Consumes channels on a mesh of bins (time from the start, value); produces frequency and damping with standard errors.
+//! Consumes channels on a mesh of bins (time from the start, s, and value); produces frequency and damping with standard errors.
 //!     y_c(t) = a_c exp(-s t) cos(w t) + b_c exp(-s t) sin(w t) + o_c + d_c t                          (1)
 //!     omega = sqrt(s^2 + w^2),  zeta = s / omega                                                      (2)
-//! (s, w) are shared. For given (s, w) the rest is linear and solved by orthogonal columns; (s, w) come from a grid and then
-//! Gauss-Newton steps on residuals projected off those columns (variable projection, in Kaufman's form). Channels are weighted
-//! by their residual, readings by Huber's rule. Errors by the projected sensitivities U and autocorrelated residuals v,
+//! (s, w) are shared. For given (s, w) the others are linear, by orthogonal columns; (s, w) come from a grid search and then
+//! Gauss-Newton steps on residuals projected off those columns (variable projection, Kaufman's approximation). Channels are
+//! weighted by their residual, readings by Huber's weights. Covariance by the projected sensitivities U and autocorrelated
+//! residuals v,
 //!     M = U' W U,   cov = M^-1 [sum_ij U_i' W_i E(v_i v_j') W_j U_j] M^-1                             (3)
-//! with autocovariances of all channels to half a period, tapered; and not less than what leaving out one channel after the other
-//! makes of it, for other modes than the one that swings are in each channel to another part,
+//! with tapered autocovariances of all channels to half a period, and at least the jackknife over the C channels, since other
+//! modes contribute to each channel differently,
 //!     var >= (C - 1)/C sum_c (x_(c) - mean x_(.))^2                                                   (4)
-//! Sources: G. Golub and V. Pereyra, SIAM J. Numer. Anal. 10
-//! (1973); E. A. Morelli and V. Klein, J. Aircraft 34 (1997), for (3); B. Efron, SIAM CBMS 38 (1982), for (4).
-//! Cannot answer for fewer than [`NODES_MIN`] bins.
+//! Source: G. Golub and V. Pereyra, SIAM J. Numer. Anal. 10, 1973; L. Kaufman, BIT 15, 1975; P. J. Huber, Ann. Math. Stat. 35,
+//! 1964; (3) E. A. Morelli and V. Klein, J. Guidance 20(1), 1997; (4) B. Efron, SIAM CBMS 38, 1982.
+//! Returns `None` for fewer than [`NODES_MIN`] bins, or where no oscillation fits.
 
 use super::record::Measured;
+use crate::num::product::dot;
 use core::f64::consts::PI;
 
-/// Fewer bins are too few.
-pub const NODES_MIN: usize = 24;
-/// Residuals beyond so many of their scale count less.
+pub(crate) const NODES_MIN: usize = 24;
+/// Huber's limit, in scales of the residual.
 const HUBER: f64 = 2.5;
-/// Linear columns a channel.
 const COLUMNS: usize = 4;
 
 /// A channel's bins: time from the start of the stretch, s, and value, where there is one.
-pub type Bins = Vec<Option<(f64, f64)>>;
+pub(crate) type Bins = Vec<Option<(f64, f64)>>;
 
-/// What came out.
 #[derive(Clone, Debug, PartialEq)]
-pub struct DampedSine {
+pub(crate) struct DampedSine {
     /// Undamped frequency, rad/s.
-    pub omega: Measured,
-    /// Damping ratio.
-    pub zeta: Measured,
+    pub(crate) omega: Measured,
+    pub(crate) zeta: Measured,
     /// Decay s, 1/s.
-    pub decay: f64,
+    pub(crate) decay: f64,
     /// Damped frequency w, rad/s.
-    pub damped: f64,
-    /// By channel.
-    pub channels: Vec<ChannelFit>,
+    pub(crate) damped: f64,
+    pub(crate) channels: Vec<ChannelFit>,
     /// Weighted part of the variance about the drift that the sine explains.
-    pub explained: f64,
+    pub(crate) explained: f64,
 }
 
-/// The fit of one channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ChannelFit {
+pub(crate) struct ChannelFit {
     /// a, b, offset, drift of (1).
-    pub coefficients: [f64; COLUMNS],
+    pub(crate) coefficients: [f64; COLUMNS],
     /// Robust root mean square of the residual.
-    pub residual: f64,
+    pub(crate) residual: f64,
 }
 
 impl ChannelFit {
-    /// Size of the swing at the start.
-    pub fn size(&self) -> f64 {
+    /// Amplitude at the start.
+    pub(crate) fn size(&self) -> f64 {
         let [a, b, _, _] = self.coefficients;
         libm::sqrt(a * a + b * b)
     }
@@ -68,7 +64,7 @@ struct Lane {
     scale: f64,
 }
 
-/// Sensitivities of one channel to s and w at every bin, projected, and its residuals; not there where the bin is empty.
+/// Projected sensitivities of one channel to s and w, and its residual, at every bin; `None` of an empty one.
 type Rows = Vec<Option<([f64; 2], f64)>>;
 
 fn basis(s: f64, w: f64, t: f64, length_s: f64) -> [f64; COLUMNS] {
@@ -111,7 +107,7 @@ impl Lane {
         self.bins.iter().flatten().count() as f64
     }
 
-    /// Linear coefficients for (s, w) and the weighted sum of squares that is left; without the sine where `None`.
+    /// Linear coefficients for (s, w) and the weighted sum of squared residuals; offset and drift alone where `None`.
     fn linear(&self, sw: Option<(f64, f64)>, length_s: f64) -> Option<([f64; COLUMNS], f64)> {
         let (mut m, mut y, mut total) = ([[0.0; COLUMNS]; COLUMNS], [0.0; COLUMNS], 0.0);
         for (t, x, weight) in self.cells() {
@@ -155,7 +151,6 @@ impl Lane {
             lane.linear(Some((s, w)), length_s).map(|(found, _)| found)
         };
         let (by_s, by_w) = (project(0)?, project(1)?);
-        let dot = |a: &[f64; COLUMNS], b: &[f64; COLUMNS]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let rows = self.bins.iter().map(|bin| {
             bin.map(|(t, x)| {
                 let row = basis(s, w, t, length_s);
@@ -169,7 +164,7 @@ impl Lane {
 
 /// The damped sine that fits best with a damped frequency in the range, rad/s; `None` where there is too little to fit, or
 /// the channels hold none.
-pub fn fit(channels: &[Bins], slowest: f64, fastest: f64) -> Option<DampedSine> {
+pub(crate) fn fit(channels: &[Bins], slowest: f64, fastest: f64) -> Option<DampedSine> {
     let nodes = channels.iter().map(Vec::len).max().unwrap_or(0);
     let length_s = channels.iter().flatten().flatten().map(|(t, _)| *t).fold(0.0, f64::max);
     if nodes < NODES_MIN || !(fastest > slowest) || !(length_s > 0.0) {
@@ -197,7 +192,7 @@ pub fn fit(channels: &[Bins], slowest: f64, fastest: f64) -> Option<DampedSine> 
     for round in 0..4 {
         at = refine(&lanes, at, length_s, 0.5 * slowest, 1.3 * fastest)?;
         if round == 0 {
-            // With the residuals' own weights the best valley may be another.
+            // The grid search is repeated with the new weights: another minimum may be the lowest.
             reweigh(&mut lanes, at, length_s)?;
             let again = search(&lanes, slowest, fastest, length_s)?;
             if cost(&lanes, again, length_s) < cost(&lanes, at, length_s) {
@@ -216,7 +211,7 @@ fn cost(lanes: &[Lane], sw: (f64, f64), length_s: f64) -> f64 {
 
 fn search(lanes: &[Lane], slowest: f64, fastest: f64, length_s: f64) -> Option<(f64, f64)> {
     let mut best: Option<(f64, (f64, f64))> = None;
-    // Valleys are as wide as one over the record's length.
+    // Minima are as wide as one over the record's length.
     let step = (PI / (3.0 * length_s)).max((fastest - slowest) / 150.0);
     let mut w = slowest;
     while w <= fastest {
@@ -278,7 +273,7 @@ fn refine(lanes: &[Lane], start: (f64, f64), length_s: f64, slowest: f64, fastes
     Some(at)
 }
 
-/// Weights by each channel's own residual and Huber's rule.
+/// Weights by each channel's residual and Huber's rule.
 fn reweigh(lanes: &mut [Lane], at: (f64, f64), length_s: f64) -> Option<()> {
     for lane in lanes {
         let (rows, _) = lane.rows(at.0, at.1, length_s)?;
@@ -287,8 +282,8 @@ fn reweigh(lanes: &mut [Lane], at: (f64, f64), length_s: f64) -> Option<()> {
         let count = sizes.len() as f64;
         let freedom = count / (count - COLUMNS as f64 - 1.0).max(1.0);
         let squares = sizes.iter().map(|size| size * size).sum::<f64>() / count;
-        let middle = super::trace::median_of_sorted(&sizes) / 0.6745;
-        // The median alone misleads where readings are coarse steps.
+        let middle = crate::flight::signal::trace::median_of_sorted(&sizes) / 0.6745;
+        // The median is no scale of coarsely quantised readings.
         let scale = libm::sqrt(freedom) * if middle > 0.0 { middle.max(0.5 * libm::sqrt(squares)) } else { libm::sqrt(squares) };
         lane.scale = scale.max(1e-12 * lane.scale).max(f64::MIN_POSITIVE);
         for (weight, row) in lane.weights.iter_mut().zip(&rows) {
@@ -320,8 +315,8 @@ fn result(lanes: &[Lane], at: (f64, f64), length_s: f64) -> Option<DampedSine> {
     }
     let nodes = scored.iter().map(Vec::len).max()?;
     let lags = ((PI / w / length_s * nodes as f64) as usize).clamp(1, nodes / 6);
-    // The sine took its own frequency out of the residuals: what is left of their spectrum there, smoothed over that many lags,
-    // is too little by about so much.
+    // The fit has absorbed the residuals' power at its own frequency; their spectrum there, smoothed over these lags, is too
+    // small by about this factor.
     let taken = 1.0 / (1.0 - 2.5 * lags as f64 / nodes as f64);
     let middle = autocorrelated(&scored, lags).map(|row| row.map(|entry| entry * taken));
     let inverse = [solve(m, [1.0, 0.0])?, solve(m, [0.0, 1.0])?];
@@ -329,7 +324,7 @@ fn result(lanes: &[Lane], at: (f64, f64), length_s: f64) -> Option<DampedSine> {
         let pairs = (0..2).flat_map(|k| (0..2).map(move |l| (k, l)));
         pairs.map(|(k, l)| inverse[i][k] * middle[k][l] * inverse[l][j]).sum()
     };
-    // White residuals would give this; a chance negative correlation is no reason for less.
+    // At least that of white residuals: a negative correlation by chance does not lower it.
     let floor = |i: usize, j: usize| inverse[i][j];
     let omega = libm::sqrt(s * s + w * w);
     let by = |ds: f64, dw: f64| {
@@ -338,7 +333,7 @@ fn result(lanes: &[Lane], at: (f64, f64), length_s: f64) -> Option<DampedSine> {
         libm::sqrt(coloured.max(white).max(0.0))
     };
     let cube = omega * omega * omega;
-    let [omega_apart, zeta_apart] = left_out(lanes, at, length_s);
+    let [omega_apart, zeta_apart] = jackknife_std(lanes, at, length_s);
     Some(DampedSine {
         omega: Measured { value: omega, std: by(s / omega, w / omega).max(omega_apart) },
         zeta: Measured { value: s / omega, std: by(w * w / cube, -s * w / cube).max(zeta_apart) },
@@ -349,9 +344,8 @@ fn result(lanes: &[Lane], at: (f64, f64), length_s: f64) -> Option<DampedSine> {
     })
 }
 
-/// Root of (4) for omega and zeta, each channel left out by one Gauss-Newton step from where all stand; zero where there is but
-/// one channel.
-fn left_out(lanes: &[Lane], at: (f64, f64), length_s: f64) -> [f64; 2] {
+/// Root of (4) for omega and zeta, each channel omitted by one Gauss-Newton step from the joint fit; zero of one channel.
+fn jackknife_std(lanes: &[Lane], at: (f64, f64), length_s: f64) -> [f64; 2] {
     let without = |c: usize| -> Option<[f64; 2]> {
         let rest = lanes.iter().enumerate().filter(|(place, _)| *place != c).map(|(_, lane)| lane);
         let (m, y) = normal(rest, at, length_s)?;

@@ -1,15 +1,15 @@
-//! Logarithmic decrement of one channel: damping and frequency by the sizes and times of successive peaks.
+//! Logarithmic decrement of one channel: damping and frequency from sizes and times of successive peaks.
 //!
-//! Consumes bins of a channel with its drift taken out; produces omega and zeta with the errors of the line
+//! Consumes bins of a channel with its drift subtracted; produces omega and zeta with the standard errors of the line
 //!     ln |peak_k| = ln |peak_0| - s t_k,    t_k = t_0 + k pi / w                                       (1)
-//! through the peaks that stand above four times the noise. A parabola through three bins gives each peak.
-//! Cannot answer for fewer than four peaks (a cycle and a half).
+//! through the peaks above four times the noise, each interpolated by a parabola through three bins.
+//! Returns `None` for fewer than four peaks (a cycle and a half).
 
 use super::record::Measured;
 use core::f64::consts::PI;
 
 /// Omega, rad/s, and zeta by (1).
-pub fn decrement(bins: &[(f64, f64)], noise: f64) -> Option<(Measured, Measured)> {
+pub(crate) fn decrement(bins: &[(f64, f64)], noise: f64) -> Option<(Measured, Measured)> {
     let mut peaks: Vec<(f64, f64)> = Vec::new();
     for three in bins.windows(3) {
         let [(t0, x0), (t1, x1), (t2, x2)] = *three else { continue };
@@ -23,7 +23,7 @@ pub fn decrement(bins: &[(f64, f64)], noise: f64) -> Option<(Measured, Measured)
         let shift = if bend == 0.0 { 0.0 } else { 0.5 * (x0 - x2) / bend };
         let peak = (t1 + shift * h, x1 - 0.25 * (x0 - x2) * shift);
         match peaks.last_mut() {
-            // Ripple on one and the same half swing: the highest counts.
+            // Several maxima of one half cycle: the largest counts.
             Some(last) if last.1 * peak.1 > 0.0 => {
                 if peak.1.abs() > last.1.abs() {
                     *last = peak;

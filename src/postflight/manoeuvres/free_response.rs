@@ -1,78 +1,78 @@
 //! The dominant oscillation after a manoeuvre, while no control moves.
 //!
 //! Consumes the channels and the manoeuvre; produces frequency and damping by a damped sine through all channels of the plane
-//! at once (`damped_sine`), a logarithmic decrement of the clearest channel beside it, or the reason why there is none.
-//! A control is still in a stretch over which it stays in a band of `STILL` of the manoeuvre's travel to either side, others
-//! of the plane in one of three quarters of that (a rudder does more than an aileron to the same swing), those of the other plane
-//! in one twice as wide. The longest such stretch is taken. Where a later
-//! start gives another answer than chance explains, the later one counts and the first is said beside it.
+//! at once (`damped_sine`) with a logarithmic decrement of the clearest channel, or the reason why there is none.
+//! A control is at rest in a time range over which it stays within [`STILL`] of the manoeuvre's travel to either side, others
+//! of the plane within three quarters of that (a rudder excites more than an aileron), those of the other plane within twice.
+//! The longest such range is taken. Where the fit from a later start differs significantly, the later one is reported, with the
+//! first beside it. Source: ours; `damped_sine` and `decrement` have theirs.
 
 use super::channels::Channels;
 use super::damped_sine::{Bins, DampedSine, NODES_MIN, fit};
 use super::decrement::decrement;
 use super::manoeuvre::Flown;
-use super::record::{Measured, Oscillation, Plane, Untold};
+use super::record::{FreeOscillation, Measured, NotEstimable, Plane};
 use crate::flight::channel::Channel;
 use crate::flight::control::Control;
 use core::f64::consts::PI;
 
-/// Half width of the band in which a control is still, of its travel in the manoeuvre.
-pub const STILL: f64 = 0.03;
-/// Shorter stillness shows nothing, s.
+/// Half width of the band of a control at rest, relative to its travel in the manoeuvre.
+pub(crate) const STILL: f64 = 0.03;
+/// Least length of a free response, s.
 const SHORTEST_S: f64 = 2.0;
-/// Longer stretches are cut, s.
+/// Greatest length of a free response, s.
 const LONGEST_S: f64 = 40.0;
-/// Bins are not finer, s.
+/// Least width of bins, s.
 const BIN_S: f64 = 0.04;
-/// No rigid-body oscillation is faster, rad/s.
+/// Upper limit of a rigid-body oscillation, rad/s.
 const FASTEST: f64 = 12.0;
-/// Cycles that must stand above the rest.
+/// Least number of cycles above the residual.
 const CYCLES_MIN: f64 = 0.6;
-/// Periods that the stretch must hold, so that a swing is told from a drift; or so many times over it must decay.
+/// Least length in periods, to distinguish an oscillation from a drift; or in decay times.
 const PERIODS_MIN: f64 = 1.5;
 const DECAYS: f64 = 2.5;
-/// Cycles that must be left for a later start to count.
+/// Least number of cycles of a fit from a later start.
 const CYCLES_LATER: f64 = 2.0;
-/// Part of the motion about its drift that one damped sine must explain.
+/// Least part of the variance about the drift that the damped sine explains.
 const EXPLAINED_MIN: f64 = 0.5;
-/// Size over residual that is an oscillation.
+/// Least amplitude over residual.
 const ABOVE: f64 = 3.0;
-/// A damping ratio less certain is none.
+/// Largest standard error of a damping ratio that is reported.
 const ZETA_STD: f64 = 0.1;
-/// A start put off must change zeta by more, besides chance.
+/// Least change of zeta by a later start, besides three standard errors.
 const CHANGE_MIN: f64 = 0.015;
 
-/// The oscillation in the stretch after a manoeuvre starts and before the next one does.
+/// The oscillation between the start of a manoeuvre and that of the next.
 ///
 /// # Errors
-/// [`Untold`], why none can be given.
-pub fn oscillation(channels: &Channels, flown: &Flown, until_s: f64) -> Result<Oscillation, Untold> {
+/// [`NotEstimable`] with the reason where there is none.
+pub(crate) fn oscillation(channels: &Channels, flown: &Flown, until_s: f64) -> Result<FreeOscillation, NotEstimable> {
     let (from_s, to_s) = stillness(channels, flown, until_s)?;
     let plane = Plane::of(flown.control);
-    let seen: Vec<Channel> = plane.channels().into_iter().filter(|channel| channels.get(*channel).is_some()).collect();
-    // Specific force is no better than the vane, and jumps with the control: only where the vane is missing.
-    let seen: Vec<Channel> = match seen.as_slice() {
+    let responding: Vec<Channel> = plane.channels().into_iter().filter(|channel| channels.get(*channel).is_some()).collect();
+    // Specific force jumps with the control: used only where the vane is missing.
+    let responding: Vec<Channel> = match responding.as_slice() {
         [rate, vane, Channel::Az] => vec![*rate, *vane],
-        _ => seen,
+        _ => responding,
     };
-    if seen.is_empty() {
-        return Err(Untold::NoChannel("angular rate of its plane"));
+    if responding.is_empty() {
+        return Err(NotEstimable::NoChannel("angular rate of its plane"));
     }
-    let (mut begin_s, mut found) = (from_s, fitted(channels, &seen, from_s, to_s));
+    let (mut begin_s, mut found) = (from_s, fitted(channels, &responding, from_s, to_s));
     let mut earlier = None;
     for _ in 0..4 {
         let Ok(now) = &mut found else { break };
         let later_s = begin_s + PI / now.damped;
-        let Ok(later) = fitted(channels, &seen, later_s, to_s) else { break };
-        // Of two fits, one within the other's stretch, the difference varies as the variances differ.
+        let Ok(later) = fitted(channels, &responding, later_s, to_s) else { break };
+        // The second fit's data are part of the first's: var(difference) = difference of variances.
         let apart = |a: Measured, b: Measured| libm::sqrt((b.std * b.std - a.std * a.std).max(0.25 * b.std * b.std));
         let change = (later.zeta.value - now.zeta.value).abs();
         if change < CHANGE_MIN || change < 3.0 * apart(now.zeta, later.zeta) {
             break;
         }
-        let (_, cycles) = visible(&later, to_s - later_s);
+        let (_, cycles) = amplitude_over_residual(&later, to_s - later_s);
         if cycles < CYCLES_LATER || later.zeta.std > CHANGE_MIN {
-            // Which of the two is right cannot be told: the difference is part of the error.
+            // Neither can be preferred: the difference is added to the standard error.
             let widened = |a: Measured, b: Measured| {
                 let apart = b.value - a.value;
                 Measured { value: a.value, std: libm::sqrt(a.std * a.std + apart * apart) }
@@ -84,20 +84,26 @@ pub fn oscillation(channels: &Channels, flown: &Flown, until_s: f64) -> Result<O
         (begin_s, found) = (later_s, Ok(later));
     }
     let mut sine = found?;
-    (sine.omega, sine.zeta) = moved_with_start(channels, &seen, &sine, begin_s, to_s);
+    (sine.omega, sine.zeta) = with_start_uncertainty(channels, &responding, &sine, begin_s, to_s);
     if !(sine.zeta.std < ZETA_STD) {
-        return Err(Untold::Uncertain(sine.omega, sine.zeta));
+        return Err(NotEstimable::Uncertain(sine.omega, sine.zeta));
     }
-    told(channels, flown, &seen, &sine, begin_s, to_s, earlier)
+    free_oscillation(channels, flown, &responding, &sine, begin_s, to_s, earlier)
 }
 
-/// Frequency and damping with what they change by when the fit starts later, beyond chance, as part of their errors: other
-/// modes than the one that swings die within the first period.
-fn moved_with_start(channels: &Channels, seen: &[Channel], sine: &DampedSine, from_s: f64, to_s: f64) -> (Measured, Measured) {
+/// Frequency and damping with their change by a later start, beyond chance, added to their standard errors: other modes decay
+/// within the first period.
+fn with_start_uncertainty(
+    channels: &Channels,
+    responding: &[Channel],
+    sine: &DampedSine,
+    from_s: f64,
+    to_s: f64,
+) -> (Measured, Measured) {
     let (mut omega_excess, mut zeta_excess) = (0.0f64, 0.0f64);
     for half_periods in [1.0, 2.0] {
         let later_s = from_s + half_periods * PI / sine.damped;
-        let Ok(later) = fitted(channels, seen, later_s, to_s) else { break };
+        let Ok(later) = fitted(channels, responding, later_s, to_s) else { break };
         let excess = |a: Measured, b: Measured| {
             let change = b.value - a.value;
             change * change - (b.std * b.std - a.std * a.std).max(0.0)
@@ -109,8 +115,8 @@ fn moved_with_start(channels: &Channels, seen: &[Channel], sine: &DampedSine, fr
     (with(sine.omega, omega_excess), with(sine.zeta, zeta_excess))
 }
 
-/// The longest stretch in which no control moves.
-pub fn stillness(channels: &Channels, flown: &Flown, until_s: f64) -> Result<(f64, f64), Untold> {
+/// The longest time range in which no control moves, s.
+pub(crate) fn stillness(channels: &Channels, flown: &Flown, until_s: f64) -> Result<(f64, f64), NotEstimable> {
     let begin_s = flown.start_s();
     let end_s = until_s.min(begin_s + 2.0 * LONGEST_S);
     let plane = Plane::of(flown.control);
@@ -154,78 +160,78 @@ pub fn stillness(channels: &Channels, flown: &Flown, until_s: f64) -> Result<(f6
     let at = |node: usize| begin_s + BIN_S * node as f64;
     let (from_s, to_s) = (at(best.0), at(best.1).min(end_s));
     if to_s - from_s < SHORTEST_S {
-        return Err(Untold::StillMoves(breaker, to_s - from_s));
+        return Err(NotEstimable::StillMoves(breaker, to_s - from_s));
     }
     Ok((from_s, to_s.min(from_s + LONGEST_S)))
 }
 
-fn bins(channels: &Channels, seen: &[Channel], from_s: f64, to_s: f64) -> Vec<Bins> {
-    let traces = || seen.iter().filter_map(|channel| channels.get(*channel));
+fn bins(channels: &Channels, responding: &[Channel], from_s: f64, to_s: f64) -> Vec<Bins> {
+    let traces = || responding.iter().filter_map(|channel| channels.get(*channel));
     let width_s = traces().map(|trace| trace.interval_s()).fold(BIN_S, f64::max);
     let shifted = |bin: Option<(f64, f64)>| bin.map(|(t, x)| (t - from_s, x));
     traces().map(|trace| trace.binned(from_s, to_s, width_s).into_iter().map(shifted).collect()).collect()
 }
 
-/// How far the clearest channel stands above its residual at the start, and for how many cycles.
-fn visible(sine: &DampedSine, length_s: f64) -> (f64, f64) {
+/// Largest ratio of amplitude to residual at the start, and the cycles until it is one.
+fn amplitude_over_residual(sine: &DampedSine, length_s: f64) -> (f64, f64) {
     let above = sine.channels.iter().map(|fit| fit.size() / fit.residual).fold(0.0, f64::max);
     let visible_s = if sine.decay > 0.0 { libm::log(above.max(1.0)) / sine.decay } else { length_s };
     (above, visible_s.min(length_s) * sine.damped / (2.0 * PI))
 }
 
-fn fitted(channels: &Channels, seen: &[Channel], from_s: f64, to_s: f64) -> Result<DampedSine, Untold> {
-    let lanes = bins(channels, seen, from_s, to_s);
+fn fitted(channels: &Channels, responding: &[Channel], from_s: f64, to_s: f64) -> Result<DampedSine, NotEstimable> {
+    let lanes = bins(channels, responding, from_s, to_s);
     let length_s = to_s - from_s;
     let width_s = length_s / lanes.iter().map(Vec::len).max().unwrap_or(1).max(1) as f64;
     let fastest = FASTEST.min(0.3 * 2.0 * PI / width_s);
     let slowest = 2.0 * PI * CYCLES_MIN / length_s;
     if length_s < SHORTEST_S || lanes.iter().any(|lane| lane.iter().flatten().count() < NODES_MIN) {
-        return Err(Untold::TooFewCycles(0.0));
+        return Err(NotEstimable::TooFewCycles(0.0));
     }
-    let sine = fit(&lanes, slowest, fastest).ok_or(Untold::NoOscillation(0.0, 0.0))?;
-    let (above, seen_cycles) = visible(&sine, length_s);
+    let sine = fit(&lanes, slowest, fastest).ok_or(NotEstimable::NoOscillation(0.0, 0.0))?;
+    let (above, cycles) = amplitude_over_residual(&sine, length_s);
     if above < ABOVE || sine.explained < EXPLAINED_MIN {
-        return Err(Untold::NoOscillation(sine.explained.max(0.0), above));
+        return Err(NotEstimable::NoOscillation(sine.explained.max(0.0), above));
     }
     let periods = length_s * sine.damped / (2.0 * PI);
-    if seen_cycles < CYCLES_MIN || sine.damped < 1.05 * slowest || (periods < PERIODS_MIN && sine.decay * length_s < DECAYS) {
-        return Err(Untold::TooFewCycles(seen_cycles));
+    if cycles < CYCLES_MIN || sine.damped < 1.05 * slowest || (periods < PERIODS_MIN && sine.decay * length_s < DECAYS) {
+        return Err(NotEstimable::TooFewCycles(cycles));
     }
     if !(sine.omega.std < 0.15 * sine.omega.value && sine.zeta.std < ZETA_STD) {
-        return Err(Untold::Uncertain(sine.omega, sine.zeta));
+        return Err(NotEstimable::Uncertain(sine.omega, sine.zeta));
     }
     Ok(sine)
 }
 
-fn told(
+fn free_oscillation(
     channels: &Channels,
     flown: &Flown,
-    seen: &[Channel],
+    responding: &[Channel],
     sine: &DampedSine,
     from_s: f64,
     to_s: f64,
     earlier: Option<(f64, Measured)>,
-) -> Result<Oscillation, Untold> {
-    let lanes = bins(channels, seen, from_s, to_s);
+) -> Result<FreeOscillation, NotEstimable> {
+    let lanes = bins(channels, responding, from_s, to_s);
     let clearest =
         lanes.iter().zip(&sine.channels).max_by(|(_, a), (_, b)| (a.size() / a.residual).total_cmp(&(b.size() / b.residual)));
-    let beside = clearest.and_then(|(lane, fit)| {
+    let by_decrement = clearest.and_then(|(lane, fit)| {
         let [_, _, offset, drift] = fit.coefficients;
         let about: Vec<(f64, f64)> = lane.iter().flatten().map(|(t, x)| (*t, x - offset - drift * t)).collect();
         decrement(&about, fit.residual)
     });
-    let (_, cycles) = visible(sine, to_s - from_s);
+    let (_, cycles) = amplitude_over_residual(sine, to_s - from_s);
     let control = channels.get(flown.control.channel());
-    Ok(Oscillation {
+    Ok(FreeOscillation {
         omega: sine.omega,
         zeta: sine.zeta,
         from_s,
         to_s,
         cycles,
         explained: sine.explained,
-        channels: seen.iter().copied().zip(sine.channels.iter().map(|fit| fit.size())).collect(),
+        channels: responding.iter().copied().zip(sine.channels.iter().map(|fit| fit.size())).collect(),
         control_motion: control.map_or(0.0, |trace| super::manoeuvre::travel(trace, from_s, to_s) / flown.travel),
-        decrement: beside,
+        decrement: by_decrement,
         earlier,
     })
 }

@@ -1,50 +1,51 @@
-//! Does the on-axis response grow in proportion to the control's amplitude?
+//! Linearity: proportionality of the on-axis response to the control's amplitude.
 //!
 //! Consumes manoeuvres that differ in amplitude alone; for each of two responses (initial peak by the first pulse's level, span
-//! by the travel) and each side (right, left, both) lays
+//! by the travel) and each side (right, left, both) fits
 //!     y = b x + c x |x|        and, from three sizes up,  y = a + b x        and, for both sides,  y = b x + d |x|     (1)
-//! by weighted least squares, and tests c, a and d. Weights: noise and motion in trim of each response; where runs repeat
-//! an amplitude, their scatter takes part as so many degrees of freedom beside `PRIOR` of the stated errors. A test's limit
-//! is Student's for 1 % over all tests of the same runs together, so 1 of 100 sets of runs in proportion is called out of it.
-//! That holds in calm air. In gusts the motion in trim is too short a look at them, and the errors would be too small: of 50 sets
-//! in proportion in gusts of 0.5 m/s, 33 were called out of it. So where the on-axis rate moves in trim by more than `STILL`
-//! times what noise makes of a smoothed reading, no line is laid.
-//! Cannot answer there, nor for amplitudes within [`SAME_AMPLITUDE`] of each other.
+//! by weighted least squares, and tests c, a and d. Weights: noise and motion in trim of each response; where runs repeat an
+//! amplitude, their scatter is pooled with [`PRIOR`] degrees of freedom of the stated errors. The limit of a test is Student's t
+//! at a probability of 1 % over all tests of the same runs (Bonferroni), in calm air. In gusts the motion in trim underestimates
+//! the errors (of 50 linear sets in gusts of 0.5 m/s, 33 were rejected), so where the on-axis rate moves in trim by more than
+//! [`STILL`] times the noise of a smoothed reading, no line is fitted.
+//! Source: ours; Student's quantile as in [`student_limit`].
+//! Returns [`NotEstimable`] in gusts, and for amplitudes within [`SAME_AMPLITUDE`] of each other.
 
 use super::channels::Rest;
-use super::record::{Line, LineTest, Linearity, MATERIAL, Manoeuvre, Measured, Response, Untold, on_axis};
-use super::test_point::{Candidate, SAME_AMPLITUDE, alike, grouped};
+use super::record::{LineTest, Linearity, MATERIAL, Manoeuvre, Measured, NotEstimable, Response, ResponseLine, on_axis};
+use super::test_point::{RunManoeuvre, SAME_AMPLITUDE, alike, grouped};
 use core::f64::consts::PI;
 
-/// Chance that one of the tests of the same runs finds what is not there.
-pub const FALSE_ALARM: f64 = 0.01;
-/// Motion in trim that passes for still air.
+/// Probability of a false alarm over all tests of the same runs.
+pub(crate) const FALSE_ALARM: f64 = 0.01;
+/// Largest motion in trim of calm air, in noise of a smoothed reading.
 const STILL: f64 = 3.0;
-/// Degrees of freedom that the stated errors are worth.
+/// Degrees of freedom of the stated errors.
 const PRIOR: f64 = 10.0;
 
 /// One response at one amplitude.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
+pub(crate) struct AmplitudeResponse {
     /// Signed amplitude, rad.
-    pub amplitude: f64,
+    pub(crate) amplitude: f64,
     /// Response, and its standard error with the amplitude's own.
-    pub response: Measured,
+    pub(crate) response: Measured,
 }
 
-/// Lines over all groups of alike manoeuvres.
-pub fn linearity(all: &[Candidate<'_>]) -> Vec<Linearity> {
+/// Lines over all groups of manoeuvres that differ in amplitude alone.
+pub(crate) fn linearity(all: &[RunManoeuvre<'_>]) -> Vec<Linearity> {
     grouped(all, alike).iter().flat_map(|group| of_group(group)).collect()
 }
 
-fn of_group(group: &[Candidate<'_>]) -> Vec<Linearity> {
+fn of_group(group: &[RunManoeuvre<'_>]) -> Vec<Linearity> {
     let Some(first) = group.first().map(|one| one.manoeuvre) else { return Vec::new() };
     let channel = on_axis(first.control);
-    let mut sets: Vec<(Response, i8, Vec<Point>)> = Vec::new();
+    let mut sets: Vec<(Response, i8, Vec<AmplitudeResponse>)> = Vec::new();
     for response in [Response::Initial, Response::Span] {
-        let points: Vec<Point> = group.iter().filter_map(|one| point(one.manoeuvre, response)).collect();
-        let of_side =
-            |side: i8| -> Vec<Point> { points.iter().copied().filter(|point| point.amplitude * f64::from(side) > 0.0).collect() };
+        let points: Vec<AmplitudeResponse> = group.iter().filter_map(|one| point(one.manoeuvre, response)).collect();
+        let of_side = |side: i8| -> Vec<AmplitudeResponse> {
+            points.iter().copied().filter(|point| point.amplitude * f64::from(side) > 0.0).collect()
+        };
         let (right, left) = (of_side(1), of_side(-1));
         let both = !right.is_empty() && !left.is_empty();
         for (side, points) in [(1, right), (-1, left)] {
@@ -58,7 +59,7 @@ fn of_group(group: &[Candidate<'_>]) -> Vec<Linearity> {
     }
     let disturbance = group.iter().filter_map(disturbance).fold(0.0, f64::max);
     let tests = sets.iter().map(|(_, side, points)| tests_of(*side, points)).sum::<usize>().max(1);
-    let told = |(response, side, points): (Response, i8, Vec<Point>)| {
+    let line_of = |(response, side, points): (Response, i8, Vec<AmplitudeResponse>)| {
         let least = points.iter().map(|point| point.amplitude.abs()).fold(f64::INFINITY, f64::min);
         let most = points.iter().map(|point| point.amplitude.abs()).fold(0.0, f64::max);
         Linearity {
@@ -70,23 +71,23 @@ fn of_group(group: &[Candidate<'_>]) -> Vec<Linearity> {
             amplitudes: (least, most),
             runs: points.len(),
             line: if disturbance > STILL {
-                Err(Untold::Disturbed(disturbance))
+                Err(NotEstimable::Disturbed(disturbance))
             } else {
                 line(&points, FALSE_ALARM / tests as f64)
             },
         }
     };
-    sets.into_iter().map(told).collect()
+    sets.into_iter().map(line_of).collect()
 }
 
-/// What the on-axis rate does in trim, over what noise makes of a smoothed reading of it.
-fn disturbance(one: &Candidate<'_>) -> Option<f64> {
+/// Motion of the on-axis rate in trim over the noise of a smoothed reading of it.
+fn disturbance(one: &RunManoeuvre<'_>) -> Option<f64> {
     let trim = one.manoeuvre.trim.as_ref().ok()?;
     let rest = Rest::of(one.channels.get(on_axis(one.manoeuvre.control))?, trim.from_s, trim.to_s)?;
     Some(rest.motion / rest.smooth)
 }
 
-fn tests_of(side: i8, points: &[Point]) -> usize {
+fn tests_of(side: i8, points: &[AmplitudeResponse]) -> usize {
     match sizes(points) {
         0 | 1 => 0,
         2 => 1 + usize::from(side == 0),
@@ -94,7 +95,7 @@ fn tests_of(side: i8, points: &[Point]) -> usize {
     }
 }
 
-fn point(manoeuvre: &Manoeuvre, response: Response) -> Option<Point> {
+fn point(manoeuvre: &Manoeuvre, response: Response) -> Option<AmplitudeResponse> {
     let channel = on_axis(manoeuvre.control);
     let initial = manoeuvre.sensitivities.iter().find(|one| one.channel == channel)?;
     let (amplitude, value) = match response {
@@ -111,11 +112,11 @@ fn point(manoeuvre: &Manoeuvre, response: Response) -> Option<Point> {
     let levels = if response == Response::Span { core::f64::consts::SQRT_2 } else { 1.0 };
     let by_amplitude = value.value / amplitude * manoeuvre.amplitude_std * levels;
     let std = libm::sqrt(value.std * value.std + by_amplitude * by_amplitude);
-    (amplitude != 0.0 && std > 0.0).then_some(Point { amplitude, response: Measured { value: value.value, std } })
+    (amplitude != 0.0 && std > 0.0).then_some(AmplitudeResponse { amplitude, response: Measured { value: value.value, std } })
 }
 
-/// How many sizes of amplitude there are.
-fn sizes(points: &[Point]) -> usize {
+/// Number of distinct sizes of amplitude.
+fn sizes(points: &[AmplitudeResponse]) -> usize {
     let mut all: Vec<f64> = points.iter().map(|point| point.amplitude.abs()).collect();
     all.sort_by(f64::total_cmp);
     let (mut count, mut smallest) = (0, 0.0);
@@ -130,12 +131,12 @@ fn sizes(points: &[Point]) -> usize {
 /// The line through points of one or both sides, with each test at that level.
 ///
 /// # Errors
-/// [`Untold`] where there are fewer than two points or they are of one size.
-pub fn line(points: &[Point], level: f64) -> Result<Line, Untold> {
+/// [`NotEstimable`] where there are fewer than two points or they are of one size.
+pub(crate) fn line(points: &[AmplitudeResponse], level: f64) -> Result<ResponseLine, NotEstimable> {
     let least = points.iter().map(|point| point.amplitude.abs()).fold(f64::INFINITY, f64::min);
     let most = points.iter().map(|point| point.amplitude.abs()).fold(0.0, f64::max);
     if points.len() < 2 {
-        return Err(Untold::TooFewRuns(points.len(), 2));
+        return Err(NotEstimable::TooFewRuns(points.len(), 2));
     }
     let both = points.iter().any(|p| p.amplitude > 0.0) && points.iter().any(|p| p.amplitude < 0.0);
     let (repeats, inflation) = repeated(points);
@@ -148,9 +149,9 @@ pub fn line(points: &[Point], level: f64) -> Result<Line, Untold> {
     };
     let distinct = sizes(points);
     if distinct < 2 {
-        return Err(Untold::OneAmplitude(least, most));
+        return Err(NotEstimable::OneAmplitude(least, most));
     }
-    let ([b, c], cov) = tested(&|u| u * u.abs()).ok_or(Untold::OneAmplitude(least, most))?;
+    let ([b, c], cov) = tested(&|u| u * u.abs()).ok_or(NotEstimable::OneAmplitude(least, most))?;
     let ([sb, sc], small) = ([libm::sqrt(cov[0][0]), libm::sqrt(cov[1][1])], least / most);
     // Growth is (b + c)/(b + c small): its derivatives by b and c.
     let base = b + c * small;
@@ -181,11 +182,11 @@ pub fn line(points: &[Point], level: f64) -> Result<Line, Untold> {
         });
         Measured { value: sxy / sxx, std: libm::sqrt(inflation / sxx) }
     };
-    Ok(Line { slope, growth, curvature, offset, asymmetry, nonlinear })
+    Ok(ResponseLine { slope, growth, curvature, offset, asymmetry, nonlinear })
 }
 
 /// Least squares of y on u = x/most and a second column of u.
-fn two(points: &[Point], most: f64, column: &dyn Fn(f64) -> f64) -> Option<([f64; 2], [[f64; 2]; 2])> {
+fn two(points: &[AmplitudeResponse], most: f64, column: &dyn Fn(f64) -> f64) -> Option<([f64; 2], [[f64; 2]; 2])> {
     let (mut m, mut y) = ([[0.0; 2]; 2], [0.0; 2]);
     for point in points {
         let u = point.amplitude / most;
@@ -206,8 +207,8 @@ fn two(points: &[Point], most: f64, column: &dyn Fn(f64) -> f64) -> Option<([f64
     Some(([cov[0][0] * y[0] + cov[0][1] * y[1], cov[1][0] * y[0] + cov[1][1] * y[1]], cov))
 }
 
-/// Degrees of freedom of repeated amplitudes, and by how much variances are larger than stated, by them and the prior.
-fn repeated(points: &[Point]) -> (f64, f64) {
+/// Degrees of freedom of repeated amplitudes with [`PRIOR`], and the pooled ratio of variances to those stated.
+fn repeated(points: &[AmplitudeResponse]) -> (f64, f64) {
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a.amplitude.total_cmp(&b.amplitude));
     let (mut freedom, mut squares) = (0.0, 0.0);
@@ -225,10 +226,10 @@ fn repeated(points: &[Point]) -> (f64, f64) {
     (freedom, ((PRIOR + squares) / (PRIOR + freedom)).max(1.0))
 }
 
-/// The value that Student's t of so many degrees of freedom, three or more, exceeds in size with that chance.
+/// Two-sided limit of Student's t with that probability, of three degrees of freedom or more.
 ///
 /// Source: G. W. Hill, Algorithm 396, Comm. ACM 13 (1970), asymptotic branch; within 0.1 % from 5 degrees up.
-pub fn student_limit(chance: f64, freedom: f64) -> f64 {
+pub(crate) fn student_limit(chance: f64, freedom: f64) -> f64 {
     let n = freedom;
     let a = 1.0 / (n - 0.5);
     let b = 48.0 / (a * a);
@@ -251,7 +252,7 @@ pub fn student_limit(chance: f64, freedom: f64) -> f64 {
     libm::sqrt(n * y)
 }
 
-/// The value that a normal variable exceeds in size with that chance, by bisection of the error function.
+/// Two-sided limit of a normal variable with that probability, by bisection of the error function.
 fn normal_limit(chance: f64) -> f64 {
     let (mut low, mut high) = (0.0, 40.0);
     for _ in 0..80 {
@@ -266,9 +267,9 @@ mod tests {
     use super::*;
     use crate::num::random::NormalNoise;
 
-    fn points(law: impl Fn(f64) -> f64, amplitudes: &[f64], std: f64, seed: u64) -> Vec<Point> {
+    fn points(law: impl Fn(f64) -> f64, amplitudes: &[f64], std: f64, seed: u64) -> Vec<AmplitudeResponse> {
         let mut noise = NormalNoise::new(seed, 3);
-        let point = |&x: &f64| Point { amplitude: x, response: Measured { value: law(x) + std * noise.draw(), std } };
+        let point = |&x: &f64| AmplitudeResponse { amplitude: x, response: Measured { value: law(x) + std * noise.draw(), std } };
         amplitudes.iter().map(point).collect()
     }
 
@@ -287,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn saturation_is_found_and_said_by_how_much() {
+    fn saturation_is_detected_with_its_size() {
         let law = |x: f64| 10.0 * x - 250.0 * x * x.abs();
         let found = line(&points(law, &[0.01, 0.02, 0.04], 1e-4, 1), 0.01).unwrap();
         // 0.04 gives 0 and 0.01 predicts 0.3.
@@ -298,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn left_and_right_are_told_apart_and_a_dead_zone_is_an_offset() {
+    fn left_and_right_differ_and_a_dead_zone_is_an_offset() {
         let law = |x: f64| if x > 0.0 { 11.0 * x } else { 10.0 * x };
         let found = line(&points(law, &[0.01, 0.02, -0.01, -0.02], 1e-4, 2), 0.01).unwrap();
         let asymmetry = found.asymmetry.unwrap();
@@ -310,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_in_proportion_is_rarely_called_otherwise() {
+    fn a_linear_response_is_rarely_rejected() {
         let mut called = 0;
         for seed in 0..2000 {
             let amplitudes = [0.01, 0.01, 0.01, 0.02, 0.02, 0.02, 0.04];
@@ -319,7 +320,7 @@ mod tests {
         }
         // 1 % of 2000 is 20 +- 4.4; the prior makes it fewer.
         assert!(called <= 33, "{called}");
-        assert!(matches!(line(&points(|x| x, &[0.01, 0.0105], 0.1, 1), 0.01), Err(Untold::OneAmplitude(..))));
-        assert!(matches!(line(&points(|x| x, &[0.01], 0.1, 1), 0.01), Err(Untold::TooFewRuns(1, 2))));
+        assert!(matches!(line(&points(|x| x, &[0.01, 0.0105], 0.1, 1), 0.01), Err(NotEstimable::OneAmplitude(..))));
+        assert!(matches!(line(&points(|x| x, &[0.01], 0.1, 1), 0.01), Err(NotEstimable::TooFewRuns(1, 2))));
     }
 }

@@ -1,47 +1,47 @@
-//! Which control moved, when, how far, and in what shape.
+//! Detection of manoeuvres: which control moved, when, how far, and in what shape.
 //!
-//! Consumes the controls' traces; produces stretches of pulses. A control is moved where its travel is above its noise, above
-//! [`TRAVEL_MIN`], and not small beside the control that moves most (what a pilot does to keep the wings level is no
-//! manoeuvre). A pulse is a stretch further than `PULSE` of the largest deviation from where the control stood at first;
-//! pulses that follow each other closely are one manoeuvre, whose shape is the pattern of their lengths.
+//! Consumes the controls' traces; produces groups of pulses. A control is moved where its travel is above its noise, above
+//! [`TRAVEL_MIN`], and at least `BESIDE` of that of the control that moves most (smaller motion is stabilisation by the pilot).
+//! A pulse is a time range with more than `PULSE` of the largest deviation from the initial position; pulses that follow each
+//! other closely are one manoeuvre, whose shape is the pattern of their lengths. Source: ours.
 
 use super::record::{Pulse, Shape};
-use super::trace::Trace;
 use crate::flight::control::{CONTROLS, Control};
+use crate::flight::signal::trace::Trace;
 
-/// A control that moves less is at rest, rad.
+/// Travel below which a control is at rest, rad.
 pub const TRAVEL_MIN: f64 = 0.002;
-/// A control that moves less than this of the one that moves most is not what was flown.
+/// Least travel of a manoeuvre, relative to the control that moves most.
 const BESIDE: f64 = 0.25;
-/// Deviation that belongs to a pulse, of the largest.
+/// Least deviation of a pulse, relative to the largest.
 const PULSE: f64 = 0.3;
-/// Pulses further apart belong to two manoeuvres, s; or further than the length of the longer one.
+/// Gap between two manoeuvres, s, or the length of the longer pulse.
 const APART_S: f64 = 1.5;
-/// A pulse held longer is a step and the return from it, s.
+/// Length above which a pulse is a step and its return, s.
 const HELD_S: f64 = 5.0;
-/// A pulse's level is the mean without this part of it at either end, at most so many seconds: what is left of the flanks.
+/// Part of a pulse at either end, at most so many seconds, that its level excludes: the flanks.
 const TOP: f64 = 0.15;
 const TOP_MOST_S: f64 = 0.3;
-/// The control stood at first where it was in the first second, s.
+/// Length over which the initial position is taken, s.
 const FIRST_S: f64 = 1.0;
 
-/// A stretch of pulses of one control.
+/// Consecutive pulses of one control.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flown {
-    /// The control.
+    /// Control that was moved.
     pub control: Control,
-    /// Where it stood before, rad.
+    /// Initial position, rad.
     pub from: f64,
     /// Pulses, in order.
     pub pulses: Vec<Pulse>,
-    /// Their shape.
+    /// Pattern of their lengths.
     pub shape: Shape,
-    /// Greatest less least deviation, rad.
+    /// Greatest minus least deviation, rad.
     pub travel: f64,
 }
 
 impl Flown {
-    /// Half level of the first pulse, s.
+    /// Time of half the level of the first pulse, s.
     pub fn start_s(&self) -> f64 {
         self.pulses.first().map_or(0.0, |pulse| pulse.start_s)
     }
@@ -52,7 +52,7 @@ impl Flown {
     }
 }
 
-/// Greatest less least value, without the wildest two in a hundred readings.
+/// Greatest minus least value, without the extreme 2 % of the readings.
 pub fn travel(trace: &Trace, from_s: f64, to_s: f64) -> f64 {
     let mut values: Vec<f64> = trace.within(from_s, to_s).map(|(_, value)| value).collect();
     values.sort_by(f64::total_cmp);
@@ -104,7 +104,7 @@ fn follows(before: &Pulse, pulse: &Pulse) -> bool {
     before.ended && pulse.start_s - before.end_s < APART_S.max(0.7 * longer)
 }
 
-/// Stretches beyond the level, each widened to where it passes half its own level.
+/// Time ranges beyond the level, each extended to half its own level.
 fn pulses(trace: &Trace, from: f64, end_s: f64) -> Vec<Pulse> {
     let deviations: Vec<(f64, f64)> = trace.readings().map(|(t, x)| (t, x - from)).collect();
     let largest = deviations.iter().fold(0.0f64, |largest, (_, d)| largest.max(d.abs()));
@@ -121,7 +121,7 @@ fn pulses(trace: &Trace, from: f64, end_s: f64) -> Vec<Pulse> {
         let last = at + length - 1;
         let mut inside: Vec<f64> = deviations.iter().skip(at).take(length).map(|(_, d)| d * side).collect();
         inside.sort_by(f64::total_cmp);
-        // The ramps of both ends count less than the top.
+        // The level excludes the ramps of both ends.
         let level = inside.get(inside.len() * 6 / 10).copied().unwrap_or(0.0);
         let high = |place: usize| deviations.get(place).is_some_and(|(_, d)| d * side >= 0.5 * level);
         let crossing = |inner: usize, outer: usize| {
@@ -145,7 +145,7 @@ fn pulses(trace: &Trace, from: f64, end_s: f64) -> Vec<Pulse> {
         found.push(Pulse { start_s: begin_s, end_s: stop_s.unwrap_or(end_s), level: level * side, ended: stop_s.is_some() });
         at = last + 1;
     }
-    // One reading is a glitch, not a hand.
+    // A single reading is an outlier.
     found.retain(|pulse| pulse.end_s - pulse.start_s > 1.5 * trace.interval_s());
     found
 }
@@ -180,7 +180,7 @@ fn multistep(lengths: &[f64]) -> Option<Vec<u8>> {
             clock = total / clocks;
         }
         let worst = lengths.iter().map(|l| (l / clock - libm::round(l / clock)).abs()).fold(0.0, f64::max);
-        // A finer clock fits anything: it must fit in proportion.
+        // A finer clock fits any lengths: the tolerance shrinks with it.
         let worst = worst * f64::from(first);
         let digits: Vec<u8> = lengths.iter().map(|length| libm::round(length / clock).clamp(1.0, 255.0) as u8).collect();
         if worst < 0.34 && digits.iter().all(|digit| *digit <= 9) && best.as_ref().is_none_or(|(least, _)| worst < *least) {

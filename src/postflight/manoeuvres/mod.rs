@@ -1,25 +1,25 @@
-//! Preliminary interpretation: what runs show at a first look, before any model.
+//! Preliminary interpretation: manoeuvres, damping, control sensitivity and repeatability of runs, without a model.
 //!
-//! In: samples of one or several runs. Out, each number with its standard error or the reason why there is none: which control
-//! moved, when and how far, and from what trim; rough damping and frequency of the free response; initial response a radian of
-//! control; how much the other axes do; how well runs of one test point repeat; whether the response grows in proportion.
-//! Assumed: one trim at the begin of a run; small manoeuvres, so that responses add and change sign with the control.
+//! In: samples of one or several runs. Out, each number with its standard error or the reason why it is not estimable: which
+//! control moved, when and how far, and from what trim; rough damping and frequency of the free response; initial response a
+//! radian of control; coupling into the other axes; repeatability of runs of one test point; proportionality of response to
+//! amplitude.
+//! Assumed: one trim at the beginning of a run; small manoeuvres, so that responses superpose and change sign with the control.
 //! Refused: damping while a control moves, a scatter from one run, a linearity from one amplitude.
 
-pub mod channels;
-pub mod coupling;
-pub mod damped_sine;
-pub mod decrement;
-pub mod free_response;
-pub mod linearity;
+pub(crate) mod channels;
+pub(crate) mod coupling;
+pub(crate) mod damped_sine;
+pub(crate) mod decrement;
+pub(crate) mod free_response;
+pub(crate) mod linearity;
 pub mod manoeuvre;
 #[cfg(test)]
 mod manoeuvre_tests;
 pub mod record;
-pub mod sensitivity;
-pub mod test_point;
-pub mod trace;
-pub mod trim_state;
+pub(crate) mod sensitivity;
+pub(crate) mod test_point;
+pub(crate) mod trim_state;
 
 use crate::flight::channel::ControlNames;
 use crate::flight::control::Control;
@@ -27,44 +27,44 @@ use crate::flight::sample::Sample;
 use channels::{Channels, Rest};
 use manoeuvre::Flown;
 use record::{Interpretation, Manoeuvre, RunInterpretation, on_axis};
-use test_point::Candidate;
+use test_point::RunManoeuvre;
 
-/// Before the next manoeuvre starts (half its first level) its hand already moves, s.
+/// Time before the start of a manoeuvre (half its first level) from which its control may move already, s.
 const HAND_S: f64 = 0.25;
-/// Other controls that move by more than this of the manoeuvre's travel are said.
+/// Travel of another control, relative to the manoeuvre's, above which it is reported.
 const OTHERS: f64 = 0.25;
 
-/// A run to look at.
+/// A recorded run.
 #[derive(Clone, Copy, Debug)]
 pub struct Run<'a> {
-    /// Its name.
+    /// Name of the run.
     pub name: &'a str,
     /// Its samples in order of time.
     pub samples: &'a [Sample],
-    /// How its controls are called.
+    /// Names of the controls.
     pub controls: ControlNames,
 }
 
-/// Looks at every run, and at all of them together.
+/// Interprets every run by itself, then all of them together.
 pub fn interpret(runs: &[Run<'_>]) -> Interpretation {
-    let looked: Vec<Looked> = runs.iter().map(of_run).collect();
+    let interpreted: Vec<InterpretedRun> = runs.iter().map(of_run).collect();
     let mut candidates = Vec::new();
-    for (run, (channels, flown, interpretation)) in looked.iter().enumerate() {
+    for (run, (channels, flown, interpretation)) in interpreted.iter().enumerate() {
         for (place, (manoeuvre, (flown, until_s))) in interpretation.manoeuvres.iter().zip(flown).enumerate() {
             if manoeuvre.trim.is_ok() {
-                candidates.push(Candidate { place: (run, place), manoeuvre, flown, channels, until_s: *until_s });
+                candidates.push(RunManoeuvre { place: (run, place), manoeuvre, flown, channels, until_s: *until_s });
             }
         }
     }
     let (points, linearity) = (test_point::points(&candidates), linearity::linearity(&candidates));
-    let runs = looked.into_iter().map(|(_, _, interpretation)| interpretation).collect();
+    let runs = interpreted.into_iter().map(|(_, _, interpretation)| interpretation).collect();
     Interpretation { runs, points, linearity }
 }
 
-/// A run's channels, its manoeuvres as detected with the time until which nothing else is flown, and what was made of them.
-type Looked = (Channels, Vec<(Flown, f64)>, RunInterpretation);
+/// A run's channels, its manoeuvres with the time until which no other one begins (s), and their interpretation.
+type InterpretedRun = (Channels, Vec<(Flown, f64)>, RunInterpretation);
 
-fn of_run(run: &Run<'_>) -> Looked {
+fn of_run(run: &Run<'_>) -> InterpretedRun {
     let channels = Channels::of(run.samples);
     let controls = channels.controls();
     let (begin_s, end_s) = channels.range_s();
@@ -82,9 +82,9 @@ fn of_run(run: &Run<'_>) -> Looked {
     let manoeuvres: Vec<Manoeuvre> = flown
         .iter()
         .map(|(one, until_s)| {
-            let looked = of_manoeuvre(&channels, one, before_s, *until_s);
+            let interpreted = of_manoeuvre(&channels, one, before_s, *until_s);
             before_s = before_s.max(one.end_s() + HAND_S);
-            looked
+            interpreted
         })
         .collect();
     let nothing = if controls.iter().all(Option::is_none) {

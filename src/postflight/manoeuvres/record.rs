@@ -1,7 +1,6 @@
-//! What a first look at runs comes to: manoeuvres, trims, rough modes, sensitivities, coupling, repeatability, linearity.
+//! Results of the preliminary interpretation: manoeuvres, trims, modes, sensitivities, coupling, repeatability, linearity.
 //!
-//! Numbers are SI and radians, each with its standard error; what cannot be told is a [`Untold`] with its reason, never a
-//! number without one.
+//! Numbers are SI and radians, each with its standard error; what is not estimable is an [`NotEstimable`] with its reason.
 
 use crate::flight::channel::{Channel, ControlNames};
 use crate::flight::control::Control;
@@ -16,50 +15,51 @@ pub struct Measured {
     pub std: f64,
 }
 
-/// Why something cannot be told.
+/// Why a quantity is not estimable.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Untold {
-    /// The run has none of the channels that would show it.
+pub enum NotEstimable {
+    /// None of the channels that show it was recorded.
     NoChannel(&'static str),
-    /// No control is still for long enough; which one moves, and the longest stillness of all, s.
+    /// No free response long enough: the control that moves, and the longest time without a motion, s.
     StillMoves(Control, f64),
-    /// The response dies or the stillness ends before an oscillation shows; how many cycles are seen.
+    /// The free response is too short for an oscillation: number of cycles.
     TooFewCycles(f64),
-    /// Nothing swings above noise and drift; how much of the motion the best damped sine explains, and its size over the rest.
+    /// No oscillation above noise and drift: part of the variance that the best damped sine explains, and its amplitude over the
+    /// residual.
     NoOscillation(f64, f64),
-    /// A fit came out too uncertain: frequency, rad/s, and damping ratio with their standard errors.
+    /// Too large standard errors: frequency, rad/s, and damping ratio.
     Uncertain(Measured, Measured),
-    /// Fewer runs than the answer takes: found, needed.
+    /// Too few runs: found, needed.
     TooFewRuns(usize, usize),
     /// The runs differ too little in amplitude: smallest and largest, rad.
     OneAmplitude(f64, f64),
-    /// The aircraft is not still in trim: gusts, or a trim not held; its motion over what noise makes of a smoothed reading.
+    /// Gusts, or a trim that is not held: motion in trim over the noise of a smoothed reading.
     Disturbed(f64),
-    /// The response is not above what the channel does in trim.
+    /// The response does not exceed the motion of the channel in trim.
     BelowNoise,
-    /// The record begins so short before the control moves that nothing says what its trim is.
+    /// The record begins too shortly before the control moves to give a trim.
     NoTrim,
 }
 
-impl fmt::Display for Untold {
+impl fmt::Display for NotEstimable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Untold::NoChannel(which) => write!(f, "no {which}"),
-            Untold::StillMoves(_, longest_s) => write!(f, "control still moves (still for {longest_s:.1} s at most)"),
-            Untold::TooFewCycles(cycles) => write!(f, "too few cycles ({cycles:.1})"),
-            Untold::NoOscillation(explained, ratio) => {
+            NotEstimable::NoChannel(which) => write!(f, "no {which}"),
+            NotEstimable::StillMoves(_, longest_s) => write!(f, "control still moves (still for {longest_s:.1} s at most)"),
+            NotEstimable::TooFewCycles(cycles) => write!(f, "too few cycles ({cycles:.1})"),
+            NotEstimable::NoOscillation(explained, ratio) => {
                 write!(f, "no oscillation: a damped sine explains {:.0} %, {ratio:.1} times the rest", 100.0 * explained)
             }
-            Untold::Uncertain(omega, zeta) => write!(
+            NotEstimable::Uncertain(omega, zeta) => write!(
                 f,
                 "too uncertain (omega {:.2} +- {:.2} rad/s, zeta {:.2} +- {:.2})",
                 omega.value, omega.std, zeta.value, zeta.std
             ),
-            Untold::TooFewRuns(found, needed) => write!(f, "too few runs: {found}, of {needed} or more"),
-            Untold::OneAmplitude(least, most) => write!(f, "one amplitude only ({least:.4} to {most:.4} rad)"),
-            Untold::Disturbed(ratio) => write!(f, "the air or the trim is not still ({ratio:.0} times the noise)"),
-            Untold::BelowNoise => f.write_str("not above the motion in trim"),
-            Untold::NoTrim => f.write_str("no still stretch before it"),
+            NotEstimable::TooFewRuns(found, needed) => write!(f, "too few runs: {found}, of {needed} or more"),
+            NotEstimable::OneAmplitude(least, most) => write!(f, "one amplitude only ({least:.4} to {most:.4} rad)"),
+            NotEstimable::Disturbed(ratio) => write!(f, "the air or the trim is not steady ({ratio:.0} times the noise)"),
+            NotEstimable::BelowNoise => f.write_str("not above the motion in trim"),
+            NotEstimable::NoTrim => f.write_str("no still stretch before it"),
         }
     }
 }
@@ -174,7 +174,7 @@ pub struct TrimState {
 
 /// The dominant oscillation of a free response.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Oscillation {
+pub struct FreeOscillation {
     /// Undamped frequency, rad/s.
     pub omega: Measured,
     /// Damping ratio.
@@ -252,13 +252,13 @@ pub struct Manoeuvre {
     /// Other controls that move meanwhile, with their travel, rad.
     pub others: Vec<(Control, f64)>,
     /// The state before it.
-    pub trim: Result<TrimState, Untold>,
+    pub trim: Result<TrimState, NotEstimable>,
     /// The oscillation after it.
-    pub oscillation: Result<Oscillation, Untold>,
+    pub oscillation: Result<FreeOscillation, NotEstimable>,
     /// Initial responses by axis.
     pub sensitivities: Vec<Sensitivity>,
     /// Off-axis responses.
-    pub couplings: Result<Vec<Coupling>, Untold>,
+    pub couplings: Result<Vec<Coupling>, NotEstimable>,
     /// Span of the on-axis channel over the manoeuvre: greatest less least, in its unit.
     pub span: Option<Measured>,
 }
@@ -303,7 +303,7 @@ pub struct TestPoint {
     /// Which manoeuvres: run and place in it.
     pub members: Vec<(usize, usize)>,
     /// Scatter by channel.
-    pub scatter: Result<Vec<Scatter>, Untold>,
+    pub scatter: Result<Vec<Scatter>, NotEstimable>,
 }
 
 /// Runs that a test point takes.
@@ -354,12 +354,12 @@ pub struct Linearity {
     /// How many runs.
     pub runs: usize,
     /// The line, or why there is none.
-    pub line: Result<Line, Untold>,
+    pub line: Result<ResponseLine, NotEstimable>,
 }
 
 /// A line through responses, and tests of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Line {
+pub struct ResponseLine {
     /// Response a radian.
     pub slope: Measured,
     /// What the largest amplitude gives over what the smallest predicts, by the curve.

@@ -1,39 +1,39 @@
-//! Initial response to a control: peak angular acceleration and peak rate in the first pulse, a radian of control.
+//! Control sensitivity: peak angular acceleration and peak rate in the first pulse, a radian of control.
 //!
-//! Consumes the channels, the manoeuvre and where each channel stood in trim; produces per axis
+//! Consumes the channels, the manoeuvre and each channel's level in trim; produces per axis
 //!     (peak of d(rate)/dt) / level     and     (peak of rate - trim) / level                           (1)
-//! with local lines for smoothing (half a window of a tenth of a second or two readings). Errors: white noise through the lines,
-//! what the channel does in trim, and the control's noise. The larger of two signs is the peak, so a response below noise
-//! still has one: it is marked as not significant.
+//! smoothed by local lines (half window a tenth of a second or two readings). Standard errors: white noise through the lines, the
+//! channel's motion in trim, and the control's noise. Of either sign the larger is the peak, so a response below noise still has
+//! one: it is marked as not significant. Source: ours.
 
 use super::channels::{Channels, Rest};
 use super::manoeuvre::Flown;
 use super::record::{Measured, Sensitivity};
-use super::trace::Trace;
 use crate::flight::channel::Channel;
 use crate::flight::control::Control;
+use crate::flight::signal::trace::Trace;
 
-/// The first pulse counts for no longer, s.
+/// Greatest length of the first pulse, s.
 const FIRST_S: f64 = 3.0;
-/// A step's level is its mean over no longer, s.
+/// Greatest length over which a step's level is averaged, s.
 const STEP_MEAN_S: f64 = 5.0;
-/// How long a response may lag behind the pulse, s.
+/// Lag of the response behind the pulse, s.
 const LAG_S: f64 = 0.3;
-/// Half of what a hand takes for a flank, s.
+/// Half duration of a flank, s.
 const FLANK_S: f64 = 0.05;
-/// Standard errors above which it is a response.
+/// Least significant response, in standard errors.
 const ABOVE: f64 = 3.0;
 
-/// A largest change of a channel and when.
+/// Largest change of a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Peak {
+pub(crate) struct Peak {
     /// The change from trim, in the channel's unit.
-    pub change: Measured,
-    /// When, s.
-    pub time_s: f64,
+    pub(crate) change: Measured,
+    /// Time of it, s.
+    pub(crate) time_s: f64,
 }
 
-/// Axes that answer to that control.
+/// Channels that respond to the control.
 fn answering(control: Control) -> Vec<Channel> {
     let mut all = vec![Channel::P, Channel::Q, Channel::R];
     if control == Control::Collective {
@@ -42,15 +42,15 @@ fn answering(control: Control) -> Vec<Channel> {
     all
 }
 
-/// The first pulse's stretch in which a response to it alone shows, s.
-pub fn first_stretch(flown: &Flown) -> Option<(f64, f64)> {
+/// Time range in which the response is to the first pulse alone, s.
+pub(crate) fn first_stretch(flown: &Flown) -> Option<(f64, f64)> {
     let first = flown.pulses.first()?;
-    // The pulse's own flank may come before half its level.
+    // The flank begins before half the level.
     Some((first.start_s - 0.1, (first.end_s + LAG_S).min(first.start_s + FIRST_S)))
 }
 
 /// The local lines over a stretch at the trace's own interval, at most 100 a second.
-fn lines(trace: &Trace, from_s: f64, to_s: f64) -> Vec<(f64, super::trace::LocalLine)> {
+fn lines(trace: &Trace, from_s: f64, to_s: f64) -> Vec<(f64, crate::flight::signal::trace::LocalLine)> {
     let step_s = trace.interval_s().max(0.01);
     let count = ((to_s - from_s) / step_s).max(0.0) as usize + 1;
     let times = (0..count).map(|i| from_s + step_s * i as f64);
@@ -58,7 +58,7 @@ fn lines(trace: &Trace, from_s: f64, to_s: f64) -> Vec<(f64, super::trace::Local
 }
 
 /// The largest change of a channel in a stretch; signed with `side` where the sign is known (1 or -1), the larger where it is 0.
-pub fn peak(trace: &Trace, rest: &Rest, from_s: f64, to_s: f64, side: f64) -> Option<Peak> {
+pub(crate) fn peak(trace: &Trace, rest: &Rest, from_s: f64, to_s: f64, side: f64) -> Option<Peak> {
     let size = |value: f64| if side == 0.0 { (value - rest.mean).abs() } else { (value - rest.mean) * side };
     let all = lines(trace, from_s, to_s);
     let (time_s, line) = all.into_iter().max_by(|(_, a), (_, b)| size(a.value).total_cmp(&size(b.value)))?;
@@ -66,24 +66,23 @@ pub fn peak(trace: &Trace, rest: &Rest, from_s: f64, to_s: f64, side: f64) -> Op
     Some(Peak { change: Measured { value: line.value - rest.mean, std }, time_s })
 }
 
-/// Greatest less least of a channel in a stretch.
-pub fn span(trace: &Trace, rest: &Rest, from_s: f64, to_s: f64) -> Option<Measured> {
+/// Greatest minus least of a channel in a time range.
+pub(crate) fn span(trace: &Trace, rest: &Rest, from_s: f64, to_s: f64) -> Option<Measured> {
     let most = peak(trace, rest, from_s, to_s, 1.0)?.change;
     let least = peak(trace, rest, from_s, to_s, -1.0)?.change;
     Some(Measured { value: most.value - least.value, std: libm::sqrt(most.std * most.std + least.std * least.std) })
 }
 
 /// Noise of the control's level, rad.
-pub fn level_std(channels: &Channels, flown: &Flown) -> f64 {
+pub(crate) fn level_std(channels: &Channels, flown: &Flown) -> f64 {
     let Some((trace, first)) = channels.get(flown.control.channel()).zip(flown.pulses.first()) else { return 0.0 };
     let readings = (0.7 * (first.end_s - first.start_s).min(STEP_MEAN_S) / trace.interval_s()).max(1.0);
-    // The level counts from the median of the run's first second.
+    // The level is relative to the median of the first second.
     let before = (1.0 / trace.interval_s()).max(1.0);
     trace.noise() * libm::sqrt(1.0 / readings + 0.5 * core::f64::consts::PI / before)
 }
 
-/// Initial responses by axis.
-pub fn sensitivities(channels: &Channels, flown: &Flown, from_s: f64, to_s: f64) -> Vec<Sensitivity> {
+pub(crate) fn sensitivities(channels: &Channels, flown: &Flown, from_s: f64, to_s: f64) -> Vec<Sensitivity> {
     let Some(((first_s, last_s), first)) = first_stretch(flown).zip(flown.pulses.first()) else { return Vec::new() };
     let level = Measured { value: first.level, std: level_std(channels, flown) };
     let over = |peak: Measured| {
@@ -98,11 +97,11 @@ pub fn sensitivities(channels: &Channels, flown: &Flown, from_s: f64, to_s: f64)
         let trace = channels.get(channel)?;
         let rest = Rest::of(trace, from_s, to_s)?;
         let peak = peak(trace, &rest, first_s, last_s, 0.0)?;
-        // Only while the pulse stands: its end flank pushes back, harder than its first did.
+        // Only during the pulse: its end flank gives the larger acceleration, of opposite sign.
         let stands_s = (first.end_s - trace.half_window_s() - FLANK_S).max(first.start_s + FLANK_S);
         let slopes = lines(trace, first_s, last_s.min(stands_s)).into_iter();
         let steepest = slopes.max_by(|a, b| a.1.slope.abs().total_cmp(&b.1.slope.abs()));
-        // What moves the channel in trim does so within about a second.
+        // Motion in trim has a time scale of about a second.
         let acceleration = steepest.filter(|_| channel != Channel::Az).map(|(_, line)| {
             over(Measured { value: line.slope, std: libm::sqrt(line.slope_std * line.slope_std + rest.motion * rest.motion) })
         });

@@ -1,27 +1,27 @@
-//! Runs that belong to one test point, and how well they repeat.
+//! Manoeuvres of one test point, and their repeatability.
 //!
 //! Consumes manoeuvres with their trims; produces groups (same control, pulses of the same lengths, same trim, same size of the
 //! amplitude, either sign) and for each channel the scatter between runs over the mean response,
 //!     scatter^2 = mean over time of var over runs of (x_i - trim_i) A / a_i                            (1)
-//! with a_i the run's signed amplitude and A the group's mean size, so that left and right fold onto each other; beside it what
-//! white noise alone gives. Times count from half the first pulse's level; readings are averaged over a tenth of a second.
-//! Cannot answer for one run.
+//! with a_i the run's signed amplitude and A the group's mean size, so that left and right are compared; beside it the scatter of
+//! white noise alone. Times are relative to half the first pulse's level; readings are averaged over a tenth of a second.
+//! Source: ours. Returns [`NotEstimable`] for fewer than [`RUNS_A_POINT`] runs.
 
 use super::channels::{Channels, Rest};
 use super::coupling::stretch;
 use super::manoeuvre::Flown;
-use super::record::{Manoeuvre, Measured, Scatter, TestPoint, TrimState, Untold};
+use super::record::{Manoeuvre, Measured, NotEstimable, Scatter, TestPoint, TrimState};
 use crate::flight::channel::Channel;
 
-/// Sizes of amplitudes that are the same, as a part.
-pub const SAME_AMPLITUDE: f64 = 0.15;
-/// Lengths of pulses that are the same, as a part, and in seconds.
+/// Relative tolerance of equal amplitudes.
+pub(crate) const SAME_AMPLITUDE: f64 = 0.15;
+/// Relative and absolute (s) tolerance of equal lengths of pulses.
 const SAME_LENGTH: (f64, f64) = (0.25, 0.15);
-/// Airspeeds and densities that are the same, as a part.
+/// Relative tolerance of equal airspeeds and densities.
 const SAME_AIR: f64 = 0.05;
-/// Rates of climb that are the same, m/s, besides their errors.
+/// Tolerance of equal rates of climb, m/s, besides their standard errors.
 const SAME_CLIMB: f64 = 1.5;
-/// Before the control moves, s.
+/// Time compared before the control moves, s.
 const LEAD_S: f64 = 0.5;
 /// Width of the averages, s.
 const BIN_S: f64 = 0.1;
@@ -29,19 +29,17 @@ const BIN_S: f64 = 0.1;
 const COMPARED: [Channel; 9] =
     [Channel::P, Channel::Q, Channel::R, Channel::Alpha, Channel::Beta, Channel::Phi, Channel::Theta, Channel::Ay, Channel::Az];
 
-/// A manoeuvre with what it was found in.
+/// A manoeuvre with the run that it belongs to.
 #[derive(Clone, Copy, Debug)]
-pub struct Candidate<'a> {
+pub(crate) struct RunManoeuvre<'a> {
     /// Run, and place of the manoeuvre in it.
-    pub place: (usize, usize),
-    /// The manoeuvre.
-    pub manoeuvre: &'a Manoeuvre,
-    /// As detected.
-    pub flown: &'a Flown,
+    pub(crate) place: (usize, usize),
+    pub(crate) manoeuvre: &'a Manoeuvre,
+    pub(crate) flown: &'a Flown,
     /// The run's channels.
-    pub channels: &'a Channels,
-    /// Until when nothing else is flown, s.
-    pub until_s: f64,
+    pub(crate) channels: &'a Channels,
+    /// Start of the next manoeuvre, s.
+    pub(crate) until_s: f64,
 }
 
 fn near(a: f64, b: f64, part: f64) -> bool {
@@ -57,12 +55,12 @@ fn same_trim(a: &TrimState, b: &TrimState) -> bool {
     climbs && air(a.rho, b.rho) && air(a.tas.map(|tas| tas.value), b.tas.map(|tas| tas.value))
 }
 
-/// Whether two manoeuvres are the same but for sign and size.
-pub fn alike(a: &Manoeuvre, b: &Manoeuvre) -> bool {
+/// Whether two manoeuvres differ in sign and size alone.
+pub(crate) fn alike(a: &Manoeuvre, b: &Manoeuvre) -> bool {
     let (Ok(trim), Ok(other)) = (&a.trim, &b.trim) else { return false };
     let lengths = a.pulses.iter().zip(&b.pulses).all(|(a, b)| {
         let (x, y) = (a.end_s - a.start_s, b.end_s - b.start_s);
-        // How long a step is held is no part of it.
+        // The length of a step does not count.
         let held = !a.ended && !b.ended;
         held || near(x, y, SAME_LENGTH.0) || (x - y).abs() < SAME_LENGTH.1
     });
@@ -71,9 +69,9 @@ pub fn alike(a: &Manoeuvre, b: &Manoeuvre) -> bool {
     a.control == b.control && a.pulses.len() == b.pulses.len() && lengths && signs && same_trim(trim, other)
 }
 
-/// Puts together what belongs together; `same` is asked of the first of a group and the next.
-pub fn grouped<'a>(all: &[Candidate<'a>], same: impl Fn(&Manoeuvre, &Manoeuvre) -> bool) -> Vec<Vec<Candidate<'a>>> {
-    let mut groups: Vec<Vec<Candidate<'a>>> = Vec::new();
+/// Groups of manoeuvres; `same` compares each with the first of a group.
+pub(crate) fn grouped<'a>(all: &[RunManoeuvre<'a>], same: impl Fn(&Manoeuvre, &Manoeuvre) -> bool) -> Vec<Vec<RunManoeuvre<'a>>> {
+    let mut groups: Vec<Vec<RunManoeuvre<'a>>> = Vec::new();
     for one in all {
         match groups.iter_mut().find(|group| group.first().is_some_and(|first| same(first.manoeuvre, one.manoeuvre))) {
             Some(group) => group.push(*one),
@@ -83,13 +81,12 @@ pub fn grouped<'a>(all: &[Candidate<'a>], same: impl Fn(&Manoeuvre, &Manoeuvre) 
     groups
 }
 
-/// Test points of all runs.
-pub fn points(all: &[Candidate<'_>]) -> Vec<TestPoint> {
+pub(crate) fn points(all: &[RunManoeuvre<'_>]) -> Vec<TestPoint> {
     let same = |a: &Manoeuvre, b: &Manoeuvre| alike(a, b) && near(a.amplitude.abs(), b.amplitude.abs(), SAME_AMPLITUDE);
     grouped(all, same).iter().filter_map(|group| point(group)).collect()
 }
 
-fn point(group: &[Candidate<'_>]) -> Option<TestPoint> {
+fn point(group: &[RunManoeuvre<'_>]) -> Option<TestPoint> {
     let first = group.first()?.manoeuvre;
     let count = group.len() as f64;
     let amplitude = group.iter().map(|one| one.manoeuvre.amplitude.abs() / count).sum();
@@ -98,7 +95,7 @@ fn point(group: &[Candidate<'_>]) -> Option<TestPoint> {
         let values: Vec<f64> = trims().filter_map(|trim| Some(value(trim)?.value)).collect();
         (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
     };
-    let scatter = if group.len() < 2 { Err(Untold::TooFewRuns(1, 2)) } else { Ok(scatter(group, amplitude)) };
+    let scatter = if group.len() < 2 { Err(NotEstimable::TooFewRuns(1, 2)) } else { Ok(scatter(group, amplitude)) };
     Some(TestPoint {
         control: first.control,
         shape: first.shape.clone(),
@@ -110,13 +107,13 @@ fn point(group: &[Candidate<'_>]) -> Option<TestPoint> {
     })
 }
 
-fn scatter(group: &[Candidate<'_>], amplitude: f64) -> Vec<Scatter> {
+fn scatter(group: &[RunManoeuvre<'_>], amplitude: f64) -> Vec<Scatter> {
     let length_s =
         group.iter().map(|one| stretch(one.flown, one.until_s).1 - one.manoeuvre.start_s).fold(f64::INFINITY, f64::min);
     COMPARED.into_iter().filter_map(|channel| of_channel(group, amplitude, channel, length_s)).collect()
 }
 
-fn of_channel(group: &[Candidate<'_>], amplitude: f64, channel: Channel, length_s: f64) -> Option<Scatter> {
+fn of_channel(group: &[RunManoeuvre<'_>], amplitude: f64, channel: Channel, length_s: f64) -> Option<Scatter> {
     let mut runs: Vec<Vec<Option<f64>>> = Vec::new();
     let mut noise = 0.0;
     for one in group {
@@ -127,7 +124,7 @@ fn of_channel(group: &[Candidate<'_>], amplitude: f64, channel: Channel, length_
         let width_s = BIN_S.max(trace.interval_s());
         let from_s = one.manoeuvre.start_s - LEAD_S;
         let bins = trace.binned(from_s, one.manoeuvre.start_s + length_s, width_s);
-        // A bin's readings lie unevenly in it: they are brought to its middle along the line through its neighbours.
+        // Means of unevenly spaced readings are shifted to the middle of the bin along the line through its neighbours.
         let middle = |place: usize| from_s + width_s * (place as f64 + 0.5);
         let slope = |place: usize| {
             let (t0, x0) = bins.get(place.checked_sub(1)?).copied().flatten()?;
@@ -157,7 +154,7 @@ fn of_channel(group: &[Candidate<'_>], amplitude: f64, channel: Channel, length_
     if !(times > 5.0) || !(response > 5.0 * noise) {
         return None;
     }
-    // A second of coloured scatter counts as one.
+    // One independent value a second: the scatter is coloured.
     let value = between / response;
     let std = value / libm::sqrt(2.0 * (count - 1.0) * (length_s + LEAD_S).max(1.0));
     Some(Scatter { channel, scatter: Measured { value, std }, noise: noise / response })

@@ -1,32 +1,31 @@
 //! The state before a manoeuvre: speed, climb, density, and how steady it was.
 //!
 //! Consumes the channels over the stretch before a control moves, at most `WINDOW_S`; produces means with standard errors of
-//! coloured readings (a second counts as one), rates of change by lines, and reasons why it is not steady.
+//! coloured readings (one independent value a second), rates of change by lines, and reasons why it is not steady.
 
 use super::channels::Channels;
-use super::record::{Measured, TrimState, Untold};
-use super::trace::Trace;
+use super::record::{Measured, NotEstimable, TrimState};
 use crate::flight::channel::Channel;
+use crate::flight::signal::trace::Trace;
 use crate::realtime::estimation::trim::STEADY_RATE_RMS;
 
-/// The longest stretch that is looked at, s.
+/// Greatest length of the window, s.
 const WINDOW_S: f64 = 3.0;
-/// The shortest, s.
+/// Least length of the window, s.
 const SHORTEST_S: f64 = 0.5;
-/// Before half the level of a pulse the hand already moves, s.
+/// Time before half the level of a pulse from which the control may move already, s.
 const HAND_S: f64 = 0.25;
-/// A steady airspeed changes less, m/s^2.
+/// Largest rate of change of a steady airspeed, m/s^2.
 const STEADY_ACCELERATION: f64 = 0.5;
 
 /// The window before a manoeuvre that starts at that time, after what ended before it, s.
-pub fn window(begin_s: f64, start_s: f64) -> Result<(f64, f64), Untold> {
+pub(crate) fn window(begin_s: f64, start_s: f64) -> Result<(f64, f64), NotEstimable> {
     let to_s = start_s - HAND_S;
     let from_s = begin_s.max(to_s - WINDOW_S);
-    if to_s - from_s < SHORTEST_S { Err(Untold::NoTrim) } else { Ok((from_s, to_s)) }
+    if to_s - from_s < SHORTEST_S { Err(NotEstimable::NoTrim) } else { Ok((from_s, to_s)) }
 }
 
-/// The state in a window.
-pub fn state(channels: &Channels, from_s: f64, to_s: f64) -> TrimState {
+pub(crate) fn state(channels: &Channels, from_s: f64, to_s: f64) -> TrimState {
     let trace = |channel: Channel| channels.get(channel);
     let mean = |channel: Channel| trace(channel).and_then(|trace| trace.mean(from_s, to_s));
     let independent = (to_s - from_s).max(1.0);

@@ -15,10 +15,10 @@
 //! and window together, so nothing wraps around. The window can make a power spectrum negative: it is limited from below to
 //! [`LEAST_POWER`] of its mean, and a cross spectrum to the geometric mean of its two power spectra.
 
-use super::dense::Dense;
 use super::information::SensitivityModel;
 use super::run_parameters::RunParameters;
 use super::simulated_outputs::{PreparedRun, SimulatedOutputs};
+use crate::num::dense::Dense;
 use crate::num::fft::{ComplexSeries, FourierTransform};
 
 /// Correlations in a row that have to be small for a residual to have forgotten.
@@ -27,7 +27,6 @@ pub const QUIET: usize = 5;
 pub const LEAST_POWER: f64 = 1e-3;
 /// Part of a sensitivity's square that blocks have to keep.
 pub const KEPT: f64 = 0.97;
-/// Least number of blocks.
 const BLOCKS: usize = 256;
 const LONGEST_BLOCK: usize = 16;
 

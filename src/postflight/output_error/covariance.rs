@@ -9,9 +9,9 @@
 //! sensitivity; so (2) is done once more with C of the first time given back ([`BIAS_CORRECTIONS`]).
 //! Source of (2): E. A. Morelli and V. Klein, J. Guidance 20(1), 1997.
 
-use super::dense::Dense;
 use super::discrete::UnknownLayout;
 use super::run_parameters::RunParameters;
+use crate::num::dense::Dense;
 
 /// How often C is given back to W; a second time changes standard errors by less than 1 %.
 const BIAS_CORRECTIONS: usize = 1;

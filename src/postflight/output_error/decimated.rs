@@ -5,7 +5,6 @@
 
 use super::model::InputOutputRecord;
 
-/// Longest block, samples.
 const LONGEST: usize = 16;
 /// Least number of blocks that the shortest record has to keep.
 const BLOCKS: usize = 180;

@@ -11,6 +11,7 @@
 
 use super::exponential::integrals;
 use super::model::{InputDelay, InputOutputRecord, MatrixEntry, ModelStructure};
+use crate::num::product::add_product;
 
 /// Columns that are taken at once.
 pub const BLOCK: usize = 8;
@@ -316,16 +317,9 @@ impl<'a> PreparedModel<'a> {
     }
 }
 
-/// `left (rows x inner) * right (inner x columns)`.
+/// `left right`, with `left` \[rows x inner\] and `right` \[inner x columns\].
 fn product(left: &[f64], right: &[f64], rows: usize, inner: usize, columns: usize) -> Vec<f64> {
     let mut out = vec![0.0; rows * columns];
-    for i in 0..rows {
-        for l in 0..inner {
-            let factor = left[i * inner + l];
-            for j in 0..columns {
-                out[i * columns + j] += factor * right[l * columns + j];
-            }
-        }
-    }
+    add_product(left, right, inner, columns, &mut out);
     out
 }

@@ -4,19 +4,17 @@ use core::fmt;
 
 /// Why a fit by output error or filter error is refused.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "the message of each says what its fields are")]
 pub enum OutputErrorFitError {
     /// A size differs from that of the structure.
     Shape {
-        /// What it is.
         what: String,
         /// Size that the structure asks for.
         expected: usize,
-        /// Size as given.
         found: usize,
     },
     /// A number that has to be finite is not.
     NotFinite {
-        /// What it is.
         what: String,
         /// Run, from 0.
         run: usize,
@@ -24,12 +22,7 @@ pub enum OutputErrorFitError {
         sample: usize,
     },
     /// A standard deviation of a prior that is not above zero, a start that is not finite.
-    Parameter {
-        /// Its name.
-        name: String,
-        /// The value that cannot be.
-        value: f64,
-    },
+    Parameter { name: String, value: f64 },
     /// Time stands still or goes back.
     TimesNotIncreasing {
         /// Run, from 0.
@@ -49,26 +42,11 @@ pub enum OutputErrorFitError {
         unknowns: usize,
     },
     /// An input that moves in no run, and the parameters that only its motion identifies.
-    StillInput {
-        /// Its name.
-        input: String,
-        /// Where it stands.
-        value: f64,
-        /// The parameters.
-        parameters: Vec<String>,
-    },
+    StillInput { input: String, value: f64, parameters: Vec<String> },
     /// An output that no run has.
-    NeverSampled {
-        /// Its name.
-        output: String,
-    },
+    NeverSampled { output: String },
     /// An output that is constant in every run: a dead instrument, whose noise is unidentifiable.
-    StillOutput {
-        /// Its name.
-        output: String,
-        /// Where it stands.
-        value: f64,
-    },
+    StillOutput { output: String, value: f64 },
     /// A full noise covariance needs all outputs at the same instants.
     NotSampledTogether {
         /// Run, from 0.
@@ -106,10 +84,10 @@ impl fmt::Display for OutputErrorFitError {
                 write!(f, "run {}: time goes from {before_s} s to {after_s} s at sample {}", run + 1, sample + 1)
             }
             OutputErrorFitError::TooFewSamples { values, unknowns } => {
-                write!(f, "{values} measured values cannot tell {unknowns} unknowns")
+                write!(f, "{values} measured values cannot determine {unknowns} unknowns")
             }
             OutputErrorFitError::StillInput { input, value, parameters } => {
-                write!(f, "input {input} stands at {value} in every run, so nothing tells {}", parameters.join(", "))
+                write!(f, "input {input} stands at {value} in every run, so {} is not identifiable", parameters.join(", "))
             }
             OutputErrorFitError::NeverSampled { output } => write!(f, "output {output} is sampled in no run"),
             OutputErrorFitError::StillOutput { output, value } => write!(f, "output {output} stands at {value} in every run"),
@@ -125,13 +103,13 @@ impl fmt::Display for OutputErrorFitError {
             }
             OutputErrorFitError::Singular { names, smallest } => {
                 if names.is_empty() || !smallest.is_finite() {
-                    return write!(f, "the search has run out of the range of numbers: the runs do not bear this model");
+                    return write!(f, "the search has run out of the range of numbers: the runs do not support this model");
                 }
                 let names = names.join(", ");
                 write!(
                     f,
-                    "the search has ended where the runs do not tell these, or not one from the other: {names} (smallest eigenvalue \
-                     {smallest:.1e}); an input that moves one of them alone would"
+                    "the search has ended where these parameters are not identifiable, or not distinguishable: {names} (smallest eigenvalue \
+                     {smallest:.1e}); an input that moves one of them alone would identify them"
                 )
             }
         }

@@ -7,7 +7,8 @@
 //! and Phi = phi0, Psi1 = h phi1, Psi2 = h^2 phi2. Derivatives for A in a direction dA: the product rule on every line.
 //! Numerics: |Z| <= 1/2 and fourteen terms leave less than 1e-17. A matrix that is not finite gives NaN.
 
-/// Terms of the series.
+use crate::num::product::{add_product, set_product};
+
 const TERMS: usize = 14;
 
 /// Phi, Psi1, Psi2, each n x n, row by row.
@@ -19,22 +20,6 @@ pub struct ExponentialIntegrals {
     pub psi1: Vec<f64>,
     /// Its double integral.
     pub psi2: Vec<f64>,
-}
-
-/// `out = left * right`, n x n each.
-fn product(left: &[f64], right: &[f64], n: usize, out: &mut [f64]) {
-    out.fill(0.0);
-    add_product(left, right, n, out);
-}
-
-fn add_product(left: &[f64], right: &[f64], n: usize, out: &mut [f64]) {
-    for (row, out) in left.chunks_exact(n).zip(out.chunks_exact_mut(n)) {
-        for (&factor, line) in row.iter().zip(right.chunks_exact(n)) {
-            for (out, value) in out.iter_mut().zip(line) {
-                *out += factor * value;
-            }
-        }
-    }
 }
 
 fn add_identity(matrix: &mut [f64], n: usize, scale: f64) {
@@ -86,17 +71,17 @@ fn series(z: &[f64], dz: &[Vec<f64>], n: usize) -> Phis {
     let mut next = vec![0.0; n * n];
     for &factor in factors[..TERMS].iter().rev() {
         for (dz, d) in dz.iter().zip(&mut dphi2) {
-            product(z, d, n, &mut next);
-            add_product(dz, &phi2, n, &mut next);
+            set_product(z, d, n, n, &mut next);
+            add_product(dz, &phi2, n, n, &mut next);
             d.copy_from_slice(&next);
         }
-        product(z, &phi2, n, &mut next);
+        set_product(z, &phi2, n, n, &mut next);
         add_identity(&mut next, n, factor);
         core::mem::swap(&mut next, &mut phi2);
     }
     let up = |phi: &[f64]| {
         let mut out = vec![0.0; n * n];
-        product(z, phi, n, &mut out);
+        set_product(z, phi, n, n, &mut out);
         add_identity(&mut out, n, 1.0);
         out
     };
@@ -104,11 +89,11 @@ fn series(z: &[f64], dz: &[Vec<f64>], n: usize) -> Phis {
     let phi0 = up(&phi1);
     let derivatives = dz.iter().zip(dphi2).map(|(dz, dphi2)| {
         let mut dphi1 = vec![0.0; n * n];
-        product(z, &dphi2, n, &mut dphi1);
-        add_product(dz, &phi2, n, &mut dphi1);
+        set_product(z, &dphi2, n, n, &mut dphi1);
+        add_product(dz, &phi2, n, n, &mut dphi1);
         let mut dphi0 = vec![0.0; n * n];
-        product(z, &dphi1, n, &mut dphi0);
-        add_product(dz, &phi1, n, &mut dphi0);
+        set_product(z, &dphi1, n, n, &mut dphi0);
+        add_product(dz, &phi1, n, n, &mut dphi0);
         [dphi0, dphi1, dphi2]
     });
     let derivatives = derivatives.collect();
@@ -121,18 +106,18 @@ fn doubled(now: &Phis, n: usize) -> Phis {
     let mut raised = phi0.clone();
     add_identity(&mut raised, n, 1.0);
     let mut next = [vec![0.0; n * n], vec![0.0; n * n], vec![0.0; n * n]];
-    product(phi0, phi0, n, &mut next[0]);
-    product(&raised, phi1, n, &mut next[1]);
-    product(phi0, phi2, n, &mut next[2]);
+    set_product(phi0, phi0, n, n, &mut next[0]);
+    set_product(&raised, phi1, n, n, &mut next[1]);
+    set_product(phi0, phi2, n, n, &mut next[2]);
     finish_doubling(&mut next, phi1, phi2);
     let changes = derivatives.iter().map(|[d0, d1, d2]| {
         let mut next = [vec![0.0; n * n], vec![0.0; n * n], vec![0.0; n * n]];
-        product(d0, phi0, n, &mut next[0]);
-        add_product(phi0, d0, n, &mut next[0]);
-        product(d0, phi1, n, &mut next[1]);
-        add_product(&raised, d1, n, &mut next[1]);
-        product(d0, phi2, n, &mut next[2]);
-        add_product(phi0, d2, n, &mut next[2]);
+        set_product(d0, phi0, n, n, &mut next[0]);
+        add_product(phi0, d0, n, n, &mut next[0]);
+        set_product(d0, phi1, n, n, &mut next[1]);
+        add_product(&raised, d1, n, n, &mut next[1]);
+        set_product(d0, phi2, n, n, &mut next[2]);
+        add_product(phi0, d2, n, n, &mut next[2]);
         finish_doubling(&mut next, d1, d2);
         next
     });

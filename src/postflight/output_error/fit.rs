@@ -15,7 +15,6 @@
 //! Numerics: where the expected decrease is below the resolution of J, steps are taken for as long as they shrink.
 
 use super::decimated::decimated;
-use super::dense::Dense;
 use super::discrete::UnknownLayout;
 use super::error::OutputErrorFitError;
 use super::fit_result::FitResult;
@@ -25,6 +24,7 @@ use super::problem::{OutputErrorIterate, OutputErrorProblem, OutputErrorSearch};
 use super::run_parameters::RunParameters;
 use super::schur::SchurComplement;
 use super::settings::FitSettings;
+use crate::num::dense::Dense;
 
 const HALVINGS: usize = 3;
 /// Damping to begin with, and the least after a step that did not lower the cost.
@@ -37,7 +37,6 @@ const DELAYS_S: [f64; 11] = [0.0, 0.02, 0.04, 0.06, 0.08, 0.1, 0.12, 0.14, 0.16,
 const COST_RESOLUTION: f64 = 1e-11;
 /// Length of the last step on thinned records, standard errors there.
 const THINNED_TOLERANCE: f64 = 0.03;
-/// Steps at each of them.
 const DELAY_STEPS: usize = 3;
 
 /// The most likely parameters of all records together.

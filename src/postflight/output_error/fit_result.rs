@@ -11,11 +11,11 @@
 //! second order of the cost), so of two parameters that are nearly exchangeable one stays.
 
 use super::covariance::standard_errors;
-use super::dense::Dense;
 use super::discrete::UnknownLayout;
 use super::model::FitParameter;
 use super::run_parameters::RunParameters;
 use super::simulated_outputs::{PreparedRun, SimulatedOutputs};
+use crate::num::dense::Dense;
 
 /// 95 % of a chi-square of one degree.
 pub const SIGNIFICANT_F: f64 = 3.84;

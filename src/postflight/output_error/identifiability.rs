@@ -5,8 +5,8 @@
 //! Where a pivot of M_s's Cholesky factor vanishes, the unknowns are named that take part in the eigenvector of its smallest
 //! eigenvalue by more than 0.2 of the largest component; where M_jj is not positive, unknown j is named.
 
-use super::dense::Dense;
 use super::error::OutputErrorFitError;
+use crate::num::dense::Dense;
 
 /// Inverse of an information matrix, or the names that it does not tell apart.
 pub(crate) fn inverse_or_names(matrix: &Dense, names: &[String]) -> Result<Dense, OutputErrorFitError> {

@@ -6,10 +6,10 @@
 //! diagonal).
 //! Numerics: some forty rows are gathered before their products are summed, so that they stay in the processor's cache.
 
-use super::dense::Dense;
 use super::discrete::{BLOCK, DiscreteStep, ModelMatrices, PreparedModel, SensitivityRows};
 use super::run_parameters::RunParameters;
 use super::simulated_outputs::{PreparedRun, SimulatedOutputs};
+use crate::num::dense::Dense;
 
 const ROWS: usize = 40;
 const TILE: usize = 4;

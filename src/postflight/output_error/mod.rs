@@ -9,7 +9,6 @@
 pub mod coloured_errors;
 pub(crate) mod covariance;
 pub mod decimated;
-pub mod dense;
 pub mod discrete;
 pub mod error;
 pub mod exponential;

@@ -1,6 +1,5 @@
 //! Runs that were not fitted: prediction with given run parameters, and least squares for the run parameters alone.
 
-use super::dense::Dense;
 use super::discrete::{PreparedModel, UnknownLayout};
 use super::error::OutputErrorFitError;
 use super::fit_result::FittedRun;
@@ -9,6 +8,7 @@ use super::information::{SensitivityModel, Whitening};
 use super::model::{InputDelay, InputOutputRecord, ModelStructure};
 use super::run_parameters::RunParameters;
 use super::simulated_outputs::{PreparedRun, simulate};
+use crate::num::dense::Dense;
 
 fn prepared<'a>(
     structure: &'a ModelStructure,

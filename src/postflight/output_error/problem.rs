@@ -4,7 +4,6 @@
 //! the cost of `fit` (1), or refuses what no search could mend.
 //! Numerics: R is held above [`LEAST_NOISE`] of each output's own spread, so that data without noise have an answer.
 
-use super::dense::Dense;
 use super::discrete::{ModelMatrices, PreparedModel, SensitivityRows, UnknownLayout};
 use super::error::OutputErrorFitError;
 use super::information::{SensitivityModel, Whitening};
@@ -12,6 +11,7 @@ use super::model::{FitParameter, InputDelay, InputOutputRecord, ModelStructure};
 use super::run_parameters::RunParameters;
 use super::settings::NoiseCovariance;
 use super::simulated_outputs::{PreparedRun, SimulatedOutputs, simulate};
+use crate::num::dense::Dense;
 
 /// Least standard deviation of the noise, over the spread of an output.
 const LEAST_NOISE: f64 = 1e-9;
@@ -23,7 +23,6 @@ pub(crate) struct OutputErrorProblem<'a> {
     pub(crate) parameters: &'a [FitParameter],
     pub(crate) runs: Vec<PreparedRun>,
     noise: NoiseCovariance,
-    /// Least variances.
     pub(crate) floors: Vec<f64>,
     /// By output.
     pub(crate) counts: Vec<f64>,
@@ -41,10 +40,8 @@ pub(crate) struct OutputErrorIterate {
     pub(crate) cost: f64,
 }
 
-/// The end of a search.
 pub(crate) struct OutputErrorSearch {
     pub(crate) place: OutputErrorIterate,
-    /// Of every run there.
     pub(crate) information: Vec<Dense>,
     pub(crate) iterations: usize,
     pub(crate) converged: bool,
@@ -216,7 +213,6 @@ fn spread(records: &[InputOutputRecord], output: usize) -> f64 {
     values().map(|z| (z - mean) * (z - mean)).sum::<f64>() / count
 }
 
-/// Inverse of a lower factor.
 fn lower_inverse(factor: &Dense) -> Dense {
     let n = factor.rows();
     let mut inverse = Dense::zeros(n, n);

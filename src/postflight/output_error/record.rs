@@ -1,7 +1,7 @@
 //! The published vocabulary of output error that is run while the flight goes on.
 
 use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
-use crate::realtime::modes::record::{Oscillation, RealRoot};
+use crate::realtime::modes::record::{OscillatoryMode, RealRoot};
 use heapless::{String, Vec};
 
 /// Derivatives that there is room for: all.
@@ -80,17 +80,17 @@ pub struct OutputErrorRecord {
     /// The derivatives.
     pub parameters: Vec<ParameterRecord, PARAMETERS>,
     /// Dutch roll of the lateral subsystem.
-    pub dutch_roll: Option<Oscillation>,
+    pub dutch_roll: Option<OscillatoryMode>,
     /// Roll subsidence.
     pub roll: Option<RealRoot>,
     /// Spiral.
     pub spiral: Option<RealRoot>,
     /// The slower pair where roll and spiral have joined.
-    pub lateral_phugoid: Option<Oscillation>,
+    pub lateral_phugoid: Option<OscillatoryMode>,
     /// Dutch roll of the whole aircraft.
-    pub coupled: Option<Oscillation>,
+    pub coupled: Option<OscillatoryMode>,
     /// Short period of the longitudinal subsystem.
-    pub short_period: Option<Oscillation>,
+    pub short_period: Option<OscillatoryMode>,
     /// Manoeuvres that the numbers rest on.
     pub manoeuvres: u32,
     /// Manoeuvres that were left behind because there is no more room.

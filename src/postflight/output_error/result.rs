@@ -4,12 +4,12 @@
 
 use super::coloured_errors::ColouredGradient;
 use super::covariance::{AllUnknowns, standard_errors};
-use super::dense::Dense;
 use super::error::OutputErrorFitError;
 use super::fit_result::{FitEnd, FitResult, FittedRun};
 use super::identifiability::inverse_or_names;
 use super::information::SensitivityModel;
 use super::problem::{OutputErrorProblem, OutputErrorSearch};
+use crate::num::dense::Dense;
 
 /// The result at the end of the search.
 pub(crate) fn result(problem: &mut OutputErrorProblem<'_>, ended: OutputErrorSearch) -> Result<FitResult, OutputErrorFitError> {

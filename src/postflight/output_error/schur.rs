@@ -7,10 +7,10 @@
 //! (2) is the Schur complement: p square, however many runs there are.
 //! Refused: a run whose M_rr is singular, with the names of the run parameters that it does not identify.
 
-use super::dense::Dense;
 use super::error::OutputErrorFitError;
 use super::identifiability::inverse_or_names;
 use super::model::FitParameter;
+use crate::num::dense::Dense;
 
 /// (1) without the runs' own unknowns.
 pub(crate) struct SchurComplement {

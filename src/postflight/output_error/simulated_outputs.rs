@@ -5,11 +5,11 @@
 //!     y_k = C x_k + D u_k + c,   x_(k+1) = Phi x_k + G0 u_k + G1 u_(k+1) + Psi1 b                   (1)
 //! Not finite where the model diverges; the cost then is not finite either, and the search refuses the step.
 
-use super::dense::dot;
 use super::discrete::{DiscreteStep, ModelMatrices, Timeline, UnknownLayout};
 use super::input_delay::delayed_input;
 use super::model::InputOutputRecord;
 use super::run_parameters::RunParameters;
+use crate::num::product::dot;
 
 /// A run in the order in which it is gone through.
 #[derive(Clone, Debug)]

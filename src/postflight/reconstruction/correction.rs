@@ -2,7 +2,7 @@
 
 use super::fault_selection::FaultKey;
 use super::fit::parameter_at;
-use super::parameter::InstrumentErrorKind;
+use super::record::{InstrumentErrorKind, Separation};
 use crate::flight::channel::Channel;
 use crate::flight::effect::{Effect, PositionedSensor};
 use crate::flight::file::effect_file::DeclaredEffect;
@@ -30,7 +30,7 @@ pub struct Correction {
     /// What else it may be.
     pub alternatives: Vec<Alternative>,
     /// What would tell these apart; empty where there is one explanation.
-    pub split_by: Vec<&'static str>,
+    pub split_by: Vec<Separation>,
     /// Of the bias of ax or ay: the angle, rad, by which accelerometers that are turned would read so much of gravity.
     pub turned: Option<f64>,
     /// What each run of several says alone: run, value, standard error.
@@ -81,8 +81,8 @@ pub(crate) fn merged(corrections: Vec<Correction>) -> Vec<Correction> {
                 other.alternatives.extend(one.alternatives);
                 // Values by run are of one axis, which would not be said.
                 other.by_run.clear();
-                let split_by = one.split_by.into_iter().filter(|words| !other.split_by.contains(words));
-                let split_by: Vec<&'static str> = split_by.collect();
+                let split_by = one.split_by.into_iter().filter(|pair| !other.split_by.contains(pair));
+                let split_by: Vec<Separation> = split_by.collect();
                 other.split_by.extend(split_by);
             }
             _ => merged.push(one),
@@ -131,8 +131,8 @@ fn once(correction: &Correction, explanations: Vec<Alternative>) -> Vec<Alternat
     all
 }
 
-/// What would tell a fault from its rivals.
-pub(crate) fn splits(name: FaultKey, rivals: impl Iterator<Item = FaultKey>) -> Vec<&'static str> {
+/// What distinguishes a fault from its rivals.
+pub(crate) fn splits(name: FaultKey, rivals: impl Iterator<Item = FaultKey>) -> Vec<Separation> {
     let kind = |name: FaultKey| parameter_at(name.place).0.kind;
     let is_place = |kind: InstrumentErrorKind| {
         matches!(
@@ -143,35 +143,22 @@ pub(crate) fn splits(name: FaultKey, rivals: impl Iterator<Item = FaultKey>) -> 
                 | InstrumentErrorKind::AccelerometerPlace(_)
         )
     };
-    let mut said = Vec::new();
+    let mut separations = Vec::new();
     for rival in rivals {
-        let words = match (kind(name), kind(rival)) {
-            (InstrumentErrorKind::Timing, InstrumentErrorKind::Timing) if name.place == rival.place => {
-                "lag or skew: a sharper input, with edges above 1 Hz (a lag attenuates them, a skew does not)"
-            }
-            (a, b) if is_place(a) && is_place(b) => {
-                "vane or accelerometers: measure the two places; or climbs and banks, which altitude and airspeed feel"
-            }
-            (a, InstrumentErrorKind::Timing) if is_place(a) => {
-                "place or lateness: the same input at another speed (an arm reads r/V)"
-            }
-            (InstrumentErrorKind::Timing, b) if is_place(b) => {
-                "place or lateness: the same input at another speed (an arm reads r/V)"
-            }
-            (InstrumentErrorKind::Scale, InstrumentErrorKind::Scale) => {
-                "one factor or another: steady turns against flat sideslips, with the heading measured"
-            }
-            (InstrumentErrorKind::Bias, InstrumentErrorKind::Bias) => {
-                "one bias or another: the trim of a model, or steady flight at several bank and pitch angles"
-            }
+        let separation = match (kind(name), kind(rival)) {
+            (InstrumentErrorKind::Timing, InstrumentErrorKind::Timing) if name.place == rival.place => Separation::LagOrSkew,
+            (a, b) if is_place(a) && is_place(b) => Separation::VaneOrAccelerometers,
+            (a, InstrumentErrorKind::Timing) | (InstrumentErrorKind::Timing, a) if is_place(a) => Separation::PositionOrDelay,
+            (InstrumentErrorKind::Scale, InstrumentErrorKind::Scale) => Separation::ScaleOrScale,
+            (InstrumentErrorKind::Bias, InstrumentErrorKind::Bias) => Separation::BiasOrBias,
             (InstrumentErrorKind::Bias, InstrumentErrorKind::Scale) | (InstrumentErrorKind::Scale, InstrumentErrorKind::Bias) => {
-                "bias or factor: larger changes of the quantity itself"
+                Separation::BiasOrScale
             }
-            _ => "a larger input on the other axis, or the same one again",
+            _ => Separation::OtherInput,
         };
-        if !said.contains(&words) {
-            said.push(words);
+        if !separations.contains(&separation) {
+            separations.push(separation);
         }
     }
-    said
+    separations
 }

@@ -15,15 +15,15 @@ use super::filter::KinematicNoise;
 use super::fit::{FitLinearisation, ParameterPoint, ROUGH, Released, RunWithNoise, SHARED, minimise, minimise_to, parameter_at};
 use super::noise::{first_guess, improve};
 use super::parallel_map::parallel_map;
-use super::parameter::{InstrumentErrorKind, PER_RUN, SHARED_BIAS, TIMING};
+use super::parameter::{PER_RUN, SHARED_BIAS, TIMING};
+use super::record::InstrumentErrorKind;
 use crate::flight::signal::series::Series;
 
 /// Entered above this F: 0.02 % of healthy parameters by chance.
-pub const ENTER: f64 = 16.0;
-/// Removed below this F.
-pub const LEAVE: f64 = 12.0;
+pub(crate) const ENTER: f64 = 16.0;
+pub(crate) const LEAVE: f64 = 12.0;
 /// Evidence within which two explanations are not told apart: odds of e^6, for the residuals are not quite white.
-pub const RIVAL: f64 = 12.0;
+pub(crate) const RIVAL: f64 = 12.0;
 /// Spectral density of unexplained acceleration above which the air is rough, m^2/s^3: gusts of about 0.3 m/s.
 const GUSTY: f64 = 0.05;
 
@@ -32,7 +32,6 @@ const GUSTY: f64 = 0.05;
 const TURBULENT: f64 = 0.003;
 /// Below this speed, m/s, gusts turn the flow more than they accelerate: their angle goes as the acceleration over V^2.
 const SLOW: f64 = 50.0;
-/// Faults at once.
 const FAULTS_MAX: usize = 8;
 /// Exchanges of a fault for a better rival, and one.
 const ROUNDS_MAX: usize = 4;
@@ -45,39 +44,35 @@ const UNUSUAL: f64 = 4.0;
 
 /// Identifies a fault: its parameter and, for timing, the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FaultKey {
+pub(crate) struct FaultKey {
     /// Its place among all values.
-    pub place: usize,
+    pub(crate) place: usize,
     /// Of timing: a lag instead of a skew.
-    pub lag: bool,
+    pub(crate) lag: bool,
 }
 
-/// A fault that was found.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fault {
-    /// What it is.
-    pub name: FaultKey,
+pub(crate) struct Fault {
+    pub(crate) name: FaultKey,
     /// Its value, SI; a factor less one.
-    pub value: f64,
+    pub(crate) value: f64,
     /// Standard error, coloured residuals allowed for.
-    pub std: f64,
+    pub(crate) std: f64,
     /// F of (1).
-    pub significance: f64,
+    pub(crate) significance: f64,
     /// Rivals: key, value, standard error, evidence less its own.
-    pub rivals: Vec<(FaultKey, f64, f64, f64)>,
+    pub(crate) rivals: Vec<(FaultKey, f64, f64, f64)>,
 }
 
 /// Faults found in runs that share them, with the fit at the end.
 #[derive(Clone, Debug)]
-pub struct FaultSearch {
+pub(crate) struct FaultSearch {
     /// Runs with their final noise.
-    pub runs: Vec<RunWithNoise>,
+    pub(crate) runs: Vec<RunWithNoise>,
     /// Where the parameters stand.
-    pub point: ParameterPoint,
-    /// The neighbourhood.
-    pub local: FitLinearisation,
-    /// The faults.
-    pub faults: Vec<Fault>,
+    pub(crate) point: ParameterPoint,
+    pub(crate) local: FitLinearisation,
+    pub(crate) faults: Vec<Fault>,
 }
 
 /// (2).
@@ -86,7 +81,7 @@ fn evidence(point: &ParameterPoint, local: &FitLinearisation) -> f64 {
 }
 
 /// The complexity penalty of (2), with penalties for physically unusual values.
-pub fn penalty(point: &ParameterPoint, local: &FitLinearisation) -> f64 {
+pub(crate) fn penalty(point: &ParameterPoint, local: &FitLinearisation) -> f64 {
     let mut sum = 0.0;
     for &place in &point.free {
         let (parameter, _) = parameter_at(place);
@@ -152,7 +147,7 @@ fn is_timing(place: usize) -> bool {
 }
 
 /// What may be let go: everything but the flow and what no channel shows.
-pub fn candidates(runs: &[RunWithNoise], point: &ParameterPoint) -> Vec<usize> {
+pub(crate) fn candidates(runs: &[RunWithNoise], point: &ParameterPoint) -> Vec<usize> {
     let acts = |place: usize| {
         let (parameter, own) = parameter_at(place);
         let on = |run: &RunWithNoise| run.active.contains(&parameter.index) && !(parameter.mimicked_by_gusts() && is_gusty(run));
@@ -163,12 +158,12 @@ pub fn candidates(runs: &[RunWithNoise], point: &ParameterPoint) -> Vec<usize> {
 }
 
 /// Whether the air of a run is so rough that gusts feign errors of air data and accelerometers.
-pub fn is_gusty(run: &RunWithNoise) -> bool {
+pub(crate) fn is_gusty(run: &RunWithNoise) -> bool {
     is_rougher(run, GUSTY)
 }
 
 /// Whether the air was rough enough to feign errors that are small.
-pub fn is_turbulent(run: &RunWithNoise) -> bool {
+pub(crate) fn is_turbulent(run: &RunWithNoise) -> bool {
     is_rougher(run, TURBULENT)
 }
 
@@ -235,7 +230,7 @@ fn ranked(runs: &[RunWithNoise], point: &ParameterPoint, local: &FitLinearisatio
 }
 
 /// Finds what is at fault. `None` where the motion of a run cannot be followed at all.
-pub fn select(mut runs: Vec<RunWithNoise>) -> Option<FaultSearch> {
+pub(crate) fn select(mut runs: Vec<RunWithNoise>) -> Option<FaultSearch> {
     let one = runs.len() == 1;
     for run in &mut runs {
         run.noise = first_guess(&run.record);
@@ -272,7 +267,7 @@ pub fn select(mut runs: Vec<RunWithNoise>) -> Option<FaultSearch> {
 }
 
 /// A run with nothing at fault, its noise that of what is left then.
-pub fn with_no_fault(run: &RunWithNoise) -> Option<FaultSearch> {
+pub(crate) fn with_no_fault(run: &RunWithNoise) -> Option<FaultSearch> {
     let mut runs = vec![run.clone()];
     for run in &mut runs {
         run.noise = first_guess(&run.record);
@@ -284,7 +279,6 @@ pub fn with_no_fault(run: &RunWithNoise) -> Option<FaultSearch> {
     Some(FaultSearch { runs, point, local, faults: Vec::new() })
 }
 
-/// Forward entry.
 fn enter(runs: &mut [RunWithNoise], point: &mut ParameterPoint, local: &mut FitLinearisation) -> Option<()> {
     while point.free.len() < FAULTS_MAX {
         let ranked = ranked(runs, point, local);
@@ -305,7 +299,6 @@ fn enter(runs: &mut [RunWithNoise], point: &mut ParameterPoint, local: &mut FitL
     Some(())
 }
 
-/// Backward removal.
 fn leave(runs: &[RunWithNoise], point: &mut ParameterPoint, local: &mut FitLinearisation) -> Option<()> {
     loop {
         let minimum = local.minimum(point);
@@ -320,7 +313,6 @@ fn leave(runs: &[RunWithNoise], point: &mut ParameterPoint, local: &mut FitLinea
     }
 }
 
-/// One fault with its rivals.
 fn fault(runs: &[RunWithNoise], point: &ParameterPoint, local: &FitLinearisation, place: usize) -> Option<Fault> {
     let minimum = local.minimum(point);
     let one = local.released(point, &minimum, place)?;
@@ -354,7 +346,7 @@ fn fault(runs: &[RunWithNoise], point: &ParameterPoint, local: &FitLinearisation
 }
 
 /// A run before its noise is known.
-pub fn run_of(record: super::record::RunChannels) -> RunWithNoise {
+pub(crate) fn run_of(record: super::run_channels::RunChannels) -> RunWithNoise {
     let noise = KinematicNoise { input: [1.0; 6], climb: 1.0, output: [1.0; 7] };
     RunWithNoise { active: super::fit::active(&record), noise, record }
 }

@@ -1,6 +1,6 @@
 //! One run through the kinematic model: whitened innovations and their sensitivities to every parameter.
 //!
-//! Consumes a [`RunChannels`], parameters and noise; produces the innovations e = (z - y)/sqrt(s) of every reading in
+//! Consumes a `RunChannels`, parameters and noise; produces the innovations e = (z - y)/sqrt(s) of every reading in
 //! order of time, their cost sum(e^2 + ln s), and S = -de/dtheta. Noise of the inputs integrates into drift, so a plain output
 //! error would see coloured residuals; the Kalman filter with that noise as its process noise whitens them, and generalised
 //! least squares on e is then efficient, with standard errors that hold:
@@ -19,7 +19,7 @@ use super::parameter::{
     ACCELEROMETER_PLACE, ALPHA_PLACE, BETA_PLACE, BIAS, FLOW, INPUTS, MISALIGNMENT, OUTPUTS, SCALE, SHARED_BIAS, TIMING, Theta,
     VANE_PLACE,
 };
-use super::record::RunChannels;
+use super::run_channels::RunChannels;
 use crate::flight::signal::readings::Readings;
 
 /// States with a lag of every output.

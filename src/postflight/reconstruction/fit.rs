@@ -13,10 +13,11 @@
 
 use super::filter::{KinematicNoise, Prepared, RunInnovations, pass};
 use super::parameter::{
-    ACCELEROMETER_PLACE, ALPHA_PLACE, BETA_PLACE, InstrumentError, InstrumentErrorKind, MEASURED, MISALIGNMENT, OUTPUTS,
-    PARAMETERS, PER_RUN, SCALE, TIMING, Theta, VANE_PLACE,
+    ACCELEROMETER_PLACE, ALPHA_PLACE, BETA_PLACE, InstrumentError, MEASURED, MISALIGNMENT, OUTPUTS, PARAMETERS, PER_RUN, SCALE,
+    TIMING, Theta, VANE_PLACE,
 };
-use super::record::RunChannels;
+use super::record::InstrumentErrorKind;
+use super::run_channels::RunChannels;
 use nalgebra::DMatrix;
 
 /// Parameters that hold over all runs.

@@ -6,18 +6,19 @@
 //! [`HALF_WIDTH_S`]. A lag is taken for a skew of the same size. `None` where a channel is missing or hardly anything moves.
 
 use super::parameter::{ACCELEROMETER_PLACE, ALPHA_PLACE, BETA_PLACE, INPUTS, Theta, VANE_PLACE};
-use super::record::RunChannels;
+use super::run_channels::RunChannels;
+use crate::dynamics::sensors::{AirData, velocity_at_foot, velocity_of_air_data};
 use crate::flight::signal::series::Series;
 use crate::num::kernel::weights;
 use crate::realtime::estimation::consistency::{Consistency, flow_angle_rates};
 
 /// Half width of the smoothing kernel, s.
-pub const HALF_WIDTH_S: f64 = 0.4;
+pub(crate) const HALF_WIDTH_S: f64 = 0.4;
 /// Shorter ones are no gap, s.
 const GAP_MIN_S: f64 = 0.25;
 
 /// R2 of incidence and sideslip.
-pub fn flow_angle_r2(record: &RunChannels, theta: &Theta) -> [Option<f64>; 2] {
+pub(crate) fn flow_angle_r2(record: &RunChannels, theta: &Theta) -> [Option<f64>; 2] {
     [1, 2].map(|output| of_angle(record, theta, output))
 }
 
@@ -59,14 +60,11 @@ fn of_angle(record: &RunChannels, theta: &Theta, output: usize) -> Option<f64> {
             beta = own
         }
         let [ax, ay, az, p, q, r] = [0, 1, 2, 3, 4, 5].map(|i| read(i, time_s).unwrap_or(0.0));
-        let ((sa, ca), (sb, cb)) = (libm::sincos(alpha), libm::sincos(beta));
-        let [x, y, z] = arm;
-        let velocity = [speed * ca * cb - (q * z - r * y), speed * sb - (r * x - p * z), speed * sa * cb - (p * y - q * x)];
-        let [u, v, w] = velocity;
+        let velocity = velocity_at_foot(velocity_of_air_data(speed, alpha, beta), [p, q, r], arm);
         let attitude = [read(INPUTS + 3, time_s).unwrap_or(0.0), read(INPUTS + 4, time_s).unwrap_or(0.0)];
         let [by_alpha, by_beta] = flow_angle_rates(velocity, attitude, [ax, ay, az], [p, q, r])?;
         times.push(time_s);
-        angles.push(if output == 1 { libm::atan2(w, u) } else { libm::atan2(v, libm::hypot(u, w)) });
+        angles.push(if output == 1 { AirData::Incidence } else { AirData::Sideslip }.value(velocity));
         rates.push(if output == 1 { by_alpha } else { by_beta });
     }
     let mut compared = Consistency::NEW;

@@ -1,44 +1,46 @@
-//! Coarse errors: a sign turned, another unit, two channels under each other's names. Looked for before anything finer.
+//! Gross errors: a reversed sign, another unit, two channels exchanged; tested before any estimation.
 //!
-//! Consumes a record; tries each such error of one channel or of one group of them and asks how the increments of attitude, flow
-//! angles, airspeed and altitude over `WINDOW_S` then agree with those that the kinematics give,
+//! Consumes a record; tests each such error of one channel or of one group of them by the agreement of the increments of
+//! attitude, flow angles, airspeed and altitude over `WINDOW_S` with those of the kinematics,
 //!     a = var(measured - kinematic)/var(measured)        S = sum over outputs of n ln max(a, A_MIN)           (1)
-//! with n windows that do not overlap (variances: constant biases do not count). The part of each accelerometer in its own output
-//! (ax in airspeed, ay in sideslip, az in incidence) is an output of its own: what is measured less what all else gives.
-//! An error is told where putting it right brings S down by more than `TOLD`, an output that contradicted the kinematics
-//! (a > `CONTRARY`) then follows them (a < `FOLLOWS`), and none that followed no longer does; with every other one that does
-//! as well within `RIVAL`.
-//! Cannot tell what hardly moves: an output counts where its increments exceed their noise.
+//! with n windows that do not overlap (variances: constant biases cancel). The share of each accelerometer in its own output
+//! (ax in airspeed, ay in sideslip, az in incidence) is an output of its own: the measurement less all other terms.
+//! An error is reported where correcting it lowers S by more than `THRESHOLD`, an output that contradicted the kinematics
+//! (a > `CONTRARY`) then agrees with them (a < `AGREES`), and none that agreed no longer does; with every other error within
+//! `RIVAL` of it, which cannot be distinguished. Outputs count where their increments exceed their noise.
+//! Source: ours; S is twice a log-likelihood ratio for independent Gaussian increments.
+//! Returns `None` where no output contradicts the kinematics, or no error explains it.
 
 use super::parameter::{INPUT_CHANNELS, OUTPUT_CHANNELS, OUTPUTS};
-use super::record::RunChannels;
+use super::record::GrossError;
+use super::run_channels::RunChannels;
 use crate::dynamics::kinematics::{Attitude, velocity_rate};
-use crate::flight::channel::{Channel, ControlNames};
+use crate::dynamics::sensors::velocity_of_air_data;
+use crate::flight::channel::Channel;
 use crate::flight::unit::{DEGREE, FOOT, STANDARD_GRAVITY};
 
 const WINDOW_S: f64 = 0.8;
-/// Mean over which an end of a window is read, and the part of it over which the kinematics are taken as constant, s.
+/// Length of the mean at either end of a window, s; steps of a window over which the kinematics are constant.
 const END_S: f64 = 0.1;
 const PARTS: usize = 8;
 const A_MIN: f64 = 0.02;
 const CONTRARY: f64 = 0.5;
-const FOLLOWS: f64 = 0.25;
-/// A turned sign makes a up to four: where noise has a part in both, so much before and so little after will do.
+const AGREES: f64 = 0.25;
+/// A reversed sign makes a up to four: weaker limits on a, before and after, where noise contributes to both.
 const OPPOSED: f64 = 1.5;
-const FOLLOWS_SOMEWHAT: f64 = 0.6;
-/// Twice a logarithm of odds, as F against ENTER of `select` but for the 40 errors that are tried.
-const TOLD: f64 = 24.0;
+const AGREES_PARTLY: f64 = 0.6;
+/// Twice a log-likelihood ratio: the entry threshold of `fault_selection`, raised for the 40 errors tested.
+const THRESHOLD: f64 = 24.0;
 const RIVAL: f64 = 6.0;
-/// Variance of an increment over that of its noise.
+/// Least variance of an increment, relative to that of its noise.
 const SIGNAL: f64 = 9.0;
-/// Fewer windows say nothing.
 const WINDOWS_MIN: usize = 8;
-/// No aircraft whose flow is looked at is slower, m/s.
+/// Airspeed below which flow angles are not used, m/s.
 const SPEED_MIN: f64 = 5.0;
-/// Outputs, and the parts of the three accelerometers in the first three of them.
-const COMPARED: usize = OUTPUTS + FELT_IN.len();
-/// In which output each accelerometer is felt most: ax in airspeed, ay in sideslip, az in incidence.
-const FELT_IN: [usize; 3] = [0, 2, 1];
+/// Outputs, and the shares of the three accelerometers in the first three of them.
+const COMPARED: usize = OUTPUTS + CONTRIBUTES_TO.len();
+/// The output to which each accelerometer contributes most: ax airspeed, ay sideslip, az incidence.
+const CONTRIBUTES_TO: [usize; 3] = [0, 2, 1];
 
 const GYROS: &[Channel] = &[Channel::P, Channel::Q, Channel::R];
 const ATTITUDE: &[Channel] = &[Channel::Phi, Channel::Theta, Channel::Psi];
@@ -47,7 +49,7 @@ const ANGLES: &[Channel] = &[Channel::Phi, Channel::Theta, Channel::Psi, Channel
 const ALL_ANGLES: &[Channel] =
     &[Channel::P, Channel::Q, Channel::R, Channel::Phi, Channel::Theta, Channel::Psi, Channel::Alpha, Channel::Beta];
 const FORCES: &[Channel] = &[Channel::Ax, Channel::Ay, Channel::Az];
-/// Of one channel: what may be turned.
+/// Groups whose sign may be reversed.
 const SIGNED: [&[Channel]; 10] = [
     &[Channel::P],
     &[Channel::Q],
@@ -68,35 +70,24 @@ const SWAPPED: [[Channel; 2]; 6] = [
     [Channel::Alpha, Channel::Beta],
     [Channel::Ax, Channel::Ay],
 ];
-/// Of airspeed: unit, in m/s.
+/// Units of airspeed, in m/s.
 const SPEEDS: [(&str, f64); 4] = [("kn", 1852.0 / 3600.0), ("km/h", 1.0 / 3.6), ("ft/s", FOOT), ("mph", 0.447_04)];
-
-/// A coarse error.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum GrossError {
-    /// These read with the opposite sign.
-    Turned(&'static [Channel]),
-    /// These read in that unit; its size in SI.
-    Unit(&'static [Channel], &'static str, f64),
-    /// Two are exchanged.
-    Swapped([Channel; 2]),
-}
 
 impl GrossError {
     fn all() -> Vec<GrossError> {
         let mut all: Vec<GrossError> = SIGNED.into_iter().map(GrossError::Turned).collect();
-        for one in [GYROS, ATTITUDE, VANES] {
-            all.push(GrossError::Turned(one));
+        for error in [GYROS, ATTITUDE, VANES] {
+            all.push(GrossError::Turned(error));
         }
-        for one in SIGNED.into_iter().take(8).chain([GYROS, ATTITUDE, VANES, ANGLES, ALL_ANGLES]) {
+        for error in SIGNED.into_iter().take(8).chain([GYROS, ATTITUDE, VANES, ANGLES, ALL_ANGLES]) {
             all.push(GrossError::Unit(
-                one,
-                if one.iter().all(|channel| GYROS.contains(channel)) { "deg/s" } else { "deg" },
+                error,
+                if error.iter().all(|channel| GYROS.contains(channel)) { "deg/s" } else { "deg" },
                 DEGREE,
             ));
         }
         for (unit, size) in [("g", STANDARD_GRAVITY), ("ft/s^2", FOOT)] {
-            all.extend([SIGNED[8], SIGNED[9], FORCES].map(|one| GrossError::Unit(one, unit, size)));
+            all.extend([SIGNED[8], SIGNED[9], FORCES].map(|error| GrossError::Unit(error, unit, size)));
         }
         all.extend(SPEEDS.map(|(unit, size)| GrossError::Unit(&[Channel::Tas], unit, size)));
         all.push(GrossError::Unit(&[Channel::Altitude], "ft", FOOT));
@@ -104,8 +95,8 @@ impl GrossError {
         all
     }
 
-    /// Whose reading a channel's is, and by what it is to be multiplied.
-    fn put_right(self, channel: Channel) -> (Channel, f64) {
+    /// The channel whose reading corrects this one, and the factor on it.
+    fn corrected_by(self, channel: Channel) -> (Channel, f64) {
         match self {
             GrossError::Turned(these) if these.contains(&channel) => (channel, -1.0),
             GrossError::Unit(these, _, size) if these.contains(&channel) => (channel, size),
@@ -114,72 +105,59 @@ impl GrossError {
             _ => (channel, 1.0),
         }
     }
-
-    /// In words.
-    pub fn words(self) -> String {
-        let names = |these: &[Channel]| {
-            let names: Vec<&str> = these.iter().map(|channel| channel.name(ControlNames::Rotorcraft)).collect();
-            names.join(" ")
-        };
-        match self {
-            GrossError::Turned(these) => format!("{} with the sign turned", names(these)),
-            GrossError::Unit(these, unit, _) => format!("{} in {unit}", names(these)),
-            GrossError::Swapped([a, b]) => format!("{} and {} exchanged", names(&[a]), names(&[b])),
-        }
-    }
 }
 
-/// What the record looks like instead.
+/// A gross error of a record.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GrossFinding {
-    /// The error and all that do as well.
+    /// The most likely error, and those that cannot be distinguished from it.
     pub either: Vec<GrossError>,
-    /// The output that shows it, its R2 = 1 - a as recorded and put right.
+    /// The output that shows it, and its R2 = 1 - a as recorded and corrected.
     pub shown: (Channel, f64, f64),
 }
 
-/// Looks for a coarse error.
+/// Tests a record for gross errors.
 pub fn gross_error(record: &RunChannels) -> Option<GrossFinding> {
     let measured = |channel: Channel| record.series(channel).is_some();
-    let none = agreement(record, None);
+    let as_recorded = agreement(record, None);
     let windows = (record.mesh.length_s() / WINDOW_S).max(1.0);
     let score =
         |parts: &[Option<f64>; COMPARED]| -> f64 { parts.iter().flatten().map(|a| windows * libm::log(a.max(A_MIN))).sum() };
-    if !none.iter().flatten().any(|a| *a > CONTRARY) {
+    if !as_recorded.iter().flatten().any(|a| *a > CONTRARY) {
         return None;
     }
-    let mut told: Vec<(f64, GrossError, Channel, f64, f64)> = Vec::new();
-    for one in GrossError::all() {
-        // A group counts as one error only where all of it is there.
+    let mut candidates: Vec<(f64, GrossError, Channel, f64, f64)> = Vec::new();
+    for error in GrossError::all() {
+        // An error of a group needs all of its channels.
         let present = |these: &[Channel]| these.iter().all(|channel| measured(*channel) || *channel == Channel::Psi);
-        let there = match one {
+        let testable = match error {
             GrossError::Turned(these) | GrossError::Unit(these, ..) => present(these),
             GrossError::Swapped(two) => present(&two),
         };
-        if !there {
+        if !testable {
             continue;
         }
-        let after = agreement(record, Some(one));
-        let pairs = || none.iter().zip(&after).enumerate().filter_map(|(k, (a, b))| Some((k, (*a)?, (*b)?)));
-        let mended = pairs()
-            .filter(|(_, a, b)| *a > CONTRARY && *b < FOLLOWS || *a > OPPOSED && *b < FOLLOWS_SOMEWHAT && *a > 3.0 * b)
+        let after = agreement(record, Some(error));
+        let pairs = || as_recorded.iter().zip(&after).enumerate().filter_map(|(k, (a, b))| Some((k, (*a)?, (*b)?)));
+        let improved = pairs()
+            .filter(|(_, a, b)| *a > CONTRARY && *b < AGREES || *a > OPPOSED && *b < AGREES_PARTLY && *a > 3.0 * b)
             .max_by(|x, y| (x.1 / x.2).total_cmp(&(y.1 / y.2)));
-        let spoilt = pairs().any(|(_, a, b)| a < FOLLOWS && b > CONTRARY);
-        let lost = none.iter().zip(&after).take(OUTPUTS).any(|(a, b)| a.is_some() && b.is_none());
-        if let Some((k, a, b)) = mended.filter(|_| !spoilt && !lost) {
-            told.push((score(&none) - score(&after), one, compared(k), a, b));
+        let worsened = pairs().any(|(_, a, b)| a < AGREES && b > CONTRARY);
+        let lost = as_recorded.iter().zip(&after).take(OUTPUTS).any(|(a, b)| a.is_some() && b.is_none());
+        if let Some((k, a, b)) = improved.filter(|_| !worsened && !lost) {
+            candidates.push((score(&as_recorded) - score(&after), error, compared(k), a, b));
         }
     }
-    told.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let &(gain, _, channel, before, after) = told.first().filter(|best| best.0 > TOLD)?;
-    let either = told.iter().filter(|one| gain - one.0 < RIVAL).map(|one| one.1);
+    candidates.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let &(gain, _, channel, before, after) = candidates.first().filter(|best| best.0 > THRESHOLD)?;
+    let either = candidates.iter().filter(|error| gain - error.0 < RIVAL).map(|error| error.1);
     Some(GrossFinding { either: either.collect(), shown: (channel, 1.0 - before, 1.0 - after) })
 }
 
-/// a of (1) by output; `None` where it is not measured, not connected with anything, or hardly moves.
-fn agreement(record: &RunChannels, put_right: Option<GrossError>) -> [Option<f64>; COMPARED] {
+/// a of (1) by output; `None` where it is not measured, no kinematics contain it, or its increments are within noise.
+fn agreement(record: &RunChannels, corrected_by: Option<GrossError>) -> [Option<f64>; COMPARED] {
     let raw = |channel: Channel, from_s: f64, to_s: f64| -> Option<f64> {
-        let (whose, factor) = put_right.map_or((channel, 1.0), |one| one.put_right(channel));
+        let (whose, factor) = corrected_by.map_or((channel, 1.0), |error| error.corrected_by(channel));
         Some(factor * record.series(whose)?.mean(from_s, to_s))
     };
     let read = |channel: Channel, from_s: f64, to_s: f64| -> Option<f64> {
@@ -202,7 +180,7 @@ fn agreement(record: &RunChannels, put_right: Option<GrossError>) -> [Option<f64
                 pairs[k].push((moved, kinematic));
             }
         }
-        for (axis, (output, force)) in FELT_IN.into_iter().zip(FORCES).enumerate() {
+        for (axis, (output, force)) in CONTRIBUTES_TO.into_iter().zip(FORCES).enumerate() {
             let without = |channel: Channel, from_s: f64, to_s: f64| {
                 if channel == *force { Some(0.0) } else { read(channel, from_s, to_s) }
             };
@@ -213,11 +191,11 @@ fn agreement(record: &RunChannels, put_right: Option<GrossError>) -> [Option<f64
         }
     }
     core::array::from_fn(|k| {
-        let (pairs, channel) = (pairs.get(k)?, OUTPUT_CHANNELS[k.checked_sub(OUTPUTS).map_or(k, |axis| FELT_IN[axis])]);
+        let (pairs, channel) = (pairs.get(k)?, OUTPUT_CHANNELS[k.checked_sub(OUTPUTS).map_or(k, |axis| CONTRIBUTES_TO[axis])]);
         if pairs.len() < WINDOWS_MIN {
             return None;
         }
-        let (whose, factor) = put_right.map_or((channel, 1.0), |one| one.put_right(channel));
+        let (whose, factor) = corrected_by.map_or((channel, 1.0), |error| error.corrected_by(channel));
         let source = record.series(whose)?;
         let averaged = (END_S / source.interval_s()?).max(1.0);
         let noise = 2.0 * factor * factor * source.noise_std() * source.noise_std() / averaged;
@@ -226,8 +204,8 @@ fn agreement(record: &RunChannels, put_right: Option<GrossError>) -> [Option<f64
     })
 }
 
-/// What an instrument reads because it stands where the run says and not at the centre of mass: vanes through the rates, over the
-/// airspeed; accelerometers through the rates' increments.
+/// Contribution of the arm of an instrument to its reading: of vanes by the rates over the airspeed, of accelerometers by the
+/// rates' increments.
 fn by_arm(
     record: &RunChannels,
     raw: &impl Fn(Channel, f64, f64) -> Option<f64>,
@@ -253,12 +231,12 @@ fn by_arm(
     }
 }
 
-/// What is compared, as a channel: an accelerometer for its own part.
+/// Channel of a compared output; the accelerometer of a share.
 fn compared(k: usize) -> Channel {
     k.checked_sub(OUTPUTS).map_or(OUTPUT_CHANNELS[k.min(OUTPUTS - 1)], |axis| INPUT_CHANNELS[axis])
 }
 
-/// The unit of speed, other than m/s, in which a reading is that many times the truth.
+/// The unit of speed other than m/s that a scale factor with this standard error agrees with.
 pub fn speed_unit(factor: f64, std: f64) -> Option<&'static str> {
     let off = |size: f64| (factor * size - 1.0).abs();
     SPEEDS.into_iter().find(|(_, size)| off(*size) < 3.0 * std * size && off(*size) < 0.05).map(|(unit, _)| unit)
@@ -270,7 +248,7 @@ fn variance(values: impl Iterator<Item = f64> + Clone) -> f64 {
     values.map(|value| (value - mean) * (value - mean)).sum::<f64>() / count
 }
 
-/// What tas, alpha, beta, phi, theta, psi and altitude must gain from then on over a window.
+/// Kinematic increments of tas, alpha, beta, phi, theta, psi and altitude over the window from `from_s`.
 fn increments(read: &impl Fn(Channel, f64, f64) -> Option<f64>, from_s: f64) -> [Option<f64>; OUTPUTS] {
     let mut sums = [Some(0.0); OUTPUTS];
     let step_s = WINDOW_S / PARTS as f64;
@@ -285,7 +263,7 @@ fn increments(read: &impl Fn(Channel, f64, f64) -> Option<f64>, from_s: f64) -> 
     sums
 }
 
-/// Their rates; readings are those of the centre of mass.
+/// Kinematic rates of the outputs, from readings at the centre of mass.
 fn rates(at: impl Fn(Channel) -> Option<f64>) -> Option<[Option<f64>; OUTPUTS]> {
     let three = |these: &[Channel]| -> Option<[f64; 3]> {
         let [a, b, c] = these else { return None };
@@ -299,8 +277,7 @@ fn rates(at: impl Fn(Channel) -> Option<f64>) -> Option<[Option<f64>; OUTPUTS]> 
     let mut rates = [None, None, None, phi.map(|_| by_phi), known.map(|_| by_theta), known.map(|_| by_psi), None];
     let (Some(speed), Some(force), Some(_)) = (at(Channel::Tas), three(FORCES), known) else { return Some(rates) };
     let (alpha, beta) = (at(Channel::Alpha), at(Channel::Beta));
-    let ((sin_alpha, cos_alpha), (sin_beta, cos_beta)) = (libm::sincos(alpha.unwrap_or(0.0)), libm::sincos(beta.unwrap_or(0.0)));
-    let velocity = [speed * cos_alpha * cos_beta, speed * sin_beta, speed * sin_alpha * cos_beta];
+    let velocity = velocity_of_air_data(speed, alpha.unwrap_or(0.0), beta.unwrap_or(0.0));
     let by_force = velocity_rate(velocity, omega, force);
     let gravity = attitude.gravity();
     let change: [f64; 3] = core::array::from_fn(|i| by_force[i] + gravity[i]);

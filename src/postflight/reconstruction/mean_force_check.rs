@@ -1,27 +1,31 @@
-//! Do accelerometers read on average what attitude, turn and flow give? The one thing about forces that rough air leaves.
+//! Mean specific force against attitude, turn and air data: the test of accelerometers that remains in turbulence.
 //!
 //! Consumes a run with its noise; per axis, over its length T, with V the velocity by airspeed and flow angles,
 //!     D = mean(f + g - omega x V) - (V(T) - V(0))/T                                                   (1)
-//! is zero but for the biases of healthy instruments and for what gusts, white in acceleration of density q, make of V,
+//! has mean zero for healthy instruments but for their biases, and variance, for gusts white in acceleration of density q,
 //!     sigma^2 = sigma_f^2 + (g sigma_attitude)^2 + q/T                                                (2)
-//! Told where D^2 > ENTER sigma^2, as faults are in `select`. Which of the channels in (1) is wrong it cannot tell.
+//! with prior standard deviations of bias and attitude. Reported where D^2 > ENTER sigma^2, the threshold of `fault_selection`.
+//! Which of the channels in (1) is in error is not identifiable. SI, body axes. Source: ours.
+//! Returns `None` where channels are missing or no axis is contradicted.
 
 use super::fault_selection::ENTER;
 use super::fit::RunWithNoise;
 use super::parameter::{BIAS, CHANNELS, INPUT_CHANNELS, InstrumentError};
-use super::record::RunChannels;
+use super::record::MeanForceContradiction;
+use super::run_channels::RunChannels;
 use crate::dynamics::kinematics::{Attitude, velocity_rate};
-use crate::flight::channel::{Channel, ControlNames};
+use crate::dynamics::sensors::velocity_of_air_data;
+use crate::flight::channel::Channel;
 use crate::flight::unit::STANDARD_GRAVITY;
 
 /// Interval between means, and the means at either end, s.
 const STEP_S: f64 = 0.1;
 const END_S: f64 = 0.5;
-/// Part of twice its own mean within which (1) is that of an accelerometer with its sign turned.
+/// Relative deviation from twice its own mean within which (1) indicates a reversed sign of the accelerometer.
 const REVERSED: f64 = 0.3;
 
-/// Accelerometers across gravity that (1) contradicts, in words.
-pub fn contradicted_mean_force(run: &RunWithNoise) -> Option<String> {
+/// Accelerometers across gravity that (1) contradicts; `None` where the run is too short or lacks a channel of (1).
+pub(crate) fn contradicted_mean_force(run: &RunWithNoise) -> Option<Vec<MeanForceContradiction>> {
     let record = &run.record;
     let length_s = record.mesh.length_s() - END_S;
     let begin_s = record.mesh.time_s(0);
@@ -48,7 +52,7 @@ pub fn contradicted_mean_force(run: &RunWithNoise) -> Option<String> {
         let bias = CHANNELS.iter().position(|one| *one == channel).map(|place| InstrumentError::at(BIAS + place));
         bias.and_then(InstrumentError::priors).map_or(0.0, |(normal, _)| normal)
     };
-    let said: Vec<String> = [(0, Channel::Theta), (1, Channel::Phi)]
+    let contradictions = [(0, Channel::Theta), (1, Channel::Phi)]
         .into_iter()
         .filter_map(|(axis, attitude)| {
             let channel = *INPUT_CHANNELS.get(axis)?;
@@ -61,27 +65,20 @@ pub fn contradicted_mean_force(run: &RunWithNoise) -> Option<String> {
             }
             let mean = forces[axis] / steps;
             let reversed = (excess - 2.0 * mean).abs() < REVERSED * excess.abs();
-            Some(format!(
-                "{} is {mean:.2} m/s^2 on average where {}, turn and flow give {:.2}{}",
-                channel.name(ControlNames::Rotorcraft),
-                attitude.name(ControlNames::Rotorcraft),
-                mean - excess,
-                if reversed { ", as with its sign turned" } else { "" }
-            ))
+            Some(MeanForceContradiction { channel, mean, attitude, expected: mean - excess, reversed })
         })
         .collect();
-    (!said.is_empty()).then(|| said.join("; "))
+    Some(contradictions)
 }
 
 fn output(record: &RunChannels, place: usize, from_s: f64, to_s: f64) -> Option<f64> {
     Some(record.outputs.get(place)?.as_ref()?.mean(from_s, to_s))
 }
 
-/// By airspeed and flow angles; the arms of the vanes turn to nothing on average.
+/// Velocity by airspeed and flow angles; the arms of the vanes average to zero.
 fn velocity(record: &RunChannels, from_s: f64, to_s: f64) -> Option<[f64; 3]> {
     let [speed, alpha, beta] = all([0, 1, 2].map(|i| output(record, i, from_s, to_s)))?;
-    let ((sin_alpha, cos_alpha), (sin_beta, cos_beta)) = (libm::sincos(alpha), libm::sincos(beta));
-    Some([speed * cos_alpha * cos_beta, speed * sin_beta, speed * sin_alpha * cos_beta])
+    Some(velocity_of_air_data(speed, alpha, beta))
 }
 
 fn all<const N: usize>(values: [Option<f64>; N]) -> Option<[f64; N]> {

@@ -6,24 +6,25 @@
 //! Assumed: a rigid body in air that moves steadily; gusts widen the errors. Refused: to name one cause where two fit alike.
 
 pub mod correction;
-pub mod fault_selection;
+pub(crate) mod fault_selection;
 pub mod filter;
 pub mod fit;
-pub mod flow_angle_r2;
+pub(crate) mod flow_angle_r2;
 pub mod gross_errors;
-pub mod mean_force_check;
+pub(crate) mod mean_force_check;
 pub mod motion;
 pub mod noise;
-pub mod observability;
-pub mod outlier_runs;
-pub mod parallel_map;
+pub(crate) mod observability;
+pub(crate) mod outlier_runs;
+pub(crate) mod parallel_map;
 pub mod parameter;
 #[cfg(test)]
 mod reconstruction_tests;
 pub mod record;
 mod refusal;
+pub(crate) mod run_channels;
 mod run_verdict;
 pub mod screening;
-pub mod single_run;
+pub(crate) mod single_run;
 pub mod verdict;
 mod wiring;

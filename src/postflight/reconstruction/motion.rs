@@ -3,13 +3,14 @@
 //! Consumes the state \[u v w phi theta psi h wind\] of the place where the accelerometers stand (m/s body axes through the
 //! air, rad, m) and the inputs \[ax ay az p q r\] (m/s^2, rad/s); produces rates of change, outputs and the Jacobians of both.
 //!     velocity, attitude and height by (1) to (7) of `kinematics`, h' with the wind added, wind' = 0          (1)
-//! At rho from that place the velocity is V + omega x rho, and the altitude
+//! At rho from that place the air data are those of (1) to (4) of `sensors`, and the altitude is
 //!     h + rho_x sin(theta) - (rho_y sin(phi) + rho_z cos(phi)) cos(theta)                                   (2)
 //! Source: P. G. Hamel and R. V. Jategaonkar, Evolution of Flight Vehicle System Identification, J. Aircraft 33(1), 1996
 //! (flight path reconstruction); V. Klein and E. A. Morelli, Aircraft System Identification, 2nd ed. 2016, ch. 10.
 //! Numerics: (1) has a pole at theta = +-90 deg; `None` within 3 deg of it, and where the aircraft hardly moves forward.
 
 use crate::dynamics::kinematics::{Attitude, velocity_rate, velocity_rate_by_rates, velocity_rate_by_velocity};
+use crate::dynamics::sensors::{AirData, velocity_at_arm};
 
 /// Number of states.
 pub const STATES: usize = 8;
@@ -70,27 +71,15 @@ pub fn observe(output: usize, x: &[f64; STATES], omega: [f64; 3], rho: [f64; 3])
     let mut observe = Observation::default();
     match output {
         0..=2 => {
-            let [p, q, r] = omega;
-            let [rx, ry, rz] = rho;
-            let u = x[0] + q * rz - r * ry;
-            let v = x[1] + r * rx - p * rz;
-            let w = x[2] + p * ry - q * rx;
-            let s2 = u * u + w * w;
-            let speed2 = s2 + v * v;
-            let (s, speed) = (libm::sqrt(s2), libm::sqrt(speed2));
-            if !(u > SPEED_MIN) {
+            let velocity = velocity_at_arm([x[0], x[1], x[2]], omega, rho);
+            if !(velocity[0] > SPEED_MIN) {
                 return None;
             }
-            let (value, slope) = match output {
-                0 => (speed, [u / speed, v / speed, w / speed]),
-                1 => (libm::atan2(w, u), [-w / s2, 0.0, u / s2]),
-                _ => (libm::atan2(v, s), [-v * u / (s * speed2), s / speed2, -v * w / (s * speed2)]),
-            };
-            observe.value = value;
-            let [a, b, c] = slope;
-            observe.by_state = [a, b, c, 0.0, 0.0, 0.0, 0.0, 0.0];
-            observe.by_place = [b * r - c * q, c * p - a * r, a * q - b * p];
-            observe.by_rates = [c * ry - b * rz, a * rz - c * rx, b * rx - a * ry];
+            let reading = AirData::ALL[output].reading(velocity);
+            observe.value = reading.value;
+            observe.by_state[..3].copy_from_slice(&reading.by_velocity);
+            observe.by_place = reading.by_arm(omega);
+            observe.by_rates = reading.by_rates(rho);
         }
         3..=5 => {
             observe.value = x[output];

@@ -7,7 +7,7 @@
 
 use super::filter::{KinematicNoise, Prepared, pass};
 use super::parameter::{INPUTS, OUTPUTS, Theta};
-use super::record::RunChannels;
+use super::run_channels::RunChannels;
 
 const ACCELEROMETER_FLOOR: f64 = 0.003;
 const GYRO_FLOOR: f64 = 1e-4;

@@ -12,11 +12,11 @@
 use super::fault_selection::{ENTER, FaultSearch, is_gusty};
 use super::fit::{RunWithNoise, place_of};
 use super::parameter::{
-    ACCELEROMETER_PLACE, ALPHA_PLACE, INPUT_CHANNELS, InstrumentError, InstrumentErrorKind, OUTPUT_CHANNELS, PARAMETERS,
-    SHARED_BIAS,
+    ACCELEROMETER_PLACE, ALPHA_PLACE, INPUT_CHANNELS, InstrumentError, OUTPUT_CHANNELS, PARAMETERS, SHARED_BIAS,
 };
-use super::record::RunChannels;
-use crate::flight::channel::{Channel, ControlNames};
+use super::record::{ChannelError, InstrumentErrorKind, NotObservable, UnreportedReason};
+use super::run_channels::RunChannels;
+use crate::flight::channel::Channel;
 use crate::flight::signal::series::Series;
 
 /// What may leak from one axis into another: twice what is normal among healthy gyros.
@@ -28,7 +28,7 @@ const SLOPE_S: f64 = 0.2;
 const GYRO: usize = 3;
 
 /// Standard deviation of a series with the variance of its white noise subtracted.
-pub fn motion_std(series: &Series) -> f64 {
+pub(crate) fn motion_std(series: &Series) -> f64 {
     let count = series.len() as f64;
     let mean = series.samples().map(|(_, value)| value).sum::<f64>() / count;
     let square = series.samples().map(|(_, value)| (value - mean) * (value - mean)).sum::<f64>() / count;
@@ -80,33 +80,31 @@ fn least_of_motion(runs: &[RunWithNoise], parameter: InstrumentError) -> Option<
 }
 
 /// The part of the busiest axis' motion that a parameter's own axis has, where by (2) that is too little for such a value.
-pub fn insufficient_motion(runs: &[RunWithNoise], parameter: InstrumentError, value: f64) -> Option<f64> {
+pub(crate) fn insufficient_motion(runs: &[RunWithNoise], parameter: InstrumentError, value: f64) -> Option<f64> {
     least_of_motion(runs, parameter).filter(|(least, _)| value.abs() < *least).map(|(_, part)| part)
 }
 
-/// Why a parameter is not named whose axis hardly moves.
-pub fn insufficient_motion_reason(part: f64) -> String {
-    format!("its axis moves too little beside the others ({:.0} % of the busiest)", 100.0 * part)
-}
-
-/// Why a factor or lateness of an accelerometer across gravity is not named beside a bias of it: accelerometers that are turned
-/// read a part of gravity as a bias and the same part of the load's changes, which go with its own reading.
-pub fn misalignment_reason(parameter: InstrumentError, mut faults: impl Iterator<Item = InstrumentError>) -> Option<String> {
+/// Whether a factor or delay of an accelerometer across gravity is not named, for there is a bias of it: accelerometers that are
+/// misaligned read a part of gravity as a bias and the same part of the load's changes, which correlate with its own reading.
+pub(crate) fn may_be_misalignment(parameter: InstrumentError, mut faults: impl Iterator<Item = InstrumentError>) -> bool {
     let across = matches!(parameter.channel(), Some(Channel::Ax | Channel::Ay));
     let asked = across && matches!(parameter.kind, InstrumentErrorKind::Scale | InstrumentErrorKind::Timing);
     let beside = |one: InstrumentError| one.kind == InstrumentErrorKind::Bias && one.channel() == parameter.channel();
-    (asked && faults.any(beside)).then(|| "beside its bias it may be accelerometers that are turned".to_owned())
+    asked && faults.any(beside)
 }
 
-/// Words for an estimate that would improve the fit but is not reported as a fault, with the reason.
-pub fn unnamed_estimate(parameter: InstrumentError, reason: &str, value: f64, std: f64) -> String {
-    let shown = if parameter.kind == InstrumentErrorKind::Scale { 1.0 + value } else { value };
-    let unit = unit(parameter);
-    format!("{}: {shown:.3} +- {std:.3}{unit} would fit, but {reason}", words(parameter))
+/// An estimate that would improve the fit but is not reported as a fault, with the reason.
+pub(crate) fn unreported(parameter: InstrumentError, reason: UnreportedReason, value: f64, std: f64) -> NotObservable {
+    let value = if parameter.kind == InstrumentErrorKind::Scale { 1.0 + value } else { value };
+    NotObservable::Unreported { error: named(parameter), value, std, reason }
 }
 
-/// Parameters whose error would stay below the detection limit (1), in words.
-pub fn undetectable(found: &FaultSearch, number: usize) -> Vec<String> {
+fn named(parameter: InstrumentError) -> ChannelError {
+    ChannelError { kind: parameter.kind, channel: parameter.channel() }
+}
+
+/// Parameters whose error would stay below the detection limit (1).
+pub(crate) fn undetectable(found: &FaultSearch, number: usize) -> Vec<NotObservable> {
     let Some(run) = found.runs.get(number) else { return Vec::new() };
     let minimum = found.local.minimum(&found.point);
     let mut said = Vec::new();
@@ -117,7 +115,7 @@ pub fn undetectable(found: &FaultSearch, number: usize) -> Vec<String> {
         if !parameter.can_be_fault() || !run.active.contains(&index) || index >= SHARED_BIAS {
             continue;
         }
-        let what = words(parameter);
+        let error = named(parameter);
         if parameter.mimicked_by_gusts() && is_gusty(run) {
             rough = true;
             continue;
@@ -135,77 +133,46 @@ pub fn undetectable(found: &FaultSearch, number: usize) -> Vec<String> {
         }
         let released = found.local.released(&found.point, &minimum, place);
         let (Some(one), Some((normal, _))) = (released, found.point.priors(place)) else {
-            said.push(format!("{what}: this motion shows nothing of it"));
+            said.push(NotObservable::NotExcited(error));
             continue;
         };
         let variance = found.local.colour(&found.runs, &[place]) * one.std * one.std;
         let least = libm::sqrt(ENTER * (variance + normal * normal)) + 2.0 * libm::sqrt(variance);
         let least = least_of_motion(&found.runs, parameter).map_or(least, |(leaked, _)| least.max(leaked));
         if least.is_infinite() {
-            said.push(format!("{what}: its axis moves too little beside the others"));
+            said.push(NotObservable::InsufficientMotion(error));
         } else if least > parameter.worth_finding() {
-            let unit = unit(parameter);
-            said.push(format!("{what}: less than {least:.2}{unit} could not be told, this motion shows too little of it"));
+            said.push(NotObservable::BelowLimit(error, least));
         }
     }
     if rough {
-        said.push("errors of tas alpha beta ax ay az and positions: the air is too rough, gusts look the same".to_owned());
+        said.push(NotObservable::Gusts);
     }
     if run.record.outputs.get(5).is_some_and(Option::is_some) {
-        said.push("psi bias: any heading may be the start".to_owned());
+        said.push(NotObservable::HeadingBias);
     }
     if run.record.outputs.get(6).is_some_and(Option::is_some) {
-        said.push("altitude: rising air and static pressure look like errors of its instrument".to_owned());
+        said.push(NotObservable::Altitude);
     }
     said
 }
 
-fn unit(parameter: InstrumentError) -> String {
-    match parameter.kind {
-        InstrumentErrorKind::Bias => parameter.channel().map_or(String::new(), |channel| format!(" {}", channel.si_unit())),
-        InstrumentErrorKind::Timing => " s".to_owned(),
-        InstrumentErrorKind::Scale => String::new(),
-        _ => " m".to_owned(),
-    }
-}
-
-/// Channels that are not measured, in words.
-pub fn absent(record: &RunChannels) -> Vec<String> {
-    let name = |channel: &Channel| channel.name(ControlNames::Rotorcraft);
+/// Channels that are not measured.
+pub(crate) fn absent(record: &RunChannels) -> Vec<NotObservable> {
     let mut said = Vec::new();
     let inputs = INPUT_CHANNELS.iter().zip(&record.inputs).filter(|(_, series)| series.is_none());
-    let inputs: Vec<&str> = inputs.map(|(channel, _)| name(channel)).collect();
+    let inputs: Vec<Channel> = inputs.map(|(channel, _)| *channel).collect();
     if !inputs.is_empty() {
-        said.push(format!("{}: not measured", inputs.join(" ")));
+        said.push(NotObservable::NotMeasured(inputs));
     }
     if !record.velocities {
-        let reason = if record.inputs.iter().take(3).any(Option::is_none) { "accelerometers" } else { "airspeed" };
-        said.push(format!(
-            "tas alpha beta altitude: without {reason} nothing says how the velocity moves; \
-             only attitude and rates are compared"
-        ));
+        said.push(NotObservable::VelocityUndetermined(record.inputs.iter().take(3).any(Option::is_none)));
     }
     let velocity = |channel: &Channel| !matches!(channel, Channel::Phi | Channel::Theta | Channel::Psi);
     for (channel, series) in OUTPUT_CHANNELS.iter().zip(&record.outputs) {
         if series.is_none() && (record.velocities || !velocity(channel)) {
-            said.push(format!("{}: not measured", name(channel)));
+            said.push(NotObservable::NotMeasured(vec![*channel]));
         }
     }
     said
-}
-
-/// A parameter in words.
-fn words(parameter: InstrumentError) -> String {
-    let channel = parameter.channel().map_or("", |channel| channel.name(ControlNames::Rotorcraft));
-    let axis = |axis: usize| ["x", "y", "z"].get(axis).copied().unwrap_or("");
-    match parameter.kind {
-        InstrumentErrorKind::Bias => format!("{channel} bias"),
-        InstrumentErrorKind::Scale => format!("{channel} scale"),
-        InstrumentErrorKind::Timing => format!("{channel} lag or skew"),
-        InstrumentErrorKind::AlphaPlace(a) => format!("place of the alpha vane alone, {}", axis(a)),
-        InstrumentErrorKind::BetaPlace(a) => format!("place of the beta vane alone, {}", axis(a)),
-        InstrumentErrorKind::VanePlace(a) => format!("vane position {}", axis(a)),
-        InstrumentErrorKind::AccelerometerPlace(a) => format!("accelerometer position {}", axis(a)),
-        InstrumentErrorKind::Flow(_) | InstrumentErrorKind::Misalignment(_) => String::new(),
-    }
 }

@@ -17,7 +17,7 @@ use super::filter::{Prepared, pass};
 use super::fit::{FitLinearisation, ParameterPoint, RunWithNoise, SHARED, linearise, parameter_at};
 use super::noise::{first_guess, improve, prior};
 use super::parallel_map::parallel_map;
-use super::parameter::InstrumentErrorKind;
+use super::record::InstrumentErrorKind;
 use super::single_run::{SingleRunFit, separate};
 
 /// Normalised (1): healthy runs have -2.5 to 0, one with r or beta 1.15 times the truth in a lateral manoeuvre 20.
@@ -29,15 +29,15 @@ const SWEEPS: usize = 8;
 
 /// Runs that were fitted together.
 #[derive(Clone, Debug)]
-pub struct RunGroup {
+pub(crate) struct RunGroup {
     /// Which, by their places among all.
-    pub members: Vec<usize>,
+    pub(crate) members: Vec<usize>,
     /// The fault search of these runs, in that order.
-    pub found: FaultSearch,
+    pub(crate) found: FaultSearch,
     /// Single-run fits, where the group has more than one run.
-    pub alone: Vec<Option<SingleRunFit>>,
+    pub(crate) alone: Vec<Option<SingleRunFit>>,
     /// Whether it was separated from other runs as an outlier.
-    pub apart: bool,
+    pub(crate) apart: bool,
 }
 
 /// The fault search of one run alone.
@@ -66,7 +66,7 @@ pub(crate) fn single_run_evidence(found: &FaultSearch) -> Option<f64> {
 }
 
 /// The groups of runs; a run on which the filter fails is in none.
-pub fn groups(runs: &[RunWithNoise]) -> Vec<RunGroup> {
+pub(crate) fn groups(runs: &[RunWithNoise]) -> Vec<RunGroup> {
     if let [run] = runs {
         let found = select(vec![run.clone()]);
         return found.into_iter().map(|found| RunGroup { members: vec![0], found, alone: Vec::new(), apart: false }).collect();

@@ -1,7 +1,7 @@
 //! The same work on several items at once, one thread a core: results in the order of the items, whatever the number of cores.
 
 /// `one` applied to each item.
-pub fn parallel_map<I: Sync, T: Send>(items: &[I], one: impl Fn(&I) -> T + Sync) -> Vec<T> {
+pub(crate) fn parallel_map<I: Sync, T: Send>(items: &[I], one: impl Fn(&I) -> T + Sync) -> Vec<T> {
     let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get()).min(items.len());
     if cores < 2 {
         return items.iter().map(one).collect();

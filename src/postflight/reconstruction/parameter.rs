@@ -4,6 +4,7 @@
 //! place of their own. Every parameter is always estimated, with a prior of mean zero (scale: one): *normal*, the standard
 //! deviation among healthy instruments, or once it is taken for a fault *free*. See `select`.
 
+use super::record::InstrumentErrorKind;
 use crate::flight::channel::Channel;
 
 /// The inputs of the kinematics, in the order of their parameters.
@@ -53,29 +54,6 @@ pub const FLOW: usize = ACCELEROMETER_PLACE + 3;
 pub const MISALIGNMENT: usize = FLOW + 3;
 /// Biases that stand over all runs, beside each run's own; of one run alone there are none.
 pub const SHARED_BIAS: usize = MISALIGNMENT + 6;
-
-/// Which sort of error.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum InstrumentErrorKind {
-    /// Reads that much more.
-    Bias,
-    /// Reads that many times the truth.
-    Scale,
-    /// Reads late: by a lag or by a skew.
-    Timing,
-    /// The incidence vane stands elsewhere, along this axis.
-    AlphaPlace(usize),
-    /// The sideslip vane stands elsewhere, along this axis.
-    BetaPlace(usize),
-    /// Both vanes stand elsewhere, along this axis.
-    VanePlace(usize),
-    /// The accelerometers stand elsewhere, along this axis.
-    AccelerometerPlace(usize),
-    /// Not an instrument's error: how the airframe bends the flow.
-    Flow(usize),
-    /// A gyro feels a little of another axis.
-    Misalignment(usize),
-}
 
 /// One parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

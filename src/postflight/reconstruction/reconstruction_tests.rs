@@ -5,7 +5,7 @@ use super::fit::active;
 use super::motion::{STATES, observe, rate};
 use super::noise::first_guess;
 use super::parameter::{INPUTS, OUTPUT_CHANNELS, OUTPUTS, TIMING, Theta};
-use super::record::RunChannels;
+use super::run_channels::RunChannels;
 use crate::flight::channel::Channel;
 use crate::flight::run::RunGeometry;
 use crate::flight::sample::Sample;

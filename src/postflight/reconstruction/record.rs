@@ -1,183 +1,247 @@
-//! A run as the check takes it: channels as lines, a uniform mesh of times, readings at its nodes.
-//!
-//! Consumes samples and where instruments stand; produces the mesh (the gyros' own interval, at most [`RATE_MAX_HZ`]), and for
-//! given time skews each output's readings, those that fall to one node averaged. A stretch without rates longer than
-//! [`GAP_S`] parts the run: nothing is carried over it.
+//! The published vocabulary of the check of instruments: why a run is fit or not, which errors its motion does not show, and what
+//! distinguishes two explanations. The words for people are made in `io/outputs/words/instrument_words.rs`.
 
-use super::motion::STATES;
-use super::parameter::{INPUT_CHANNELS, INPUTS, OUTPUT_CHANNELS, OUTPUTS, SCALE, Theta};
 use crate::flight::channel::Channel;
-use crate::flight::run::RunGeometry;
-use crate::flight::sample::Sample;
-use crate::flight::signal::readings::{Groups, Mesh, Readings};
-use crate::flight::signal::series::Series;
 
-/// The mesh is not finer than this, Hz: the motion of a rigid aircraft is slower, and what is faster (vibration, filters of
-/// the instruments) is left to the average.
-pub const RATE_MAX_HZ: f64 = 12.5;
-/// A gap that parts the run, s.
-pub const GAP_S: f64 = 0.5;
-/// Outputs are not compared so near to both ends, so that a skew moves none of them out of the run, s.
-const EDGE_S: f64 = 0.4;
-/// Fewer readings of a channel are none.
-const READINGS_MIN: usize = 20;
-
-/// Channels of a run.
-#[derive(Clone, Debug, Default)]
-pub struct RunChannels {
-    /// Accelerometers and gyros.
-    pub inputs: [Option<Series>; INPUTS],
-    /// Air data, attitude and altitude.
-    pub outputs: [Option<Series>; OUTPUTS],
-    /// Where the accelerometers are said to stand, m.
-    pub accelerometer_place: [f64; 3],
-    /// Where the vanes are said to stand, m.
-    pub vane_place: [f64; 3],
-    /// Whether velocities can be followed: there are accelerometers and an airspeed.
-    pub velocities: bool,
-    /// What a factor is taken about: zero, but the mean where only changes count.
-    pub about: [f64; OUTPUTS],
-    /// The mesh; without nodes where there are no gyros.
-    pub mesh: Mesh,
-    /// The gyros' own interval, s.
-    pub sample_s: f64,
-    anew: Vec<bool>,
-    groups: Groups<OUTPUTS>,
+/// Which sort of error an instrument has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InstrumentErrorKind {
+    /// Reads that much more.
+    Bias,
+    /// Reads that many times the truth.
+    Scale,
+    /// Reads late: by a lag or by a skew.
+    Timing,
+    /// The incidence vane stands elsewhere, along this axis.
+    AlphaPlace(usize),
+    /// The sideslip vane stands elsewhere, along this axis.
+    BetaPlace(usize),
+    /// Both vanes stand elsewhere, along this axis.
+    VanePlace(usize),
+    /// The accelerometers stand elsewhere, along this axis.
+    AccelerometerPlace(usize),
+    /// Not an instrument's error: how the airframe bends the flow.
+    Flow(usize),
+    /// A gyro feels a little of another axis.
+    Misalignment(usize),
 }
 
-impl RunChannels {
-    /// Gathers a run's samples.
-    pub fn of(samples: &[Sample], geometry: &RunGeometry) -> RunChannels {
-        let line = |channel: Channel| {
-            let series = Series::of(samples.iter().filter_map(|sample| Some((sample.time_s, sample.get(channel)?))));
-            let still = series.samples().all(|(_, value)| (value - series.at(f64::NEG_INFINITY)).abs() < 1e-12);
-            (series.len() >= READINGS_MIN && !still).then_some(series)
-        };
-        let mut record = RunChannels {
-            inputs: INPUT_CHANNELS.map(line),
-            outputs: OUTPUT_CHANNELS.map(|channel| {
-                let series = line(channel)?;
-                Some(if matches!(channel, Channel::Psi | Channel::Phi) { series.unwrapped() } else { series })
-            }),
-            accelerometer_place: geometry.accelerometer_position_m,
-            vane_place: geometry.vane_position_m,
-            ..RunChannels::default()
-        };
-        let forces = record.inputs.iter().take(3).flatten().count();
-        record.velocities = forces == 3 && record.outputs.first().is_some_and(Option::is_some);
-        if !record.velocities {
-            // Nothing says how the velocities move, so nothing can be compared with them.
-            for (output, channel) in record.outputs.iter_mut().zip(OUTPUT_CHANNELS) {
-                if !matches!(channel, Channel::Phi | Channel::Theta | Channel::Psi) {
-                    *output = None;
-                }
-            }
-        }
-        for ((about, series), channel) in record.about.iter_mut().zip(&record.outputs).zip(OUTPUT_CHANNELS) {
-            if let (Channel::Psi | Channel::Altitude, Some(series)) = (channel, series) {
-                *about = series.at(f64::NEG_INFINITY);
-            }
-        }
-        record.lay_mesh();
-        record.group();
-        record
-    }
+/// An error of an instrument by its kind and, where it is of one channel, that channel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ChannelError {
+    /// Its kind.
+    pub kind: InstrumentErrorKind,
+    /// Its channel; positions have none.
+    pub channel: Option<Channel>,
+}
 
-    /// The same with one channel's sign turned.
-    #[must_use]
-    pub fn turned(&self, channel: Channel) -> RunChannels {
-        let mut other = self.clone();
-        let named = INPUT_CHANNELS.iter().zip(&mut other.inputs).chain(OUTPUT_CHANNELS.iter().zip(&mut other.outputs));
-        for (_, series) in named.filter(|(one, _)| **one == channel) {
-            *series = series.take().map(|series| Series::of(series.samples().map(|(time_s, value)| (time_s, -value))));
-        }
-        other.group();
-        other
-    }
+/// A coarse error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GrossError {
+    /// These read with the opposite sign.
+    Turned(&'static [Channel]),
+    /// These read in that unit; its size in SI.
+    Unit(&'static [Channel], &'static str, f64),
+    /// Two are exchanged.
+    Swapped([Channel; 2]),
+}
 
-    /// The same with the two accelerometers across gravity under each other's names.
-    #[must_use]
-    pub fn exchanged(&self) -> RunChannels {
-        let mut other = self.clone();
-        other.inputs.swap(0, 1);
-        other
-    }
+/// A wiring error of channels that hardly move.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum WiringError {
+    /// This channel reads with the opposite sign.
+    Turned(Channel),
+    /// ax and ay are recorded under each other's names.
+    Exchanged,
+}
 
-    /// Gives the outputs' samples to the nodes.
-    fn group(&mut self) {
-        if self.mesh.nodes > 0 {
-            // Not at both ends, so that a skew moves none out of the run.
-            let (from_s, to_s) = (self.mesh.first_s, self.mesh.time_s(self.mesh.nodes.saturating_sub(1)));
-            let margin_s = EDGE_S.min(0.05 * (to_s - from_s));
-            self.groups = Groups::of(&self.outputs, &self.mesh, (from_s + margin_s, to_s - margin_s));
-        }
-    }
+/// How a wiring error explains a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum WiringFinding {
+    /// Far better than errors of instruments do.
+    Better(WiringError),
+    /// As well as errors of instruments do.
+    AsWell(WiringError),
+    /// It would make the bias that was found of this channel.
+    MakesBias(WiringError, Channel),
+}
 
-    /// Lays the mesh over the time that the gyros cover.
-    fn lay_mesh(&mut self) {
-        let gyros: Vec<&Series> = self.inputs.iter().skip(3).flatten().collect();
-        let range = gyros.iter().filter_map(|series| series.range_s());
-        let (first_s, last_s) = range.fold((f64::NEG_INFINITY, f64::INFINITY), |(a, b), (c, d)| (a.max(c), b.min(d)));
-        let interval_s = gyros.iter().filter_map(|series| series.interval_s()).fold(0.0, f64::max);
-        if gyros.len() < 3 || !(last_s > first_s) || !(interval_s > 0.0) {
-            return;
-        }
-        self.sample_s = interval_s;
-        // Whole intervals of the gyros, so that no step is made up of parts of samples.
-        let step_s = interval_s * libm::floor((1.0 / (RATE_MAX_HZ * interval_s) + 1e-6).max(1.0));
-        self.mesh = Mesh { first_s, step_s, nodes: ((last_s - first_s) / step_s + 1e-6) as usize + 1 };
-        self.anew = vec![false; self.mesh.nodes];
-        for series in self.inputs.iter().flatten() {
-            let mut before_s = first_s;
-            for (time_s, _) in series.samples() {
-                if time_s - before_s > GAP_S.max(3.0 * self.mesh.step_s) {
-                    let node = ((time_s - first_s) / self.mesh.step_s).ceil() as usize;
-                    if let Some(anew) = self.anew.get_mut(node) {
-                        *anew = true;
-                    }
-                }
-                before_s = time_s;
-            }
-        }
-    }
+/// An accelerometer whose mean contradicts attitude, turn and flow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeanForceContradiction {
+    /// The accelerometer.
+    pub channel: Channel,
+    /// Its mean, m/s^2.
+    pub mean: f64,
+    /// The attitude angle that the expected mean depends on.
+    pub attitude: Channel,
+    /// The expected mean, m/s^2.
+    pub expected: f64,
+    /// Whether a reversed sign explains it.
+    pub reversed: bool,
+}
 
-    /// A channel, where it is there.
-    pub fn series(&self, channel: Channel) -> Option<&Series> {
-        let input = INPUT_CHANNELS.iter().position(|one| *one == channel).and_then(|place| self.inputs.get(place));
-        let output = || OUTPUT_CHANNELS.iter().position(|one| *one == channel).and_then(|place| self.outputs.get(place));
-        input.or_else(output)?.as_ref()
-    }
+/// What the agreement of a run's instruments was tested on.
+#[derive(Clone, Debug, PartialEq)]
+pub enum AgreementScope {
+    /// All channels.
+    Whole,
+    /// Attitude and rates: others are not measured.
+    AttitudeAndRates,
+    /// Attitude and rates: the air is too rough for the rest, but for the means of these accelerometers.
+    RoughAir(Vec<MeanForceContradiction>),
+}
 
-    /// Whether nothing is carried to that node from the one before.
-    pub fn starts_anew(&self, node: usize) -> bool {
-        self.anew.get(node).copied().unwrap_or(false)
-    }
+/// Why a run is fit, fit once corrected, or not fit for identification.
+#[derive(Clone, Debug, PartialEq)]
+pub enum VerdictReason {
+    /// The run, or what is left of it, is short.
+    TooShort {
+        /// Its length, s.
+        length_s: f64,
+        /// The least that is needed, s.
+        least_s: f64,
+        /// A channel that stands still, whose samples were taken out.
+        standing: Option<Channel>,
+    },
+    /// These angular rates are not recorded.
+    NoRates(Vec<Channel>),
+    /// Time goes back.
+    ClockBackwards {
+        /// At so many samples.
+        backwards: usize,
+        /// Of so many.
+        samples: usize,
+    },
+    /// Angular rates are sampled too seldom.
+    RateTooLow {
+        /// Their rate, Hz.
+        rate_hz: f64,
+        /// The least that is needed, Hz.
+        least_hz: f64,
+    },
+    /// The mean of az is not near that of level flight, m/s^2.
+    MeanNormalForce(f64),
+    /// Neither attitude nor air data are recorded.
+    NoOutputs,
+    /// No stretch between gaps is long enough.
+    Gaps {
+        /// How many gaps.
+        count: usize,
+        /// In so long a run, s.
+        length_s: f64,
+        /// A channel that stands still, whose samples were taken out.
+        standing: Option<Channel>,
+    },
+    /// The largest rms of an angular rate, rad/s, is too small.
+    NoExcitation(f64),
+    /// A sign, a unit or names are wrong.
+    Gross {
+        /// The errors that explain it, any one of them.
+        either: Vec<GrossError>,
+        /// The channel that then follows from the others.
+        shown: Channel,
+        /// Its R2 as recorded.
+        before: f64,
+        /// Its R2 corrected.
+        after: f64,
+    },
+    /// A channel jumps.
+    Jump {
+        /// Which channel.
+        channel: Channel,
+        /// When, s.
+        time_s: f64,
+        /// By how much, in the channel's SI unit.
+        by: f64,
+    },
+    /// A channel is beyond what any aircraft reaches, in this part of its samples.
+    OutOfRange(Channel, f64),
+    /// The kinematics cannot follow the motion.
+    NotFollowed,
+    /// A wiring error explains the run.
+    Wiring(WiringFinding),
+    /// The scale factor that fits best is none that an instrument has.
+    ImplausibleScale(Channel, f64),
+    /// The rate of a flow angle contradicts accelerometers and gyros: its R2.
+    FlowAngleContradicted(Channel, f64),
+    /// The rate of a flow angle does not follow from accelerometers and gyros: its R2.
+    FlowAngleNotFollowed(Channel, f64),
+    /// The instruments agree with each other.
+    Agree(AgreementScope),
+    /// So many errors of instruments were found.
+    ErrorsFound(usize),
+    /// The run is an outlier, checked apart from the others.
+    Outlier {
+        /// Whether no other run agrees with it.
+        alone: bool,
+        /// Whether no error of an instrument explains it.
+        unexplained: bool,
+        /// The reason of its own verdict.
+        reason: Box<VerdictReason>,
+    },
+}
 
-    /// How many gaps part the run.
-    pub fn gaps(&self) -> usize {
-        self.anew.iter().filter(|anew| **anew).count()
-    }
+/// Why an estimate that would improve the fit is not reported as a fault.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum UnreportedReason {
+    /// Its axis has this part of the motion of the busiest one.
+    InsufficientMotion(f64),
+    /// With a bias of the same accelerometer it may be a misalignment.
+    Misalignment,
+    /// Gusts have the same effect.
+    Gusts,
+    /// No instrument has such a scale factor.
+    ImplausibleScale,
+}
 
-    /// A first guess of the state at a node, by what is measured there.
-    pub fn start(&self, node: usize, theta: &Theta) -> [f64; STATES] {
-        let time_s = self.mesh.time_s(node);
-        let read = |output: usize| {
-            let series = self.outputs.get(output).and_then(Option::as_ref)?;
-            let measured = INPUTS + output;
-            let about = self.about[output];
-            let mean = series.mean(time_s, time_s + 0.2);
-            Some((mean - theta.bias(measured) - about) / (1.0 + theta.values[SCALE + measured]) + about)
-        };
-        let speed = read(0).unwrap_or(50.0).max(3.0);
-        let [alpha, beta, phi, theta, psi] = [1, 2, 3, 4, 5].map(|output| read(output).unwrap_or(0.0));
-        let (sin_beta, cos_beta) = libm::sincos(beta);
-        let (sin_alpha, cos_alpha) = libm::sincos(alpha);
-        let altitude = read(6).unwrap_or(0.0);
-        [speed * cos_alpha * cos_beta, speed * sin_beta, speed * sin_alpha * cos_beta, phi, theta, psi, altitude, 0.0]
-    }
+/// What cannot be known of a run's instruments.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NotObservable {
+    /// These channels are not measured.
+    NotMeasured(Vec<Channel>),
+    /// The velocity is not determined: accelerometers (true) or the airspeed (false) are not measured.
+    VelocityUndetermined(bool),
+    /// An estimate that is not reported as a fault.
+    Unreported {
+        /// The error.
+        error: ChannelError,
+        /// Its value in SI; of a scale factor the factor.
+        value: f64,
+        /// Its standard error.
+        std: f64,
+        /// Why it is not reported.
+        reason: UnreportedReason,
+    },
+    /// The motion does not excite it.
+    NotExcited(ChannelError),
+    /// Its axis moves too little compared with the others.
+    InsufficientMotion(ChannelError),
+    /// Errors below this detection limit, in SI, are not detected.
+    BelowLimit(ChannelError, f64),
+    /// Gusts have the effect of errors of air data, accelerometers and positions.
+    Gusts,
+    /// The initial heading is unknown.
+    HeadingBias,
+    /// Vertical wind and static pressure have the effect of errors of the altitude.
+    Altitude,
+}
 
-    /// Readings of every output by node, each at the time when it was true.
-    pub fn readings(&self, theta: &Theta) -> Readings {
-        self.groups.readings(&self.mesh, &core::array::from_fn(|output| theta.skew_s(INPUTS + output)))
-    }
+/// What distinguishes two explanations of one error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Separation {
+    /// Lag or skew of one channel.
+    LagOrSkew,
+    /// Positions of vanes or of accelerometers.
+    VaneOrAccelerometers,
+    /// A position or a delay.
+    PositionOrDelay,
+    /// Scale factors of two channels.
+    ScaleOrScale,
+    /// Biases of two channels.
+    BiasOrBias,
+    /// A bias or a scale factor.
+    BiasOrScale,
+    /// Any other pair.
+    OtherInput,
 }

@@ -6,15 +6,14 @@ use super::fit::{RunWithNoise, parameter_at, place_of};
 use super::flow_angle_r2::flow_angle_r2;
 use super::gross_errors::speed_unit;
 use super::mean_force_check::contradicted_mean_force;
-use super::observability::{
-    absent, insufficient_motion, insufficient_motion_reason, misalignment_reason, motion_std, undetectable, unnamed_estimate,
-};
-use super::parameter::{BIAS, InstrumentErrorKind, SHARED_BIAS, Theta};
-use super::record::RunChannels;
+use super::observability::{absent, insufficient_motion, may_be_misalignment, motion_std, undetectable, unreported};
+use super::parameter::{BIAS, SHARED_BIAS, Theta};
+use super::record::{AgreementScope, InstrumentErrorKind, NotObservable, UnreportedReason, VerdictReason};
+use super::run_channels::RunChannels;
 use super::screening::Screened;
 use super::single_run::SingleRunFit;
 use super::wiring::{miswired, wiring};
-use crate::flight::channel::{Channel, ControlNames};
+use crate::flight::channel::Channel;
 use crate::flight::effect::Effect;
 use crate::flight::file::effect_file::DeclaredEffect;
 use crate::flight::unit::STANDARD_GRAVITY;
@@ -62,13 +61,13 @@ pub struct RunVerdict {
     /// Whether it is fit.
     pub fitness: Fitness,
     /// Why.
-    pub reason: String,
+    pub reason: VerdictReason,
     /// Its corrections, the most significant first.
     pub corrections: Vec<Correction>,
     /// R2 of incidence and sideslip before and after.
     pub consistency: [Option<(f64, Option<f64>)>; 2],
-    /// What cannot be known, a phrase each with its reason.
-    pub not_observable: Vec<String>,
+    /// What cannot be known.
+    pub not_observable: Vec<NotObservable>,
     /// Samples that no instrument measured, taken out before.
     pub screened: Vec<Screened>,
 }
@@ -83,7 +82,7 @@ pub(crate) fn run_verdict(
 ) -> Option<RunVerdict> {
     let run = found.runs.get(number)?;
     let mut corrections: Vec<Correction> = Vec::new();
-    let mut doubts: Vec<String> = Vec::new();
+    let mut doubts: Vec<NotObservable> = Vec::new();
     let mut unfit = None;
     let mut rough = is_gusty(run);
     for fault in &found.faults {
@@ -95,25 +94,25 @@ pub(crate) fn run_verdict(
         if let Some(part) = insufficient_motion(&found.runs, parameter, fault.value)
             && fault.rivals.iter().all(|rival| insufficient_motion(&found.runs, parameter_at(rival.0.place).0, rival.1).is_some())
         {
-            doubts.push(unnamed_estimate(parameter, &insufficient_motion_reason(part), fault.value, fault.std));
+            doubts.push(unreported(parameter, UnreportedReason::InsufficientMotion(part), fault.value, fault.std));
             continue;
         }
         let others = found.faults.iter().map(|other| parameter_at(other.name.place).0);
-        if let Some(reason) = misalignment_reason(parameter, others) {
-            doubts.push(unnamed_estimate(parameter, &reason, fault.value, fault.std));
+        if may_be_misalignment(parameter, others) {
+            doubts.push(unreported(parameter, UnreportedReason::Misalignment, fault.value, fault.std));
             continue;
         }
         // Before the air is blamed: what a wiring error leaves looks like it.
         if let (InstrumentErrorKind::Bias, Some(channel)) = (parameter.kind, parameter.channel())
-            && let Some(words) = miswired(found, number, own.is_some(), channel, (fault.value, fault.std))
+            && let Some(finding) = miswired(found, number, own.is_some(), channel, (fault.value, fault.std))
         {
-            unfit = Some(words);
+            unfit = Some(VerdictReason::Wiring(finding));
         }
         // What is told of all runs is told by the roughest of them too.
         let turbulent = is_turbulent(run) || own.is_none() && found.runs.iter().any(is_turbulent);
         let normalised_excess = fault.value.abs() > TURBULENT_STDS * fault.std;
         if parameter.mimicked_by_gusts() && (is_gusty(run) || turbulent && !normalised_excess) {
-            doubts.push(unnamed_estimate(parameter, "the air is too rough in this run", fault.value, fault.std));
+            doubts.push(unreported(parameter, UnreportedReason::Gusts, fault.value, fault.std));
             rough = true;
             continue;
         }
@@ -141,12 +140,8 @@ pub(crate) fn run_verdict(
             && !(FACTOR_MIN..=FACTOR_MAX).contains(&factor)
             && !(channel == Channel::Tas && speed_unit(factor, std).is_some())
         {
-            doubts.push(unnamed_estimate(parameter, "no instrument reads so", fault.value, fault.std));
-            unfit = Some(format!(
-                "{} contradicts the others as no error of an instrument does ({factor:.2} times the truth would fit best): a jump, \
-                 damaged samples, or another channel",
-                channel.name(ControlNames::Rotorcraft)
-            ));
+            doubts.push(unreported(parameter, UnreportedReason::ImplausibleScale, fault.value, fault.std));
+            unfit = Some(VerdictReason::ImplausibleScale(channel, factor));
             continue;
         }
         let split_by = splits(fault.name, fault.rivals.iter().map(|rival| rival.0));
@@ -179,7 +174,7 @@ pub(crate) fn run_verdict(
         if miswired.alone {
             corrections.clear();
         }
-        unfit = Some(miswired.words);
+        unfit = Some(VerdictReason::Wiring(miswired.finding));
     }
     let before = flow_angle_r2(&run.record, &Theta::NONE);
     let after = flow_angle_r2(&run.record, &found.point.theta(number));
@@ -194,43 +189,32 @@ pub(crate) fn run_verdict(
 }
 
 /// Whether a run is fit with that many corrections, R2 of incidence and sideslip after them given, and why.
-fn fitness(run: &RunWithNoise, after: [Option<f64>; 2], corrections: usize, rough: bool) -> (Fitness, String) {
+fn fitness(run: &RunWithNoise, after: [Option<f64>; 2], corrections: usize, rough: bool) -> (Fitness, VerdictReason) {
     let record = &run.record;
     // Gravity turns the flow by bank and pitch: without both nothing says how the angles must move.
     let whole = [3, 4].into_iter().all(|output| record.outputs.get(output).is_some_and(Option::is_some));
-    let contrary = ["alpha", "beta"].into_iter().zip(after).enumerate().find_map(|(place, (angle, after))| {
+    let contrary = [Channel::Alpha, Channel::Beta].into_iter().zip(after).enumerate().find_map(|(place, (angle, after))| {
         let after = after.filter(|after| whole && *after < R2_CONTRARY && spread(record, 1 + place) > MOVES_RAD)?;
         Some((angle, after))
     });
     if let Some((angle, after)) = contrary {
-        let what = "a channel with its sign turned or under another's name, damaged samples, or air too rough";
-        let reason =
-            format!("the rate of {angle} contradicts the accelerometers and gyros (R2 {after:.3}), corrected or not: {what}");
-        return (Fitness::NotFit, reason);
+        return (Fitness::NotFit, VerdictReason::FlowAngleContradicted(angle, after));
     }
     // The angle that hardly moves is moved by what the kinematics do not know, such as the flow in sideslip.
-    let (angle, place) = if spread(record, 1) > spread(record, 2) { ("alpha", 0) } else { ("beta", 1) };
+    let (angle, place) = if spread(record, 1) > spread(record, 2) { (Channel::Alpha, 0) } else { (Channel::Beta, 1) };
     // Either angle's kinematics take the other's; and in rough air neither follows from what is measured.
     let both = [1, 2].into_iter().all(|output| record.outputs.get(output).is_some_and(Option::is_some));
     match after[place].filter(|after| *after < R2_FIT && both && whole && !is_gusty(run)) {
-        Some(after) => (
-            Fitness::NotFit,
-            format!(
-                "the rate of {angle} does not follow from the accelerometers and gyros (R2 {after:.3}), corrected or not, or the air is too rough"
-            ),
-        ),
+        Some(after) => (Fitness::NotFit, VerdictReason::FlowAngleNotFollowed(angle, after)),
         None if corrections == 0 => {
             let scope = match (record.velocities && whole, rough) {
-                (false, _) => " (attitude and rates only)".to_owned(),
-                (true, true) => {
-                    let but = contradicted_mean_force(run).map_or(String::new(), |what| format!("; but {what}"));
-                    format!(" (attitude and rates only: the air is too rough for the rest{but})")
-                }
-                (true, false) => String::new(),
+                (false, _) => AgreementScope::AttitudeAndRates,
+                (true, true) => AgreementScope::RoughAir(contradicted_mean_force(run).unwrap_or_default()),
+                (true, false) => AgreementScope::Whole,
             };
-            (Fitness::Fit, format!("its instruments agree with each other{scope}"))
+            (Fitness::Fit, VerdictReason::Agree(scope))
         }
-        None => (Fitness::FitCorrected, format!("{corrections} instrument error(s) found")),
+        None => (Fitness::FitCorrected, VerdictReason::ErrorsFound(corrections)),
     }
 }
 
@@ -251,7 +235,6 @@ fn in_run(found: &FaultSearch, number: usize, fault: &Fault) -> Option<(f64, f64
     (fault.name.place == standing).then_some((value, libm::sqrt(variance)))
 }
 
-/// How much an output moves.
 fn spread(record: &RunChannels, output: usize) -> f64 {
     record.outputs.get(output).and_then(Option::as_ref).map_or(0.0, motion_std)
 }

@@ -50,7 +50,7 @@ pub enum Damage {
     /// Away from both neighbours.
     Spike,
     /// Frozen, clipped or zeroed.
-    Standing,
+    Frozen,
 }
 
 impl Damage {
@@ -60,7 +60,7 @@ impl Damage {
             Damage::NotFinite => "no finite number",
             Damage::OutOfRange => "beyond what any aircraft reaches",
             Damage::Spike => "a spike",
-            Damage::Standing => "standing still (frozen, clipped or zeroed)",
+            Damage::Frozen => "standing still (frozen, clipped or zeroed)",
         }
     }
 }
@@ -79,10 +79,10 @@ pub struct Screened {
 }
 
 /// One channel of the samples: place, time and value where it was sampled.
-type Line = Vec<(usize, f64, f64)>;
+type ChannelReadings = Vec<(usize, f64, f64)>;
 
 /// A heading's full turns are taken out, as are bank's.
-fn line(samples: &[Sample], channel: Channel) -> Line {
+fn line(samples: &[Sample], channel: Channel) -> ChannelReadings {
     let sampled = samples.iter().enumerate().filter_map(|(place, sample)| Some((place, sample.time_s, sample.get(channel)?)));
     if !matches!(channel, Channel::Psi | Channel::Phi) {
         return sampled.collect();
@@ -113,7 +113,7 @@ pub fn screen(samples: &mut [Sample]) -> Vec<Screened> {
         }
     }
     let lines = CHANNELS.map(|channel| line(samples, channel));
-    let none = Line::new();
+    let none = ChannelReadings::new();
     for (place, (channel, readings)) in CHANNELS.into_iter().zip(&lines).enumerate() {
         // An altimeter goes in steps, whatever it is written as.
         let slow = channel == Channel::Altitude;
@@ -121,7 +121,7 @@ pub fn screen(samples: &mut [Sample]) -> Vec<Screened> {
             let other = |other: usize| other != place && moves(lines.get(other).unwrap_or(readings), from_s, to_s);
             (0..CHANNELS.len()).any(other)
         });
-        take(samples, channel, Damage::Standing, readings, &standing, &mut all);
+        take(samples, channel, Damage::Frozen, readings, &standing, &mut all);
         let readings = line(samples, channel);
         let spikes = spikes(&readings);
         take(samples, channel, Damage::Spike, &readings, &spikes, &mut all);
@@ -145,11 +145,18 @@ pub fn beyond(samples: &[Sample]) -> Option<(Channel, f64)> {
 }
 
 /// Places in a line where that holds of the value.
-fn of(readings: &Line, holds: impl Fn(f64) -> bool) -> Vec<usize> {
+fn of(readings: &ChannelReadings, holds: impl Fn(f64) -> bool) -> Vec<usize> {
     (0..readings.len()).filter(|&k| readings.get(k).is_some_and(|one| holds(one.2))).collect()
 }
 
-fn take(samples: &mut [Sample], channel: Channel, damage: Damage, readings: &Line, taken: &[usize], all: &mut Vec<Screened>) {
+fn take(
+    samples: &mut [Sample],
+    channel: Channel,
+    damage: Damage,
+    readings: &ChannelReadings,
+    taken: &[usize],
+    all: &mut Vec<Screened>,
+) {
     let mut range_s = [f64::INFINITY, f64::NEG_INFINITY];
     for &(place, time_s, _) in taken.iter().filter_map(|&k| readings.get(k)) {
         range_s = [range_s[0].min(time_s), range_s[1].max(time_s)];
@@ -163,7 +170,7 @@ fn take(samples: &mut [Sample], channel: Channel, damage: Damage, readings: &Lin
 }
 
 /// Whether a channel changes between two times, by more than rounding.
-fn moves(readings: &Line, from_s: f64, to_s: f64) -> bool {
+fn moves(readings: &ChannelReadings, from_s: f64, to_s: f64) -> bool {
     let span = |readings: &[(usize, f64, f64)]| {
         let ends = readings.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), one| (low.min(one.2), high.max(one.2)));
         (ends.1 - ends.0).max(0.0)
@@ -175,7 +182,7 @@ fn moves(readings: &Line, from_s: f64, to_s: f64) -> bool {
 }
 
 /// Stretches by (1), all but the first sample of each, where something else moves meanwhile.
-fn standing(readings: &Line, else_moves: impl Fn(f64, f64) -> bool) -> Vec<usize> {
+fn standing(readings: &ChannelReadings, else_moves: impl Fn(f64, f64) -> bool) -> Vec<usize> {
     let count = readings.len();
     if count < COUNT_MIN {
         return Vec::new();
@@ -208,7 +215,7 @@ fn standing(readings: &Line, else_moves: impl Fn(f64, f64) -> bool) -> Vec<usize
 }
 
 /// Samples that leave both neighbours to one side.
-fn spikes(readings: &Line) -> Vec<usize> {
+fn spikes(readings: &ChannelReadings) -> Vec<usize> {
     let values: Vec<f64> = readings.iter().map(|one| one.2).collect();
     if values.len() < COUNT_MIN {
         return Vec::new();
@@ -349,8 +356,8 @@ mod tests {
         assert_eq!(counted(Channel::P, Damage::NotFinite), 1);
         assert_eq!(counted(Channel::P, Damage::OutOfRange), 1);
         assert_eq!(counted(Channel::P, Damage::Spike), 3);
-        assert_eq!(counted(Channel::P, Damage::Standing), 59);
-        let left = counted(Channel::Phi, Damage::Standing);
+        assert_eq!(counted(Channel::P, Damage::Frozen), 59);
+        let left = counted(Channel::Phi, Damage::Frozen);
         assert!(left + 20 > clipped && left < clipped, "{left} of {clipped}");
         assert!(said.iter().all(|one| one.channel != Channel::Altitude));
         assert_eq!(samples[100].get(Channel::P), None);

@@ -6,11 +6,12 @@
 
 use super::fit::{FitLinearisation, ParameterPoint, RunWithNoise, minimise, parameter_at, place_of};
 use super::parallel_map::parallel_map;
-use super::parameter::{BIAS, InstrumentError, InstrumentErrorKind, PARAMETERS, SHARED_BIAS};
+use super::parameter::{BIAS, InstrumentError, PARAMETERS, SHARED_BIAS};
+use super::record::InstrumentErrorKind;
 
 /// A run fitted by itself: parameters and normal equations at its minimum.
 #[derive(Clone, Debug)]
-pub struct SingleRunFit {
+pub(crate) struct SingleRunFit {
     run: RunWithNoise,
     point: ParameterPoint,
     local: FitLinearisation,
@@ -25,13 +26,13 @@ impl SingleRunFit {
     }
 
     /// A fit for each of two or more runs; empty for a single run.
-    pub fn each(runs: &[RunWithNoise], joint: &ParameterPoint) -> Vec<Option<SingleRunFit>> {
+    pub(crate) fn each(runs: &[RunWithNoise], joint: &ParameterPoint) -> Vec<Option<SingleRunFit>> {
         let numbers: Vec<usize> = if runs.len() > 1 { (0..runs.len()).collect() } else { Vec::new() };
         parallel_map(&numbers, |&number| SingleRunFit::of(runs, joint, number))
     }
 
     /// A parameter and its standard error, a factor as such; `None` where it does not act on this run.
-    pub fn estimate(&self, parameter: InstrumentError) -> Option<(f64, f64)> {
+    pub(crate) fn estimate(&self, parameter: InstrumentError) -> Option<(f64, f64)> {
         let place = place_of(0, parameter.index);
         let value = *self.local.minimum(&self.point).get(place)?;
         let colour = self.local.colour(std::slice::from_ref(&self.run), &[place]);

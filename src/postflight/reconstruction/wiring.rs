@@ -11,8 +11,9 @@ use super::fault_selection::{FaultSearch, RIVAL, run_of, select, with_no_fault};
 use super::fit::RunWithNoise;
 use super::outlier_runs::single_run_evidence;
 use super::parallel_map::parallel_map;
-use super::record::RunChannels;
-use crate::flight::channel::{Channel, ControlNames};
+use super::record::{WiringError, WiringFinding};
+use super::run_channels::RunChannels;
+use crate::flight::channel::Channel;
 use crate::flight::signal::series::Series;
 
 /// Channels whose signs are turned in practice, and whose errors others answer for.
@@ -26,25 +27,11 @@ const MISWIRED_ANGLE: f64 = 0.01;
 /// price of that bias, make less.
 const FAR: f64 = 30.0;
 
-/// What may be wrong.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Wiring {
-    Turned(Channel),
-    Exchanged,
-}
-
-impl Wiring {
+impl WiringError {
     fn put_right(self, record: &RunChannels) -> RunChannels {
         match self {
-            Wiring::Turned(channel) => record.turned(channel),
-            Wiring::Exchanged => record.exchanged(),
-        }
-    }
-
-    fn words(self) -> String {
-        match self {
-            Wiring::Turned(channel) => format!("{} with its sign turned", channel.name(ControlNames::Rotorcraft)),
-            Wiring::Exchanged => "ax and ay under each other's names".to_owned(),
+            WiringError::Turned(channel) => record.turned(channel),
+            WiringError::Exchanged => record.exchanged(),
         }
     }
 }
@@ -52,8 +39,7 @@ impl Wiring {
 /// What is to be said of a run's wiring.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Miswired {
-    /// Why the run is not fit.
-    pub(crate) words: String,
+    pub(crate) finding: WiringFinding,
     /// Whether errors of instruments are ruled out beside it.
     pub(crate) alone: bool,
 }
@@ -63,9 +49,9 @@ pub(crate) fn wiring(found: &FaultSearch, number: usize) -> Option<Miswired> {
     let run = found.runs.get(number)?;
     let evidence = |found: Option<FaultSearch>| single_run_evidence(&found?);
     let there = |channel: &Channel| run.record.series(*channel).is_some();
-    let turned = SIGNED.into_iter().filter(there).map(Wiring::Turned);
-    let exchanged = [Channel::Ax, Channel::Ay].iter().all(there).then_some(Wiring::Exchanged);
-    let all: Vec<Wiring> = turned.chain(exchanged).collect();
+    let turned = SIGNED.into_iter().filter(there).map(WiringError::Turned);
+    let exchanged = [Channel::Ax, Channel::Ay].iter().all(there).then_some(WiringError::Exchanged);
+    let all: Vec<WiringError> = turned.chain(exchanged).collect();
     let tried = parallel_map(&all, |wiring| {
         let other = run_of(wiring.put_right(&run.record));
         Some((evidence(with_no_fault(&other))?, *wiring))
@@ -79,14 +65,10 @@ pub(crate) fn wiring(found: &FaultSearch, number: usize) -> Option<Miswired> {
         [_] => single_run_evidence(found),
         _ => evidence(select(vec![run.clone()])),
     }?;
-    let what = best.words();
     if theirs < ours - FAR {
-        let words = format!("it reads like one with {what}: so all agree far better than with any errors of instruments");
-        Some(Miswired { words, alone: true })
+        Some(Miswired { finding: WiringFinding::Better(best), alone: true })
     } else if theirs < ours + RIVAL {
-        let words =
-            format!("it may be {what}: so all agree as well as with errors of instruments, which are not told apart from it");
-        Some(Miswired { words, alone: false })
+        Some(Miswired { finding: WiringFinding::AsWell(best), alone: false })
     } else {
         None
     }
@@ -99,27 +81,26 @@ pub(crate) fn miswired(
     own: bool,
     channel: Channel,
     (bias, std): (f64, f64),
-) -> Option<String> {
-    let (wiring, words) = made_by_wiring(found.runs.get(number)?, channel, bias, std)?;
+) -> Option<WiringFinding> {
+    let wiring = made_by_wiring(found.runs.get(number)?, channel, bias, std)?;
     let those: Vec<&RunWithNoise> =
         if own { found.runs.iter().skip(number).take(1).collect() } else { found.runs.iter().collect() };
     let contradicted = those.into_iter().any(|run| contradicts(run, wiring).unwrap_or(false));
-    (!contradicted).then_some(words)
+    (!contradicted).then_some(WiringFinding::MakesBias(wiring, channel))
 }
 
 /// Whether a run is explained far better by errors of instruments than by that wiring, whatever errors are told besides.
-fn contradicts(run: &RunWithNoise, wiring: Wiring) -> Option<bool> {
+fn contradicts(run: &RunWithNoise, wiring: WiringError) -> Option<bool> {
     let evidence = |run: RunWithNoise| single_run_evidence(&select(vec![run])?);
     Some(evidence(run_of(wiring.put_right(&run.record)))? > evidence(run.clone())? + FAR)
 }
 
 /// A channel with its sign turned has twice its mean, ax and ay exchanged the difference of theirs: of channels that hardly move
 /// besides, which no increments show.
-fn made_by_wiring(run: &RunWithNoise, channel: Channel, bias: f64, std: f64) -> Option<(Wiring, String)> {
+fn made_by_wiring(run: &RunWithNoise, channel: Channel, bias: f64, std: f64) -> Option<WiringError> {
     let mean = |channel: Channel| run.record.series(channel).map(Series::average);
     let made = |would: f64| (bias - would).abs() < 3.0 * std && bias.abs() > 5.0 * std;
     let own = mean(channel)?;
-    let name = channel.name(ControlNames::Rotorcraft);
     let (least, other) = match channel {
         Channel::Ax => (MISWIRED_MEAN, Some(Channel::Ay)),
         Channel::Ay => (MISWIRED_MEAN, Some(Channel::Ax)),
@@ -127,14 +108,10 @@ fn made_by_wiring(run: &RunWithNoise, channel: Channel, bias: f64, std: f64) -> 
         _ => return None,
     };
     if own.abs() > least && made(2.0 * own) {
-        let words =
-            format!("{name} reads like one with its sign turned: its bias would be twice its mean, which is not told apart");
-        return Some((Wiring::Turned(channel), words));
+        return Some(WiringError::Turned(channel));
     }
     let apart = own - mean(other?)?;
-    let words =
-        "ax and ay read like each other, exchanged: the bias would be the difference of their means, which is not told apart";
-    (apart.abs() > least && made(apart)).then(|| (Wiring::Exchanged, words.to_owned()))
+    (apart.abs() > least && made(apart)).then_some(WiringError::Exchanged)
 }
 
 #[cfg(test)]
@@ -143,6 +120,7 @@ mod tests {
     use super::*;
     use crate::flight::run::RunGeometry;
     use crate::flight::sample::Sample;
+    use crate::io::outputs::words::instrument_words::wiring_finding;
 
     #[test]
     fn a_sign_that_is_turned_and_accelerometers_that_are_exchanged_are_known_by_the_whole_fit() {
@@ -151,11 +129,11 @@ mod tests {
         assert_eq!(wiring(record.clone()), None);
         for (wrong, words) in [
             (record.exchanged(), "ax and ay under each other's names"),
-            (record.turned(Channel::Ay), "ay with its sign turned"),
-            (record.turned(Channel::Theta), "theta with its sign turned"),
+            (record.turned(Channel::Ay), "ay with its sign reversed"),
+            (record.turned(Channel::Theta), "theta with its sign reversed"),
         ] {
             let said = wiring(wrong).unwrap();
-            assert!(said.alone && said.words.contains(words), "{said:?}");
+            assert!(said.alone && wiring_finding(said.finding).contains(words), "{said:?}");
         }
     }
 
@@ -177,12 +155,14 @@ mod tests {
             })
             .collect();
         let run = run_of(RunChannels::of(&samples, &RunGeometry::DEFAULT));
-        let words = |channel, bias| Some(made_by_wiring(&run, channel, bias, 0.02)?.1);
-        assert!(words(Channel::Ax, 1.0).unwrap().contains("sign turned"));
+        let words =
+            |channel, bias| Some(wiring_finding(WiringFinding::MakesBias(made_by_wiring(&run, channel, bias, 0.02)?, channel)));
+        assert!(words(Channel::Ax, 1.0).unwrap().contains("sign reversed"));
         assert!(
             words(Channel::Ay, -0.4).unwrap().contains("exchanged") && words(Channel::Ax, 0.4).unwrap().contains("exchanged")
         );
-        assert!(made_by_wiring(&run, Channel::Phi, 0.06, 0.003).unwrap().1.contains("phi reads like one"));
+        let phi = WiringFinding::MakesBias(made_by_wiring(&run, Channel::Phi, 0.06, 0.003).unwrap(), Channel::Phi);
+        assert!(wiring_finding(phi).contains("phi reads like one"));
         // A bias of another size is one, and so is what is no more than noise.
         assert_eq!((words(Channel::Ax, 0.7), words(Channel::Ay, 0.3), words(Channel::Theta, 0.2)), (None, None, None));
         assert_eq!(made_by_wiring(&run, Channel::Ay, 0.2, 0.05), None);
@@ -195,10 +175,10 @@ mod tests {
         let ay = biased.inputs[1].take().unwrap();
         biased.inputs[1] = Some(Series::of(ay.samples().map(|(time_s, value)| (time_s, value + 0.6))));
         for (record, wiring, wrong) in [
-            (biased.clone(), Wiring::Turned(Channel::Ay), true),
-            (biased.clone(), Wiring::Exchanged, true),
-            (biased.turned(Channel::Ay), Wiring::Turned(Channel::Ay), false),
-            (biased.exchanged(), Wiring::Exchanged, false),
+            (biased.clone(), WiringError::Turned(Channel::Ay), true),
+            (biased.clone(), WiringError::Exchanged, true),
+            (biased.turned(Channel::Ay), WiringError::Turned(Channel::Ay), false),
+            (biased.exchanged(), WiringError::Exchanged, false),
         ] {
             assert_eq!(contradicts(&run_of(record), wiring), Some(wrong), "{wiring:?}");
         }

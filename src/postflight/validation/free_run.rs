@@ -1,19 +1,20 @@
-//! A free run: the model flown on a run's measured controls, and what its instruments would have read.
+//! A free run: the model simulated on a run's measured controls, and the readings of its instruments.
 //!
 //! Consumes a model (linear or Level-1), effects, a run's samples and geometry; produces, for each channel at its own samples,
 //! the measured z and the predicted y. Nothing is fitted to the run.
 //!
 //! Perturbations are deviations from the run's own trim, the mean over the trim window, so the model starts in its own trim and
-//! its controls (and the rotor's speed, where the run has it) move as the measured ones do about that mean:
+//! its controls (and the rotor's speed, where the run has it) follow the measured deviations:
 //!     c(t) = c_trim + z_c(t) - mean z_c                                                  (1)
-//! with straight lines between samples. Readings are predicted through the effects on instruments, where the run says that they
-//! stand. The offset of a channel is the mean over the window of z - y; the error is
+//! linear between samples. Readings are predicted through the effects on instruments, at the positions that the run declares. The
+//! offset of a channel is the mean over the window of z - y; the error is
 //!     e = z - y - offset, or e = z - y where absolute values are asked for                (2)
-//! (a bias of an instrument shows in the second only). Errors of the heading are taken within half a turn.
-//! A linear model without any derivative of an axis says nothing of what that axis moves first (X of `ax` and `tas`, M of `q`
-//! and `theta`, and so on): those channels are not predicted. Gusts cannot be either, so turbulence is left out. Where the
-//! motion diverges, the prediction ends there, and says when.
-//! Refused: [`PredictionError`].
+//! (a bias of an instrument appears in the second only). Errors of the heading are wrapped to half a turn. A linear model without
+//! any derivative of an axis does not model the channels which that axis moves first (X of `ax` and `tas`, M of `q` and `theta`,
+//! and so on): those are not predicted. Gusts are not predicted either: turbulence is left out. Where the motion diverges, the
+//! prediction ends there, at a reported time.
+//! Source: proof of match, R. V. Jategaonkar, Flight Vehicle System Identification, 2006, ch. 11; (2) is ours.
+//! Returns [`PredictionError`] for a run that is too short, out of order, or without a control that the model responds to.
 
 use crate::dynamics::linear::with_effects;
 use crate::flight::channel::Channel;
@@ -35,21 +36,21 @@ pub const TRIM_WINDOW_S: f64 = 1.0;
 /// Fewest rows of a run that can be predicted.
 const FEWEST_ROWS: usize = 32;
 
-/// A run that is predicted.
+/// A recorded run to be predicted.
 #[derive(Clone, Copy, Debug)]
 pub struct ValidationRun<'r> {
     /// Its samples, time increasing.
     pub samples: &'r [Sample],
-    /// Where its instruments stand.
+    /// Positions of its instruments.
     pub geometry: &'r RunGeometry,
     /// Length of its trim window, s.
     pub trim_window_s: f64,
-    /// Controls that are taken as still where the run lacks them, by [`Control`] place.
+    /// Controls taken as constant where the run lacks them, by [`Control`] place.
     pub still: [bool; CONTROLS],
 }
 
 impl<'r> ValidationRun<'r> {
-    /// A run with the usual window, which has every control.
+    /// A run with [`TRIM_WINDOW_S`] and every control recorded.
     pub fn of(samples: &'r [Sample], geometry: &'r RunGeometry) -> Self {
         ValidationRun { samples, geometry, trim_window_s: TRIM_WINDOW_S, still: [false; CONTROLS] }
     }
@@ -58,19 +59,19 @@ impl<'r> ValidationRun<'r> {
 /// One channel, measured and predicted at the same times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PredictedChannel {
-    /// Which one.
+    /// Channel.
     pub channel: Channel,
     /// Times, s.
     pub times_s: Vec<f64>,
-    /// Measured values; of a heading without jumps.
+    /// Measured values, SI; a heading unwrapped.
     pub measured: Vec<f64>,
-    /// Predicted readings, absolute.
+    /// Predicted readings, absolute, SI.
     pub predicted: Vec<f64>,
     /// Mean of measured less predicted over the trim window.
     pub offset: f64,
     /// Mean of the predicted readings over the trim window.
     pub at_trim: f64,
-    /// Standard deviation of the instrument's noise, as the whole record shows it; zero where it shows none.
+    /// Standard deviation of the instrument's white noise, estimated from the record; zero where it has none.
     pub noise_std: f64,
 }
 
@@ -86,14 +87,14 @@ impl PredictedChannel {
     }
 }
 
-/// A free run beside what was measured.
+/// Predictions of a free run beside the measurements.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FreeRunPrediction {
     /// The channels that were measured and can be predicted.
     pub channels: Vec<PredictedChannel>,
-    /// Channels that were measured and of whose axis the model has no derivative.
+    /// Measured channels on whose axis the model has no derivative.
     pub not_predicted: Vec<Channel>,
-    /// Effects that it was flown with.
+    /// Effects of the simulation.
     pub effects: Vec<Effect>,
     /// When the motion diverged, s; nothing is predicted after it.
     pub diverged_at_s: Option<f64>,
@@ -103,34 +104,16 @@ pub struct FreeRunPrediction {
 
 /// Why a run cannot be predicted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of each says what its fields are")]
 pub enum PredictionError {
-    /// The run is too short.
     #[error("expected more than {needed_s} s and {FEWEST_ROWS} rows, found {rows} rows over {found_s:.2} s")]
-    Short {
-        /// What is needed, s.
-        needed_s: f64,
-        /// What there is, s.
-        found_s: f64,
-        /// And how many rows.
-        rows: usize,
-    },
-    /// Time does not increase.
+    Short { needed_s: f64, found_s: f64, rows: usize },
     #[error("row {row}: expected a time after {before_s} s, found {time_s} s")]
-    Time {
-        /// Which row, from 1.
-        row: usize,
-        /// Time of the row before, s.
-        before_s: f64,
-        /// Time of this row, s.
-        time_s: f64,
-    },
-    /// The model answers to a control that the run does not have.
+    Time { row: usize, before_s: f64, time_s: f64 },
     #[error("expected a column `{0}`, a control that the model answers to, found none")]
     NoControl(&'static str),
-    /// A control has no value in the trim window.
     #[error("`{0}` has no value in the trim window, the first {1} s")]
     NoTrim(&'static str, f64),
-    /// The simulation refuses.
     #[error("{0}")]
     Simulation(#[from] SimulationError),
 }
@@ -138,7 +121,7 @@ pub enum PredictionError {
 /// The free run of a model with these effects (the file's own are to be among them) on a run's controls.
 ///
 /// # Errors
-/// [`PredictionError`] where the run or an effect makes no flight. A motion that diverges is no error.
+/// [`PredictionError`] where the run or an effect cannot be simulated. A motion that diverges is no error.
 pub fn predict(model: &FlightModel, effects: &[Effect], run: &ValidationRun<'_>) -> Result<FreeRunPrediction, PredictionError> {
     let range_s = range(run)?;
     let in_trim = model.flight();
@@ -162,7 +145,7 @@ pub fn predict(model: &FlightModel, effects: &[Effect], run: &ValidationRun<'_>)
     Ok(FreeRunPrediction { channels, not_predicted, effects, diverged_at_s: flown.diverged_at_s, range_s })
 }
 
-/// What is of the aircraft, its controls or its instruments; the air is not.
+/// Whether an effect is on the aircraft, its controls or its instruments, and not on the air.
 fn can_be_flown(effect: &Effect) -> bool {
     !matches!(effect, Effect::None | Effect::Unknown { .. } | Effect::Turbulence { .. })
 }
@@ -211,7 +194,7 @@ fn inputs(in_trim: &Flight, effects: &[Effect], run: &ValidationRun<'_>, start_s
     Ok(inputs)
 }
 
-/// Whether anything of the model, or what is fed by that control, moves with it.
+/// Whether the model responds to the control, or an effect feeds another control from it.
 pub(crate) fn answers_to(control: Control, in_trim: &Flight, effects: &[Effect]) -> bool {
     let fed = |to: Control| {
         effects.iter().any(|effect| matches!(effect, Effect::CrossFeed { from, to: t, .. } if *from == control && *t == to))
@@ -221,14 +204,14 @@ pub(crate) fn answers_to(control: Control, in_trim: &Flight, effects: &[Effect])
     in_trim.level1.is_some() || moves(control) || Control::ALL.into_iter().any(|to| fed(to) && moves(to))
 }
 
-/// Whether the simulation has anything to say of a channel that it is not driven by.
+/// Whether the simulation predicts a channel that is not one of its inputs.
 fn predictable(channel: Channel, in_trim: &Flight) -> bool {
     let of_rotor = matches!(channel, Channel::Torque | Channel::Flap0 | Channel::Flap1c | Channel::Flap1s);
     let driving = Channel::CONTROLS.contains(&channel) || channel == Channel::RotorSpeed;
     !driving && channel != Channel::Rho && (in_trim.level1.is_some() || !of_rotor)
 }
 
-/// The axis that moves a channel first.
+/// The axis of lowest order in a channel.
 fn axis_of(channel: Channel) -> Option<Axis> {
     Some(match channel {
         Channel::Ax | Channel::Tas => Axis::X,
@@ -241,7 +224,7 @@ fn axis_of(channel: Channel) -> Option<Axis> {
     })
 }
 
-/// Whether the model, or what effects make of it, has anything on that axis.
+/// Whether the model, with its effects, has a derivative on that axis.
 fn has_axis(axis: Axis, in_trim: &Flight, effects: &[Effect]) -> bool {
     let Ok(model) = with_effects(&in_trim.model, effects) else { return true };
     in_trim.level1.is_some() || model.speaks_of(axis)
@@ -256,8 +239,8 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     (count > 0.0).then(|| sum / count)
 }
 
-/// One channel's measured values with the predicted ones at the same times; `None` where it was not measured or, up to where
-/// the motion diverged, not predicted.
+/// Measured and predicted values of a channel at the same times; `None` where it was not measured, or not before the motion
+/// diverged.
 fn predicted(channel: Channel, run: &ValidationRun<'_>, flown: &[Sample], window_ends_s: f64) -> Option<PredictedChannel> {
     let series = Series::of(finite(run.samples, channel));
     let series = if channel == Channel::Psi { series.unwrapped() } else { series };
@@ -338,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn what_diverges_is_cut_where_it_does() {
+    fn a_diverging_prediction_ends_where_it_diverges() {
         let (samples, geometry) = (ramp(true), RunGeometry::DEFAULT);
         let prediction = predict(&rolling(8.0), &[], &ValidationRun::of(&samples, &geometry)).unwrap();
         let diverged_at_s = prediction.diverged_at_s.unwrap();
@@ -347,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn what_makes_no_prediction_is_refused() {
+    fn a_run_that_cannot_be_predicted_is_refused() {
         let geometry = RunGeometry::DEFAULT;
         let refused = |samples: &[Sample]| predict(&rolling(-2.0), &[], &ValidationRun::of(samples, &geometry)).unwrap_err();
         assert_eq!(refused(&ramp(false)), PredictionError::NoControl("lat_cyclic"));

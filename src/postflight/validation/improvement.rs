@@ -11,8 +11,8 @@
 //! Intervals are by the moving-block bootstrap: blocks of [`BLOCK_S`], drawn with replacement from each run, which preserve the
 //! autocorrelation of the errors, all channels of a block together. Bounds are the 2.5 and 97.5 per cent points of [`DRAWS`]
 //! draws from a fixed seed. A ratio whose interval includes 1 is not an improvement.
-//! Where one of a pair diverged, both are compared up to there.
-//! Source: H. R. Kuensch, Ann. Stat. 17 (1989), for the blocks; H. Theil, Economic Forecasts and Policy (1961), for TIC.
+//! Where one of a pair diverges, both are compared up to there. Statistics that are not defined are NaN.
+//! Source: H. R. Kuensch, Ann. Stat. 17(3), 1989, for the blocks; H. Theil, Economic Forecasts and Policy (1961), for TIC.
 
 use super::free_run::{FreeRunPrediction, PredictedChannel};
 use crate::flight::channel::Channel;
@@ -22,45 +22,44 @@ use crate::num::random::NormalNoise;
 /// Length of a block, s.
 pub const BLOCK_S: f64 = 2.0;
 
-/// How many draws an interval is taken from.
+/// Number of bootstrap draws of an interval.
 pub const DRAWS: usize = 500;
 
-/// Time between the places where a block may begin, s.
+/// Grid of the starts of blocks, s.
 const CELL_S: f64 = 0.1;
 
-/// The seed of every draw.
 const SEED: u64 = 1;
 
-/// Less of a change of the error than this is none that matters.
+/// Relative change of the error below which it is negligible.
 const NEGLIGIBLE: f64 = 0.02;
 
 /// A number with its bootstrap interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IntervalEstimate {
-    /// The number.
+    /// Estimate from the whole sample.
     pub value: f64,
     /// Its 2.5 and 97.5 per cent points.
     pub interval: [f64; 2],
 }
 
-/// What a ratio of errors comes to.
+/// Verdict on a ratio of errors after to before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImprovementVerdict {
     /// The whole interval lies below 1.
     Gain,
-    /// It holds 1.
+    /// The interval includes 1.
     NoGain,
     /// The whole interval lies above 1.
     Loss,
 }
 
 impl IntervalEstimate {
-    /// Whether a ratio of errors differs so little from one that it does not matter which way.
+    /// Whether a ratio of errors differs from one by less than two per cent.
     pub fn is_negligible(&self) -> bool {
         libm::fabs(self.value - 1.0) < NEGLIGIBLE
     }
 
-    /// What it comes to as a ratio of an error after to one before.
+    /// Verdict on a ratio of an error after to one before.
     pub fn verdict(&self) -> ImprovementVerdict {
         let [low, high] = self.interval;
         if high < 1.0 {
@@ -76,11 +75,11 @@ impl IntervalEstimate {
 /// One channel over all runs; pairs are before and after.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChannelImprovement {
-    /// Which one.
+    /// Channel.
     pub channel: Channel,
-    /// How many samples.
+    /// Number of samples.
     pub samples: usize,
-    /// Its instrument's noise, rms over the runs.
+    /// Standard deviation of its instrument's noise, rms over the runs, the channel's unit.
     pub noise_std: f64,
     /// Whether errors are of absolute values.
     pub absolute: bool,
@@ -88,7 +87,7 @@ pub struct ChannelImprovement {
     pub rms: [IntervalEstimate; 2],
     /// Theil's inequality coefficient.
     pub theil: [IntervalEstimate; 2],
-    /// Variance accounted for, of 1; not a number where nothing varies.
+    /// Variance accounted for, at most 1; NaN where the measurement is constant.
     pub vaf: [IntervalEstimate; 2],
     /// rms after over rms before.
     pub ratio: IntervalEstimate,
@@ -97,7 +96,7 @@ pub struct ChannelImprovement {
 /// Channels pooled, each over its noise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PooledImprovement {
-    /// Which ones.
+    /// Pooled channels.
     pub channels: Vec<Channel>,
     /// (2) before and after.
     pub rms: [IntervalEstimate; 2],
@@ -105,7 +104,7 @@ pub struct PooledImprovement {
     pub ratio: IntervalEstimate,
 }
 
-/// The gain over some runs.
+/// Improvement over some runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Improvement {
     /// Channel by channel.
@@ -169,7 +168,7 @@ struct Cells {
     cells: usize,
 }
 
-/// The gain from the first of each pair to the second.
+/// Improvement from the first of each pair to the second.
 pub fn improvement(pairs: &[(&FreeRunPrediction, &FreeRunPrediction)]) -> Improvement {
     let mut channels: Vec<Channel> = Vec::new();
     for channel in Channel::ALL {
@@ -207,7 +206,7 @@ pub fn improvement(pairs: &[(&FreeRunPrediction, &FreeRunPrediction)]) -> Improv
             return None;
         }
         let pool = |sums: &[Sums], which: usize| {
-            // A channel that a draw has no sample of has no part in it.
+            // A channel without samples in a draw is not pooled there.
             let parts = places.iter().map(|&place| &sums[place]).filter(|sums| sums.count > 0.5);
             let (sum, count) =
                 parts.fold((0.0, 0.0), |(sum, count), sums| (sum + sums.whitened[which] / sums.count, count + 1.0));
@@ -235,7 +234,7 @@ fn biased(prediction: &FreeRunPrediction, wanted: Channel) -> bool {
     prediction.effects.iter().any(|effect| matches!(effect, Effect::SensorBias { channel, .. } if *channel == wanted))
 }
 
-/// 1 where both are nothing.
+/// after/before, 1 where both are zero.
 fn ratio(after: f64, before: f64) -> f64 {
     if before > 0.0 || after > 0.0 { after / before } else { 1.0 }
 }
@@ -266,7 +265,6 @@ fn cells(channels: &[Channel], absolute: &[bool], before: &FreeRunPrediction, af
     Cells { before: sums.collect(), cells }
 }
 
-/// One sample of a pair.
 struct Row {
     time_s: f64,
     z: f64,
@@ -291,7 +289,7 @@ impl Row {
     }
 }
 
-/// The samples that both have; both are at the same measured samples up to where one ends.
+/// Samples of both, which have the same times up to where one ends.
 fn rows<'p>(before: &'p PredictedChannel, after: &'p PredictedChannel, absolute: bool) -> impl Iterator<Item = Row> + 'p {
     let measured_at_trim = before.at_trim + before.offset;
     let errors = before.errors(absolute).zip(after.errors(absolute));
@@ -330,7 +328,7 @@ fn draws(runs: &[Cells], channels: usize) -> Vec<Vec<Sums>> {
         .collect()
 }
 
-/// 2.5 and 97.5 per cent points of what is finite.
+/// 2.5 and 97.5 per cent points of the finite values.
 fn interval(mut values: Vec<f64>) -> [f64; 2] {
     values.retain(|value| value.is_finite());
     values.sort_by(f64::total_cmp);

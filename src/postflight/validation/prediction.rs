@@ -7,60 +7,60 @@
 //! to the mean estimated from the median of its neighbours, is in noise one exponential over the mean of K of them, so for m
 //! frequencies
 //!     Pr(any above x) < m (1 + x/K)^-K                                                                 (3)
-//! The paper found such a line at twice the frequency of the response: a second-order response, so a sign of nonlinearity.
+//! A line at twice the frequency of the response is a second-order response, a sign of nonlinearity (Padfield et al. 1987).
 //! Source: H. Theil, Economic Forecasts and Policy, 1961; G. M. Ljung and G. E. P. Box, Biometrika 65, 1978; (3) as in R. A.
 //! Fisher's test, Proc. R. Soc. A 125, 1929, with a spectrum that need not be white.
-//! Numerics: a cosine taper keeps trends from leaking into their neighbours; a line is then four frequencies wide.
-//! Refused: fewer than 32 samples; lines need 100.
+//! Numerics: a Hann taper limits the leakage of trends; a line is then four frequencies wide.
+//! Returns `None` for fewer than 32 samples, and no lines for fewer than 100.
 
 use core::f64::consts::TAU;
 
 /// Lags of the test for whiteness.
 const LAGS: usize = 20;
 
-/// Half width of the running median, in frequencies of the periodogram, and what of it is left out next to the frequency itself.
+/// Half width of the running median and of its gap about the frequency itself, in frequencies of the periodogram.
 const NEIGHBOURS: usize = 16;
 const OWN: usize = 2;
 
-/// How many exponentials of equal mean know as much as their tapered neighbours' median does.
-const KNOWN: f64 = 14.0;
+/// Equivalent number K of independent exponentials in the median of the tapered neighbours.
+const EQUIVALENT: f64 = 14.0;
 
-/// A line is told below this probability of its being noise.
+/// Probability (3) below which a line is reported.
 const LINE_PROBABILITY: f64 = 1e-3;
 
-/// Cycles in a record of a response with a frequency.
+/// Least number of cycles in a record of a response with a dominant frequency.
 const CYCLES: f64 = 3.5;
 
-/// Part by which a line may be off twice the response's frequency.
+/// Relative tolerance about twice the response's frequency.
 const TWICE: f64 = 0.15;
 
 /// A line in a residual's spectrum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ResidualLine {
-    /// Its frequency, rad/s.
+    /// Frequency, rad/s.
     pub omega: f64,
-    /// Its amplitude, the residual's unit.
+    /// Amplitude, the residual's unit.
     pub amplitude: f64,
-    /// Whether it stands at twice the response's own frequency.
+    /// Whether its frequency is twice that of the response.
     pub at_twice_the_response: bool,
 }
 
-/// How one output was predicted.
+/// Figures of merit of the prediction of one output.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PredictionScore {
-    /// Root mean square of z - y.
+    /// Root mean square of z - y, the output's unit.
     pub rms: f64,
-    /// (1); at most one, and negative where the mean would have been the better prediction.
+    /// VAF of (1), at most one; negative where the mean would be a better prediction.
     pub vaf: f64,
-    /// (2).
+    /// TIC of (2).
     pub theil: f64,
-    /// Probability of as much correlation in white noise; small: not white.
+    /// Probability of as large a Q in white noise.
     pub white_probability: f64,
-    /// Correlation of neighbouring residuals.
+    /// Correlation rho_1 of neighbouring residuals.
     pub neighbours: f64,
-    /// Lines, the strongest first.
+    /// Spectral lines of the residual, the strongest first.
     pub lines: Vec<ResidualLine>,
-    /// Samples.
+    /// Number of samples.
     pub samples: usize,
 }
 
@@ -159,7 +159,7 @@ fn lines(times_s: &[f64], residual: &[f64], response: &[f64]) -> Vec<ResidualLin
     let mut lines: Vec<ResidualLine> = Vec::new();
     for ((&(omega, amplitude), ratio), k) in found.iter().zip(&over).zip(0..) {
         let peak = power.get(k) >= power.get(k.wrapping_sub(1)) && power.get(k) >= power.get(k + 1);
-        let chance = m as f64 * libm::pow(1.0 + ratio / KNOWN, -KNOWN);
+        let chance = m as f64 * libm::pow(1.0 + ratio / EQUIVALENT, -EQUIVALENT);
         if peak && chance < LINE_PROBABILITY {
             let off = libm::fabs(omega - 2.0 * own);
             let at_twice_the_response = off <= (TWICE * own).max(1.5 * resolution);

@@ -1,14 +1,14 @@
-//! Admission: what a sample may bring into the estimator, and what is said of the rest.
+//! Admission: range and time checks of a sample before the estimator, with an event for what is refused.
 //!
-//! Consumes a sample as telemetry brought it; produces the same sample less what cannot be a measurement, and a verdict on
-//! its time. Nothing is repaired: a channel that is not finite or beyond what any aircraft reaches counts as not sampled,
-//! a sample out of order is dropped, and each is an event.
+//! Consumes a received sample; produces the same sample without invalid channels, and a verdict on its time. Nothing is
+//! repaired: a channel that is not finite or out of its range counts as not sampled, a sample out of order is dropped, and
+//! each is an event.
 
 use super::record::EstimationEvent;
 use crate::flight::channel::Channel;
 use crate::flight::sample::Sample;
 
-/// So many samples in a row that are in order among themselves but before the newest one make a new segment.
+/// Consecutive samples, in order among themselves but before the newest one, that begin a new segment.
 const RESTART_AFTER: u32 = 10;
 
 /// What to do with a sample.
@@ -22,7 +22,7 @@ pub enum Verdict {
     Drop,
 }
 
-/// Keeps the order of time.
+/// State of the time check.
 #[derive(Clone, Debug)]
 pub struct Admission {
     gap_s: f64,
@@ -55,7 +55,7 @@ impl Admission {
         Admission { gap_s, newest_s: None, before_s: 0.0, before: 0 }
     }
 
-    /// Judges the sample's time and takes out of it what cannot be a measurement; events go to `notice`.
+    /// Checks the sample's time and removes invalid channels; events go to `notice`.
     pub fn admit(&mut self, sample: &mut Sample, mut notice: impl FnMut(EstimationEvent)) -> Verdict {
         if !sample.time_s.is_finite() {
             notice(EstimationEvent::TimeNotFinite);
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn time_that_stands_or_goes_back_is_dropped_and_said() {
+    fn time_that_does_not_increase_is_dropped_with_an_event() {
         let mut admission = Admission::new(1.0);
         assert_eq!(admit(&mut admission, 5.0), (Verdict::Use, vec![]));
         assert_eq!(admit(&mut admission, 5.0), (Verdict::Drop, vec![EstimationEvent::DuplicateTime]));
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_a_measurement_counts_as_not_sampled() {
+    fn an_invalid_channel_counts_as_not_sampled() {
         let mut admission = Admission::new(1.0);
         let mut sample = Sample::new(0.0);
         sample.set(Channel::Beta, 13.0);

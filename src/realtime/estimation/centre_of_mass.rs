@@ -1,7 +1,7 @@
 //! From the accelerometers, which the filter follows, to the centre of mass, of which everything else speaks.
 //!
-//! Consumes the filter's state and standard deviations, s the accelerometers' position; produces the published state.
-//!     v_cm = v - omega x s,     a_cm = a - omega' x s - omega x (omega x s)                        (1)
+//! Consumes the filter's state and standard deviations, and the accelerometers' position; produces the published state by (1) and
+//! (6) of `sensors`, solved for the foot of the arm.
 //! The standard deviations are those where the accelerometers stand.
 
 use super::ekf::Ekf;
@@ -10,24 +10,12 @@ use super::process::{
     ACCELEROMETER_BIAS, ALTITUDE, ANGULAR_ACCELERATION, ATTITUDE, GYRO_BIAS, MOVING, RATES, SPECIFIC_FORCE, State, VELOCITY,
 };
 use super::record::{LaggedRecord, StateRecord};
+use crate::dynamics::sensors::{specific_force_at_foot, velocity_at_foot};
 use crate::flight::run::RunGeometry;
 
-/// Velocity of the centre of mass from that of the accelerometers: v - omega x s, s where they stand.
 pub(crate) fn centre_velocity(x: &State, geometry: &RunGeometry) -> [f64; 3] {
     let [u, v, w, _, _, _, _, p, q, r, ..] = *x;
-    let [ax, ay, az] = geometry.accelerometer_position_m;
-    [u - (q * az - r * ay), v - (r * ax - p * az), w - (p * ay - q * ax)]
-}
-
-/// Specific force at the centre of mass: a - omega' x s - omega x (omega x s), s where the accelerometers stand.
-pub(crate) fn centre_force(force: [f64; 3], rates: [f64; 3], slopes: [f64; 3], geometry: &RunGeometry) -> [f64; 3] {
-    let ([ax, ay, az], [p, q, r], [dp, dq, dr]) = (force, rates, slopes);
-    let [x, y, z] = geometry.accelerometer_position_m;
-    [
-        ax + (q * q + r * r) * x - (p * q - dr) * y - (p * r + dq) * z,
-        ay - (p * q + dr) * x + (p * p + r * r) * y - (q * r - dp) * z,
-        az - (p * r - dq) * x - (q * r + dp) * y + (p * p + q * q) * z,
-    ]
+    velocity_at_foot([u, v, w], [p, q, r], geometry.accelerometer_position_m)
 }
 
 /// The published state from the filter's, with its standard deviations.
@@ -42,7 +30,12 @@ pub(crate) fn state_record(time_s: f64, x: &State, std: &State, geometry: &RunGe
         rates_std: three_std(RATES),
         angular_acceleration: three(ANGULAR_ACCELERATION),
         angular_acceleration_std: three_std(ANGULAR_ACCELERATION),
-        specific_force: centre_force(three(SPECIFIC_FORCE), three(RATES), three(ANGULAR_ACCELERATION), geometry),
+        specific_force: specific_force_at_foot(
+            three(SPECIFIC_FORCE),
+            three(RATES),
+            three(ANGULAR_ACCELERATION),
+            geometry.accelerometer_position_m,
+        ),
         specific_force_std: three_std(SPECIFIC_FORCE),
         attitude: three(ATTITUDE),
         attitude_std: three_std(ATTITUDE),

@@ -41,7 +41,6 @@ impl Noise {
         }
     }
 
-    /// The same, to be changed.
     pub(crate) fn of_mut(&mut self, aid: Aid) -> &mut f64 {
         match aid {
             Aid::Airspeed => &mut self.airspeed_std,
@@ -78,7 +77,7 @@ pub enum RegressionStates {
 
 /// Configuration of the estimation stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Config {
+pub struct EstimationConfig {
     /// Noise of the instruments: until the record has shown its own where `noise_source` says so.
     pub noise: Noise,
     /// Random walk of the angular accelerations p-dot q-dot r-dot, rad/s^2 per sqrt(s); likewise.
@@ -119,15 +118,15 @@ pub struct Config {
     pub hold_s: f64,
 }
 
-impl Default for Config {
+impl Default for EstimationConfig {
     fn default() -> Self {
-        Config::DEFAULT
+        EstimationConfig::DEFAULT
     }
 }
 
-impl Config {
+impl EstimationConfig {
     /// Instruments of flight-test quality; nothing here was tuned to a recording.
-    pub const DEFAULT: Config = Config {
+    pub const DEFAULT: EstimationConfig = EstimationConfig {
         noise: Noise {
             accelerometer_std: [0.05; 3],
             gyro_std: [0.002; 3],

@@ -1,7 +1,7 @@
-//! Kinematic consistency of the flow angles: does a vane move as accelerometers, gyros and attitude say it must?
+//! Kinematic consistency of the flow angles: the rate of a vane against accelerometers, gyros and attitude.
 //!
-//! Consumes the smoothed rate of a measured flow angle (brought to where the accelerometers stand) and the rate that the
-//! kinematics give there; produces their running comparison
+//! Consumes the smoothed rate of a measured flow angle (transferred to the accelerometers) and the kinematic rate there, rad/s;
+//! produces the running coefficient of determination
 //!     R2 = 1 - var(measured - kinematic)/var(measured)                                            (1)
 //! (variances about the means, so that constant biases do not count). The vane disagrees where
 //!     var(measured - kinematic) > (1 - R2_MIN) var(measured) + NOISE_MARGIN noise                 (2)
@@ -9,7 +9,7 @@
 //! Kinematics, from (1) to (3) of `kinematics`, V^2 = u^2 + v^2 + w^2:
 //!     alpha' = (w' u - w u')/(u^2 + w^2)      beta' = (v' - v V'/V)/sqrt(u^2 + w^2)                (3)
 //! Source: V. Klein and E. A. Morelli, Aircraft System Identification, 2nd ed. 2016, ch. 10 (data compatibility).
-//! Cannot answer before `COUNT_MIN` instants or while the measured rate stays within its noise.
+//! Returns `None` before `COUNT_MIN` instants or while the measured rate is within its noise.
 
 use crate::dynamics::kinematics::{Attitude, velocity_rate};
 
@@ -22,7 +22,7 @@ const COUNT_MIN: f64 = 50.0;
 
 /// Rates of alpha and beta from velocity u v w, attitude phi theta, specific force and rates, (3).
 ///
-/// `None` where the aircraft hardly moves forward.
+/// `None` below the least airspeed.
 pub fn flow_angle_rates(velocity: [f64; 3], attitude: [f64; 2], force: [f64; 3], rates: [f64; 3]) -> Option<[f64; 2]> {
     let [u, v, w] = velocity;
     let s = u * u + w * w;
@@ -82,13 +82,13 @@ impl Consistency {
         self.noise_var += (noise_var - self.noise_var) / self.count;
     }
 
-    /// (1); `None` while it cannot be told.
+    /// (1); `None` while it is not determined.
     pub fn r_squared(&self) -> Option<f64> {
         let enough = self.count >= COUNT_MIN && self.squares_measured > NOISE_MARGIN * self.noise_var * self.count;
         enough.then(|| 1.0 - self.squares_difference / self.squares_measured)
     }
 
-    /// R2 where the vane disagrees with the kinematics by (2); `None` where it agrees or it cannot be told.
+    /// R2 where the vane disagrees with the kinematics by (2); `None` where it agrees or R2 is not determined.
     pub fn disagreement(&self) -> Option<f64> {
         let r_squared = self.r_squared()?;
         let allowed = (1.0 - R2_MIN) * self.squares_measured + NOISE_MARGIN * self.noise_var * self.count;

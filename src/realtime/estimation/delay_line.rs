@@ -1,11 +1,10 @@
-//! Delay line: signals wait here until the smoothing kernel can be laid symmetrically around them.
+//! Delay line: signals are buffered until the smoothing kernel covers an instant symmetrically.
 //!
-//! Consumes one row of signals a tick, at uneven times, some of them not sampled; produces every signal smoothed at one
-//! instant, and its slope, all by the same kernel (`num::kernel`), and the noise gain of each.
-//! A signal that comes more slowly than the ticks is a straight line between its samples, as the conventions say; until the
-//! next one comes its last value stands in.
-//! Cannot answer where the line has not yet enough past or future, or a hole longer than allowed lies under the kernel; a
-//! signal that was not sampled there comes out as NaN.
+//! Consumes one row of signals a tick, at uneven times, some of them not sampled; produces every signal smoothed at one instant,
+//! and its slope, all by the same kernel (`num::kernel`), and the noise gain of each. A signal that comes more slowly than the
+//! ticks is a straight line between its samples, as the conventions say; until the next one comes its last value stands in.
+//! Returns `None` where the buffer does not cover the kernel, or with a gap longer than allowed under it; NaN of a signal that
+//! was not sampled there.
 
 use crate::num::kernel;
 
@@ -16,14 +15,13 @@ const BUFFER: usize = 2 * CAPACITY;
 /// Weight of the newest interval in the running mean of intervals.
 const INTERVAL_GAIN: f64 = 0.05;
 
-/// A signal that has kept away for so many of its intervals is silent.
+/// Intervals without a sample after which a signal is silent.
 const SILENT_INTERVALS: f64 = 3.0;
 
-/// How far apart samples come.
+/// Sampling times of a signal.
 #[derive(Clone, Copy, Debug)]
 struct Rhythm {
     last_s: f64,
-    /// The last sample.
     value: f64,
     interval_s: f64,
 }
@@ -42,7 +40,7 @@ impl Rhythm {
     }
 }
 
-/// `S` signals on their way.
+/// Buffer of `S` signals.
 #[derive(Clone, Debug)]
 pub struct DelayLine<const S: usize> {
     half_width_s: f64,
@@ -52,9 +50,8 @@ pub struct DelayLine<const S: usize> {
     len: usize,
     /// Ticks since each signal was last sampled.
     since: [usize; S],
-    /// When each signal was last sampled, what it was, and how far apart its samples are in the mean.
+    /// Last sample and mean interval of each signal.
     rhythm: [Rhythm; S],
-    /// The same of the ticks.
     ticks: Rhythm,
     smooth: [f64; BUFFER],
     slope: [f64; BUFFER],
@@ -103,14 +100,13 @@ impl<const S: usize> DelayLine<S> {
         self.len.checked_sub(1).map(|last| self.times[last])
     }
 
-    /// Ticks a sample of that signal, 1 or more: it has so many fewer samples under the kernel than there are ticks, and its
-    /// noise gains are so many times those of a signal of every tick.
+    /// Ticks a sample of that signal, 1 or more: the factor on its noise gains relative to a signal of every tick.
     pub fn ticks_a_sample(&self, signal: usize) -> f64 {
         let ticks = self.rhythm[signal].interval_s / self.ticks.interval_s;
         if ticks > 1.0 { ticks } else { 1.0 }
     }
 
-    /// Whether the signal has kept away for so long that what lies under the kernel is its last value held.
+    /// Whether the signal has been silent for so long that the kernel covers its held last value only.
     pub fn is_silent(&self, signal: usize) -> bool {
         let Rhythm { last_s, interval_s, .. } = self.rhythm[signal];
         !(self.ticks.last_s - last_s <= SILENT_INTERVALS * interval_s)

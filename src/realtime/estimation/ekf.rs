@@ -7,14 +7,14 @@
 //!     G: a random walk w of an acceleration over dt moves the acceleration by dt w, its first integral by dt^2/2 w
 //!     nu = z - h(x),  s = H P H' + R,  rejected where nu^2 > gate^2 s                              (3)
 //!     x <- x + P H' nu/s,  P <- P - P H' H P/s                                                    (4)
-//! one measurement after the other ((11) to (15) of the paper, sequential; equal to the joint update for uncorrelated
+//! one measurement after the other ((11) to (15) of Padfield et al. 1987, sequential; equal to the joint update for uncorrelated
 //! noise up to the point of linearisation, which here is the state after the preceding measurement). Gyros and
 //! accelerometers are measurements like the others: between two of their samples the random walk makes (1) the trapezoidal
 //! rule once the second one is in.
 //! Numerics: (2) and (4) on the factors (`num::ud`). The biases' random walk is added in steps of `WALK_STEP_S`.
 //! Returns [`Breakdown`] where a variance is not positive or a state not finite; the filter is then to be thrown away.
 
-use super::aid::Prediction;
+use super::aid::prediction::Prediction;
 use super::process::{
     ACCELEROMETER_BIAS, ANGULAR_ACCELERATION, GYRO_BIAS, MOVING, NAVIGATION, RATES, SPECIFIC_FORCE, STATES, State, VELOCITY,
     jacobian, rate,
@@ -56,7 +56,7 @@ pub struct ProcessNoise {
     pub gyro_walk_var: f64,
 }
 
-/// What a measurement did.
+/// Outcome of a measurement.
 #[derive(Clone, Copy, Debug)]
 pub struct Fusion {
     /// Measurement less prediction (angles wrapped to +-pi).
@@ -69,15 +69,14 @@ pub struct Fusion {
     pub gain: Option<State>,
 }
 
-/// Whoever follows what the filter does: a smoother.
+/// Observer of the filter's steps, such as a smoother.
 pub trait FilterObserver {
-    /// It was carried on; the first rows of F.
+    /// Time update; the first rows of F.
     fn propagate(&mut self, transition: &Transition);
-    /// It judged a measurement with that row of H.
+    /// Measurement update with this row of H, fused or rejected.
     fn fuse(&mut self, row: &State, fusion: &Fusion);
 }
 
-/// Nobody.
 impl FilterObserver for () {
     fn propagate(&mut self, _: &Transition) {}
     fn fuse(&mut self, _: &State, _: &Fusion) {}
@@ -115,10 +114,10 @@ impl Ekf {
         &self.transition
     }
 
-    /// Carries state and covariance over `dt` seconds, (1) and (2).
+    /// Time update of state and covariance over `dt` seconds, (1) and (2).
     ///
     /// # Errors
-    /// [`Breakdown`] near theta = +-90 deg or where the numbers gave out.
+    /// [`Breakdown`] near theta = +-90 deg or where a variance is not positive or a state not finite.
     pub fn propagate(&mut self, dt: f64, noise: &ProcessNoise) -> Result<(), Breakdown> {
         let singular = Breakdown { index: STATES };
         let first = rate(&self.x, &noise.measured).ok_or(singular)?;
@@ -167,10 +166,10 @@ impl Ekf {
         self.check()
     }
 
-    /// Judges a measurement and fuses it where its innovation passes the gate, (3) and (4).
+    /// Measurement update, (3) and (4), where the innovation passes the gate.
     ///
     /// # Errors
-    /// [`Breakdown`] where the numbers gave out.
+    /// [`Breakdown`] where a variance is not positive or a state not finite.
     pub fn fuse(&mut self, observation: f64, prediction: &Prediction, gate_sigmas: f64) -> Result<Fusion, Breakdown> {
         let projection = self.p.project(&prediction.row, prediction.noise_var)?;
         let innovation_var = projection.innovation_var;

@@ -1,14 +1,14 @@
 //! The estimation stage: samples in; state, innovations, smoothed regressors, trim and events out.
 //!
-//! Consumes [`Sample`]s in order of time; produces an [`EstimationOutput`] a sample. It starts by itself as soon as rates,
-//! airspeed and attitude are there, runs on what is there, and says what is missing.
+//! Consumes [`Sample`]s in order of time; produces an [`EstimationOutput`] a sample. It starts as soon as rates,
+//! airspeed and attitude are sampled, and reports missing instruments as events.
 
 use super::admission::{Admission, Verdict};
 mod regressors;
 
 use super::aid::inertial;
 use super::centre_of_mass::{lagged, state_record};
-use super::config::{Config, ConfigError};
+use super::config::{ConfigError, EstimationConfig};
 use super::consistency::Consistency;
 use super::delay_line::DelayLine;
 use super::ekf::{Ekf, FilterObserver};
@@ -28,6 +28,7 @@ use super::record::{
 use super::state_variable::StateVariable;
 use super::trim::TrimWindow;
 use super::vibration::LineNotch;
+use crate::dynamics::sensors::velocity_of_air_data;
 use crate::flight::channel::{CHANNELS, Channel};
 use crate::flight::run::RunGeometry;
 use crate::flight::sample::Sample;
@@ -55,35 +56,34 @@ pub const INSTANTS: usize = 4;
 /// the trim, two vanes that disagree, and once the states, the lines of vibration and the instruments that are missing.
 pub const EVENTS: usize = 2 + CHANNELS + 1 + 1 + 2 + 3 + 3 + AIDS;
 
-/// How long the filter waits for the aids that it would like to start with, s.
+/// Time that the filter waits for optional aids before it starts, s.
 const START_WAIT_S: f64 = 0.5;
-/// The noise statistics are brought up to date so often, s.
+/// Interval of updates of the noise statistics, s.
 const NOISE_STEP_S: f64 = 0.1;
 /// What angular accelerations and specific forces may be when the filter starts, rad/s^2 and m/s^2 (standard deviations), and
 /// the rates, rad/s: the instruments have the say at once.
 const START_STD: [f64; 3] = [1.0, 2.0, 30.0];
-/// Standard deviation of a scale error that is taken for exact: no variance may be nothing.
+/// Standard deviation of a scale error that is taken as exact: variances must be positive.
 const EXACT_STD: f64 = 1e-9;
-/// Gate of gyros and accelerometers: their innovations are never rejected, for they say how the aircraft moves.
+/// Gate of gyros and accelerometers, which are never rejected.
 const NO_GATE: f64 = 1e9;
-/// How long after the start an instrument that has not come counts as missing, s.
+/// Time after the start at which an instrument without samples is missing, s.
 const MISSING_AFTER_S: f64 = 1.0;
 
-/// What one sample brought.
+/// Results of one sample.
 #[derive(Clone, Debug, Default)]
 pub struct EstimationOutput {
     /// The filtered state at the sample.
     pub state: Option<StateRecord>,
-    /// What the aids did.
+    /// Innovations of the aids.
     pub innovations: Vec<Innovation, AIDS>,
-    /// The state of a while ago from everything until now (fixed-lag smoother), where one came of age. The biases are the
-    /// filter's newest.
+    /// A state of the fixed-lag smoother, where one is due. The biases are the filter's newest.
     pub lagged: Option<LaggedRecord>,
     /// Smoothed signals at the instants of the regression grid that the sample completed.
     pub smoothed: Vec<SmoothedRecord, INSTANTS>,
     /// The trim, at the one sample that completed its window.
     pub trim: Option<TrimRecord>,
-    /// What was noticed.
+    /// Events at this sample.
     pub events: Vec<EstimationEvent, EVENTS>,
 }
 
@@ -101,7 +101,7 @@ impl EstimationOutput {
 /// The estimation stage.
 #[derive(Clone, Debug)]
 pub struct Estimator {
-    config: Config,
+    config: EstimationConfig,
     geometry: RunGeometry,
     admission: Admission,
     vibration: LineNotch,
@@ -134,13 +134,13 @@ impl Estimator {
     ///
     /// # Errors
     /// [`ConfigError`] names the setting that cannot be used.
-    pub fn new(config: Config, geometry: RunGeometry) -> Result<Self, ConfigError> {
+    pub fn new(config: EstimationConfig, geometry: RunGeometry) -> Result<Self, ConfigError> {
         config.validate()?;
         Ok(Estimator::of(config, geometry))
     }
 
     /// The same for a configuration that has been validated; at compile time too.
-    pub(crate) const fn of(config: Config, geometry: RunGeometry) -> Self {
+    pub(crate) const fn of(config: EstimationConfig, geometry: RunGeometry) -> Self {
         Estimator {
             admission: Admission::new(config.gap_s),
             vibration: LineNotch::new(geometry.blades, config.hold_s),
@@ -175,7 +175,7 @@ impl Estimator {
         Instrumentation {
             trusted: self.health.map(|health| health.is_trusted()),
             as_expected: self.health.map(|health| health.is_as_expected()),
-            // Once found it stays: quiet flight afterwards adds noise to the comparison, and does not make the vane right.
+            // A disagreement is kept: quiet flight afterwards only adds noise to the comparison.
             vanes_disagree: self.disagreement_said,
             ..self.latest.instrumentation(self.ekf.is_some())
         }
@@ -191,7 +191,7 @@ impl Estimator {
         self.noise.record()
     }
 
-    /// Coefficients of determination of the flow-angle rates (incidence, sideslip) by the kinematics, where they can be told.
+    /// Coefficients of determination of the flow-angle rates (incidence, sideslip) by the kinematics, where determined.
     pub fn consistency(&self) -> [Option<f64>; 2] {
         self.consistency.map(|comparison| comparison.r_squared())
     }
@@ -201,7 +201,7 @@ impl Estimator {
         self.step_with(sample, &mut ())
     }
 
-    /// One sample, with somebody who follows what the filter does.
+    /// One sample, with an observer of the filter's steps.
     pub fn step_with(&mut self, sample: &Sample, observer: &mut impl FilterObserver) -> &EstimationOutput {
         self.output = EstimationOutput::default();
         let mut sample = *sample;
@@ -218,7 +218,7 @@ impl Estimator {
         self.vibration.clean(&mut sample);
         let silence_s = self.latest.silence_s(sample.time_s);
         if silence_s > self.config.hold_s && verdict == Verdict::Use && !carries_rates(&sample) {
-            // The last rates have served for long enough: a filter that ran on them would leave the flight.
+            // The rates are too old to run the filter on.
             self.notice(EstimationEvent::RatesSilent { seconds: silence_s });
             self.restart();
         }
@@ -265,7 +265,7 @@ impl Estimator {
         if patient && !wanted {
             return;
         }
-        let Some(tas) = get(Channel::Tas).filter(|tas| *tas > aid::AIRSPEED_MIN_M_S) else { return };
+        let Some(tas) = get(Channel::Tas).filter(|tas| *tas > aid::prediction::AIRSPEED_MIN_M_S) else { return };
         let n = self.noise.noise();
         let (phi, theta, attitude_std) = match (get(Channel::Phi), get(Channel::Theta)) {
             (Some(phi), Some(theta)) => (phi, theta, n.bank_std.max(n.pitch_std)),
@@ -280,11 +280,7 @@ impl Estimator {
         let (psi, psi_std) = get(Channel::Psi).map_or((0.0, 3.0), |psi| (psi, n.heading_std));
         let (altitude, altitude_std) = get(Channel::Altitude).map_or((0.0, 1e3), |h| (h, n.altitude_std));
         let mut x: State = [0.0; STATES];
-        let (sin_alpha, cos_alpha) = libm::sincos(alpha);
-        let (sin_beta, cos_beta) = libm::sincos(beta);
-        x[VELOCITY] = tas * cos_alpha * cos_beta;
-        x[VELOCITY + 1] = tas * sin_beta;
-        x[VELOCITY + 2] = tas * sin_alpha * cos_beta;
+        x[VELOCITY..VELOCITY + 3].copy_from_slice(&velocity_of_air_data(tas, alpha, beta));
         x[ATTITUDE] = phi;
         x[ATTITUDE + 1] = theta;
         x[ATTITUDE + 2] = psi;
@@ -358,7 +354,7 @@ impl Estimator {
                 test_ratio: fusion.test_ratio,
                 fused: fusion.gain.is_some(),
             };
-            // Judged by the aid's own noise; what the filter makes of it beyond that is the filter's affair.
+            // Judged by the aid's noise without inflation.
             let own_var = fusion.innovation_var - prediction.noise_var + self.noise.without_inflation(aid);
             if let Some(event) = self.health[aid.index()].judge(&innovation, own_var) {
                 self.notice(event);

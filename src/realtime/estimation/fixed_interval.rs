@@ -6,30 +6,30 @@
 //!     at a measurement:  l <- l - H' (nu + K' l s)/s,   L <- (I - K H)' L (I - K H) + H' H/s          (1)
 //!     at a time step:    l <- F' l,   L <- F' L F                                                   (2)
 //!     x_smoothed = x - P l,   P_smoothed = P - P L P,  x and P the filter's after the sample          (3)
-//! No matrix is inverted. What is kept of the filter's way is bounded: it is flown again from a copy of the estimator, block by
-//! block.
+//! No matrix is inverted. Memory is bounded: the filter is run again from a copy of the estimator, block by block.
 //! Source: G. J. Bierman, Fixed interval smoothing with discrete measurements, Int. J. Control 18, 1973; D. Simon, Optimal State
 //! Estimation, 2006, 9.4.
-//! Numerics: (3) subtracts; a variance that rounding makes negative is told as 0.
-//! Cannot answer where the filter does not run; where it starts again, the record is cut.
+//! Numerics: (3) subtracts; a variance that rounding makes negative is reported as 0.
+//! No states where the filter does not run; where it restarts, the record is divided.
 
 use super::centre_of_mass::state_record;
-use super::config::{Config, ConfigError, NoiseSource};
+use super::config::{ConfigError, EstimationConfig, NoiseSource};
 use super::ekf::{FilterObserver, Fusion, Transition};
 use super::estimator::Estimator;
 use super::process::{MOVING, STATES, State};
 use super::record::{EstimationEvent, NoiseRecord, StateRecord};
 use crate::flight::run::RunGeometry;
 use crate::flight::sample::Sample;
+use crate::num::product::dot;
 
 /// Samples whose details are kept at a time.
 const BLOCK: usize = 1024;
-/// Work of the way back for one sample, in steps of the filter.
+/// Cost of the backward pass for one sample, in steps of the filter.
 const BACKWARD_WORK: f64 = 4.0;
 
 type Matrix = [[f64; STATES]; STATES];
 
-/// A record smoothed.
+/// Smoothed states of a record.
 #[derive(Clone, Debug)]
 pub struct FixedInterval {
     /// The state at each sample at which the filter ran, in order of time.
@@ -38,12 +38,12 @@ pub struct FixedInterval {
     pub noise: NoiseRecord,
 }
 
-/// What the filter did at one sample.
+/// Steps of the filter at one sample.
 #[derive(Clone, Default)]
 struct Step {
     transition: Option<Box<Transition>>,
     fusions: Vec<(State, Fusion)>,
-    /// The filter started here: nothing later says anything of what was before.
+    /// The filter started here: later samples carry no information about earlier ones.
     begins: bool,
 }
 
@@ -73,7 +73,6 @@ impl Adjoint {
     /// Back over a measurement, (1).
     fn back_over(&mut self, row: &State, fusion: &Fusion) {
         let Fusion { innovation, innovation_var: s, gain: Some(gain), .. } = fusion else { return };
-        let dot = |a: &State, b: &State| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let along = dot(gain, &self.vector) + innovation / s;
         // L K and K' L K.
         let lk: State = core::array::from_fn(|i| dot(&self.matrix[i], gain));
@@ -114,19 +113,19 @@ impl Adjoint {
 ///
 /// # Errors
 /// [`ConfigError`] names the setting that cannot be used.
-pub fn smooth(samples: &[Sample], config: &Config, geometry: RunGeometry) -> Result<FixedInterval, ConfigError> {
+pub fn smooth(samples: &[Sample], config: &EstimationConfig, geometry: RunGeometry) -> Result<FixedInterval, ConfigError> {
     let smoothed = smooth_watched(samples, config, geometry, |_| true)?;
-    // Nobody stops it.
+    // Never cancelled.
     Ok(smoothed.unwrap_or_else(|| FixedInterval { states: Vec::new(), noise: *Estimator::of(*config, geometry).noise() }))
 }
 
-/// The same, told now and then which part of the work is done (0 to 1); `None` where `watch` said no to going on.
+/// The same, with the completed part of the work (0 to 1) passed to `watch`; `None` where that returned false.
 ///
 /// # Errors
 /// [`ConfigError`] names the setting that cannot be used.
 pub fn smooth_watched(
     samples: &[Sample],
-    config: &Config,
+    config: &EstimationConfig,
     geometry: RunGeometry,
     mut watch: impl FnMut(f64) -> bool,
 ) -> Result<Option<FixedInterval>, ConfigError> {
@@ -146,7 +145,7 @@ pub fn smooth_watched(
         }
     }
     let noise = *scout.noise();
-    let config = Config {
+    let config = EstimationConfig {
         noise: noise.noise,
         angular_acceleration_walk: noise.angular_acceleration_walk,
         specific_force_walk: noise.specific_force_walk,

@@ -1,43 +1,44 @@
-//! Fixed-lag smoother: states of a while ago, estimated from everything that came since.
+//! Fixed-lag smoother: states `lag` seconds ago, estimated from all measurements since.
 //!
 //! Consumes what the filter does, step by step; produces, every `spacing` seconds, the moving states \[16\] of `lag` seconds
-//! ago with their variances. At such an instant j the filter's state is set aside, and from then on moves by what is measured:
+//! ago with their variances. At such an instant j the filter's state is stored, and from then on updated by every measurement:
 //!     C_j = E[e_j e'],  at the instant the first 16 rows of P                                     (1)
 //!     C_j <- C_j F'                                                     (time update)             (2)
 //!     k = C_j H'/s,  x_j <- x_j + k nu,  var_j <- var_j - k^2 s,  C_j <- C_j - k s K'             (3)
 //! with the filter's own nu, s and gain K: the fixed-point smoother, run for several points side by side. It equals the
 //! fixed-interval smoother over a record that ends `lag` after j, without any matrix inverse.
 //!
-//! What happens between two instants is the same for every point, so it is gathered once, from Phi = I, l = 0, L = 0,
+//! The updates between two instants are the same for every point, so they are accumulated once, from Phi = I, l = 0, L = 0,
 //!     Phi <- F Phi;    g = Phi' H',  l <- l + g nu/s,  L <- L + g g'/s,  Phi <- Phi - K g'         (4)
-//! and given to all points at the next instant,
+//! and applied to all points at the next instant,
 //!     x_j <- x_j + C_j l,  var_j <- var_j - (C_j L C_j')_ii,  C_j <- C_j Phi'                       (5)
 //! The measurements of one sample go into Phi and L together: g of a later one is its H through Phi as it was before
 //! them, less (H K) g of each that came before.
 //! Source: B. D. O. Anderson and J. B. Moore, Optimal Filtering, 1979, section 7.2; D. Simon, Optimal State Estimation, 2006,
 //! 9.2 and 9.3.
-//! Numerics: C_j is no covariance of its own and cannot lose its sign; a variance that (5) would make negative is told as 0.
-//! (5) is the longest single piece of work: once every `spacing`, for all points.
-//! Cannot answer before `lag` has passed since the filter began.
+//! Numerics: C_j is a cross covariance, which has no sign to lose; a variance that (5) makes negative is reported as 0.
+//! (5), once every `spacing` for all points, is the largest single cost.
+//! Returns `None` before `lag` has passed since the filter began.
 
 use super::ekf::{Ekf, FilterObserver, Fusion, Transition};
 use super::process::{ANGULAR_ACCELERATION, MOVING, NAVIGATION, RATES, STATES, State};
+use crate::num::product::dot;
 use crate::num::rows::add_rows;
 
-/// Instants on their way at a time.
+/// Largest number of stored instants.
 pub const POINTS: usize = 8;
 
 /// The moving states of one instant.
 pub type Moving = [f64; MOVING];
 
-/// Measurements that wait to go into Phi and L together.
+/// Measurements that are accumulated into Phi and L together.
 const WAITING: usize = 13;
 
 type Matrix = [State; STATES];
 
-/// One instant on its way, as of the latest instant that was set aside.
+/// A stored instant, updated to the newest stored one.
 #[derive(Clone, Copy, Debug)]
-struct Point {
+struct LaggedInstant {
     time_s: f64,
     /// The filter's state at the instant.
     filtered: Moving,
@@ -47,7 +48,7 @@ struct Point {
     cross: [State; MOVING],
 }
 
-/// What has happened since the latest instant, (4).
+/// Accumulated updates since the newest stored instant, (4).
 #[derive(Clone, Debug)]
 struct Since {
     phi: Matrix,
@@ -71,16 +72,16 @@ pub struct SmoothedPoint {
     pub x: Moving,
     /// Their variances.
     pub var: Moving,
-    /// What the smoother has changed in the filter's estimate of that instant.
+    /// Smoothed less filtered states.
     pub correction: Moving,
 }
 
-/// Several instants on their way.
+/// State of the smoother.
 #[derive(Clone, Debug)]
 pub struct FixedLag {
     lag_s: f64,
     spacing_s: f64,
-    points: [Point; POINTS],
+    points: [LaggedInstant; POINTS],
     first: usize,
     len: usize,
     since: Since,
@@ -182,11 +183,7 @@ impl Since {
     }
 }
 
-fn dot(a: &State, b: &State) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-impl Point {
+impl LaggedInstant {
     /// x_j of (5).
     fn estimate(&self, since: &Since) -> Moving {
         core::array::from_fn(|i| self.x[i] + dot(&self.cross[i], &since.vector))
@@ -204,12 +201,17 @@ impl Point {
 }
 
 impl FixedLag {
-    /// Instants at least `spacing_s` apart, each told `lag_s` later; wider apart where so many would not fit.
+    /// Instants at least `spacing_s` apart, each reported `lag_s` later; further apart where [`POINTS`] would not hold them.
     pub const fn new(lag_s: f64, spacing_s: f64) -> Self {
         let least_s = lag_s / (POINTS - 1) as f64;
         let spacing_s = if spacing_s > least_s { spacing_s } else { least_s };
-        let none =
-            Point { time_s: 0.0, filtered: [0.0; MOVING], x: [0.0; MOVING], var: [0.0; MOVING], cross: [[0.0; STATES]; MOVING] };
+        let none = LaggedInstant {
+            time_s: 0.0,
+            filtered: [0.0; MOVING],
+            x: [0.0; MOVING],
+            var: [0.0; MOVING],
+            cross: [[0.0; STATES]; MOVING],
+        };
         FixedLag { lag_s, spacing_s, points: [none; POINTS], first: 0, len: 0, since: Since::NOTHING }
     }
 
@@ -222,13 +224,13 @@ impl FixedLag {
         (self.first + age) % POINTS
     }
 
-    /// Sets the filter's state aside where the next instant is due, (1), and returns the one that is `lag_s` old.
+    /// Stores the filter's state where the next instant is due, (1), and returns the one that is `lag_s` old.
     pub fn tick(&mut self, time_s: f64, ekf: &Ekf) -> Option<SmoothedPoint> {
         let mut ripe = None;
         if self.len > 0 && time_s - self.points[self.first].time_s >= self.lag_s {
             self.since.settle();
             self.since.mirror();
-            let Point { time_s, filtered, .. } = self.points[self.first];
+            let LaggedInstant { time_s, filtered, .. } = self.points[self.first];
             let (x, var) = (self.points[self.first].estimate(&self.since), self.points[self.first].variance(&self.since));
             let correction = core::array::from_fn(|i| x[i] - filtered[i]);
             ripe = Some(SmoothedPoint { time_s, x, var, correction });
@@ -280,8 +282,8 @@ impl FixedLag {
         Some((point.time_s, core::array::from_fn(|i| x[i] - point.filtered[i])))
     }
 
-    /// What the smoother has changed so far in the filter's estimate at `time_s`: a straight line between the instants on
-    /// either side, which are at most `hold_s` apart; `None` where there are none.
+    /// Smoothed less filtered states at `time_s`, linear between the instants on either side, at most `hold_s` apart; `None`
+    /// where there are none.
     pub fn correction(&self, time_s: f64, hold_s: f64) -> Option<Moving> {
         let after = (0..self.len).position(|age| self.points[self.place(age)].time_s >= time_s)?;
         let (later_s, later) = self.corrected(after)?;

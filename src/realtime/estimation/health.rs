@@ -8,15 +8,15 @@ use super::record::{EstimationEvent, Innovation};
 
 /// Weight g of the newest normalised innovation in its running mean.
 const NIS_GAIN: f64 = 0.01;
-/// Mean normalised innovation squared above which the innovations are called too large.
+/// Mean normalised innovation squared above which the innovations are too large.
 const NIS_LARGE: f64 = 4.0;
-/// Innovations before that can be said.
+/// Least number of innovations for that.
 const NIS_COUNT: u32 = 100;
-/// Weight of the newest innovation in the part that is rejected, and innovations before that part is believed.
+/// Weight of the newest innovation in the rejected fraction, and least number of innovations for it.
 const PART_GAIN: f64 = 0.02;
 const TRUST_COUNT: u32 = 20;
-/// Rejections must stay away so long before a rejection is an event again, s.
-const QUIET_S: f64 = 2.0;
+/// Time without rejections after which a rejection is an event again, s.
+const REPORT_AGAIN_S: f64 = 2.0;
 
 /// Health of one aid.
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +30,7 @@ pub struct AidHealth {
 }
 
 impl AidHealth {
-    /// Nothing seen yet.
+    /// Before the first innovation.
     pub const NEW: AidHealth = AidHealth { mean_nis: 1.0, count: 0, rejected_s: None, rejected_part: 0.0, reported: false };
 
     /// Whether it is fused most of the time.
@@ -38,7 +38,7 @@ impl AidHealth {
         self.count < TRUST_COUNT || self.rejected_part < 0.5
     }
 
-    /// Whether its innovations have been about as large as the filter expects.
+    /// Whether its mean normalised innovation squared is not too large.
     pub fn is_as_expected(&self) -> bool {
         !self.reported
     }
@@ -53,7 +53,7 @@ impl AidHealth {
         self.rejected_part += PART_GAIN.max(1.0 / f64::from(self.count)) * (rejected - self.rejected_part);
         let mut event = None;
         if innovation.fused {
-            if self.rejected_s.is_some_and(|since| innovation.time_s - since > QUIET_S) {
+            if self.rejected_s.is_some_and(|since| innovation.time_s - since > REPORT_AGAIN_S) {
                 self.rejected_s = None;
                 event = Some(EstimationEvent::AidAccepted { aid });
             }
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rejection_is_said_once_until_it_has_stayed_away() {
+    fn a_rejection_is_one_event_until_none_for_a_while() {
         let mut health = AidHealth::NEW;
         assert_eq!(health.judge(&innovation(0.0, 1.0, true), 1.0), None);
         let said = Some(EstimationEvent::AidRejected { aid: Aid::Bank, test_ratio: 1.44 });
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn innovations_three_times_too_large_are_said_once() {
+    fn innovations_three_times_too_large_are_one_event() {
         let mut health = AidHealth::NEW;
         let events: Vec<_> = (0..300).filter_map(|i| health.judge(&innovation(f64::from(i), 3.0, true), 1.0)).collect();
         assert_eq!(events.len(), 1);

@@ -1,4 +1,4 @@
-//! The newest value of every channel, with its age: what stands in where channels come at different rates.
+//! The newest value of every channel, with its age: zero-order hold of channels of different rates.
 //!
 //! Consumes admitted samples; produces held values, the filter's inputs, and which instruments there are. A value serves
 //! for at most the hold time; then the channel counts as silent.
@@ -103,8 +103,8 @@ impl Latest {
         (time_s - self.times_s[i] <= self.hold_s).then_some(self.values[i])
     }
 
-    /// An inertial channel now: its last sample carried on along the line through the last two. Held instead, it would be late
-    /// by half its interval wherever the other channels come more often, and the states with it.
+    /// An inertial channel now, extrapolated linearly from its last two samples: held, it would be delayed by half its interval
+    /// relative to faster channels.
     fn now(&self, input: usize, channel: Channel, time_s: f64) -> f64 {
         self.values[channel.index()] + self.slopes[input] * (time_s - self.times_s[channel.index()])
     }
@@ -126,7 +126,7 @@ impl Latest {
         (input, measured)
     }
 
-    /// Which instruments have been seen.
+    /// Which instruments have been sampled.
     pub fn instrumentation(&self, running: bool) -> Instrumentation {
         let seen = |channel: Channel| self.seen & (1 << channel.index()) != 0;
         Instrumentation {

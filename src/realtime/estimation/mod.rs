@@ -2,8 +2,8 @@
 //!
 //! In: samples in order of time, whatever channels they carry. Out: the filtered state with its standard deviations, the
 //! innovations of every aid, smoothed signals on the regression grid, the run's trim, events.
-//! Assumed: a rigid body in still air over a flat earth; instruments where the run says that they stand.
-//! Refused: to make up what no instrument observes. A missing accelerometer or aid widens the uncertainty and is said.
+//! Assumed: a rigid body in still air over a flat earth; instruments at the positions that the run declares.
+//! Refused: a number that no instrument observes. A missing accelerometer or aid widens the uncertainty and is an event.
 
 pub mod admission;
 pub mod aid;

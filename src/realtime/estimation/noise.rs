@@ -1,4 +1,4 @@
-//! Noise statistics in use: as configured, or as the record shows them within bounds about what is configured.
+//! Noise statistics in use: as configured, or estimated from the record within bounds about the configured ones.
 //!
 //! Consumes admitted samples; produces the standard deviations that the aids are predicted with and the random walks that
 //! drive the process. Every channel has a bank (`noise_bank`); what its maximum of likelihood says is taken within
@@ -6,14 +6,14 @@
 //!     is a poor picture of a specific force, and at slow rates leaves it hardly any noise)            (1)
 //!     aids: 1 to `MOST` times it: a vane in turbulent air is worse than its own noise, never better (2)
 //!     random walks: `WALK_LEAST` to `WALK_MOST` times the configured one                             (3)
-//! What a bank cannot see is slow: gusts, an instrument that stands elsewhere than the run says. So the variance of an aid is
-//! also multiplied by c, which follows the normalised innovations of what was fused,
+//! A bank does not contain slow errors: gusts, a wrong position of an instrument. So the variance of an aid is also multiplied by
+//! c, which follows the normalised innovations of fused measurements,
 //!     ln c <- ln c + `GAIN` (min(nu^2/s, 9) - 1),   1 <= c <= `INFLATION_MOST`                        (4)
-//! and settles where their mean is 1. What is rejected does not count: a fault stays rejected.
-//! Source: the paper, 2.2.4, on how sensitive the filter is to the process noise it is told.
+//! and settles where their mean is 1. Rejected measurements do not count, so that a fault stays rejected.
+//! Source: Padfield et al. 1987, section 2.2.4, on the sensitivity of the filter to its process noise.
 
 use super::aid::inertial::INERTIAL;
-use super::config::{Config, Noise, NoiseSource};
+use super::config::{EstimationConfig, Noise, NoiseSource};
 use super::ekf::ProcessNoise;
 use super::noise_bank::{NoiseBank, Wander};
 use super::record::{AIDS, Aid, NoiseRecord};
@@ -35,14 +35,14 @@ const INFLATION_MOST: f64 = 100.0;
 /// Channels with a bank: gyros, accelerometers, aids.
 const BANKS: usize = 6 + AIDS;
 
-/// The statistics in use and what they are taken from.
+/// The statistics in use and the banks they are estimated by.
 #[derive(Clone, Debug)]
 pub struct NoiseStatistics {
     source: NoiseSource,
     banks: [NoiseBank; BANKS],
     configured: NoiseRecord,
-    /// By the banks alone.
-    shown: Noise,
+    /// Without (4).
+    by_banks: Noise,
     /// c of (4), by `Aid::index()`.
     inflation: [f64; AIDS],
     now: NoiseRecord,
@@ -53,8 +53,8 @@ fn within(std: f64, configured: f64, least: f64, most: f64) -> f64 {
 }
 
 impl NoiseStatistics {
-    /// As configured, until the record shows more.
-    pub const fn new(config: &Config) -> Self {
+    /// The configured statistics, until the banks have an estimate.
+    pub const fn new(config: &EstimationConfig) -> Self {
         let mut banks = [const { NoiseBank::new(Wander::Slope) }; BANKS];
         let mut i = 0;
         while i < 3 {
@@ -66,8 +66,8 @@ impl NoiseStatistics {
             angular_acceleration_walk: config.angular_acceleration_walk,
             specific_force_walk: config.specific_force_walk,
         };
-        let (shown, inflation) = (configured.noise, [1.0; AIDS]);
-        NoiseStatistics { source: config.noise_source, banks, configured, shown, inflation, now: configured }
+        let (by_banks, inflation) = (configured.noise, [1.0; AIDS]);
+        NoiseStatistics { source: config.noise_source, banks, configured, by_banks, inflation, now: configured }
     }
 
     /// What is in use.
@@ -82,7 +82,7 @@ impl NoiseStatistics {
 
     /// Variance of an aid's noise without (4): what its innovations are judged by.
     pub fn without_inflation(&self, aid: Aid) -> f64 {
-        self.shown.of(aid) * self.shown.of(aid)
+        self.by_banks.of(aid) * self.by_banks.of(aid)
     }
 
     /// An innovation of that aid was fused: its square over its variance, for (4).
@@ -116,7 +116,7 @@ impl NoiseStatistics {
         }
     }
 
-    /// Brings what is in use up to what the record has shown.
+    /// Updates the statistics in use from the banks.
     pub fn update(&mut self) {
         if self.source == NoiseSource::Configured {
             return;
@@ -139,18 +139,18 @@ impl NoiseStatistics {
                 }
                 _ => {
                     if let Some(&aid) = Aid::ALL.get(place - 6) {
-                        let shown = within(std, was.noise.of(aid), 1.0, MOST);
-                        *self.shown.of_mut(aid) = shown;
+                        let by_banks = within(std, was.noise.of(aid), 1.0, MOST);
+                        *self.by_banks.of_mut(aid) = by_banks;
                         let inflation = self.inflation.get(aid.index()).copied().unwrap_or(1.0);
-                        *now.noise.of_mut(aid) = shown * libm::sqrt(inflation);
+                        *now.noise.of_mut(aid) = by_banks * libm::sqrt(inflation);
                     }
                 }
             }
         }
     }
 
-    /// What drives the process, with the biases' walks of the configuration; axes without an accelerometer as configured.
-    pub fn process(&self, config: &Config, measured: [bool; 3]) -> ProcessNoise {
+    /// Process noise, with the configured random walks of the biases and of axes without an accelerometer.
+    pub fn process(&self, config: &EstimationConfig, measured: [bool; 3]) -> ProcessNoise {
         let square = |std: f64| std * std;
         // Correlated over 1 s: white noise of that intensity brings as much variance.
         let unmeasured = 2.0 * square(config.unmeasured_acceleration_std);

@@ -1,4 +1,4 @@
-//! Noise statistics from the record itself: how noisy each channel is, and how fast accelerations wander.
+//! Noise statistics of one channel from the record: variance of its white noise, intensity of its random walk.
 //!
 //! Consumes the samples of one channel; produces the variance R of its white noise and the intensity q of the random walk
 //! that drives it, by maximum likelihood. The channel is taken for itself, as level x and slope y (the slope a random walk),
@@ -12,22 +12,22 @@
 //! -N/2 ln(mean nu^2). So a bank of such filters, each with an index L of its own, runs side by side, and the likeliest
 //! pair is that of the least mean squared innovation:
 //!     R = (1 - alpha) mean nu^2,  q from (2) or (3)                                               (4)
-//! A filter that has just begun knows neither level nor slope. Its gains at the n-th sample are those of the straight line (of
-//! the mean) through all of them, until they have fallen to the steady ones,
+//! A filter that has just begun has no prior. Its gains at the n-th sample are those of the straight line (of the mean) through
+//! all of them, until they have fallen to the steady ones,
 //!     alpha_n = 2 (2 n - 1)/(n (n + 1)), beta_n = 6/(n (n + 1));   level: alpha_n = 1/n              (5)
 //! and its innovations, of variance R/(1 - alpha_n), count as (1 - alpha_n)/(1 - alpha) nu^2. So it begins again after
-//! `LATE` intervals without a sample: what a gap brings is no innovation of (2) or (3).
+//! `GAP_INTERVALS` intervals without a sample: a gap has no innovation of (2) or (3).
 //! Source: P. R. Kalata, The tracking index, IEEE Trans. AES-20, 1984 (2), (3); R. K. Mehra, Approaches to adaptive filtering,
 //! IEEE Trans. AC-17, 1972 (maximum likelihood of the innovations); E. Brookner, Tracking and Kalman filtering made easy, 1998,
 //! on growing memory (5).
 //! Assumed: samples about evenly spaced, but for gaps; lines of vibration and quantisation count as noise.
-//! Cannot answer before `COUNT_MIN` samples.
+//! Returns `None` before `COUNT_MIN` samples.
 
 /// Filters in a bank, their tracking indexes a factor `STEP` apart from `FIRST` on.
 const FILTERS: usize = 30;
 const FIRST: f64 = 1e-3;
 const STEP: f64 = 1.5;
-/// Samples before the answer counts.
+/// Least number of samples of an estimate.
 const COUNT_MIN: u32 = 50;
 /// Samples in which a filter settles, and which do not count.
 const SETTLE: u32 = 10;
@@ -35,10 +35,10 @@ const SETTLE: u32 = 10;
 const MEMORY_S: f64 = 60.0;
 /// Weight of the newest interval in the running mean of intervals.
 const INTERVAL_GAIN: f64 = 0.02;
-/// So many times the mean interval, or the one before, without a sample are a gap.
-const LATE: f64 = 4.0;
+/// Length of a gap in mean intervals, and in the interval before.
+const GAP_INTERVALS: f64 = 4.0;
 
-/// What wanders: the slope of the channel, or the channel itself.
+/// The random walk: the slope of the channel, or the channel itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wander {
     /// (2): an angular rate, a flow angle, an attitude.
@@ -123,7 +123,7 @@ fn lowest([(x0, y0), (x1, y1), (x2, y2)]: [(f64, f64); 3]) -> Option<(f64, f64)>
 }
 
 impl NoiseBank {
-    /// Nothing seen yet.
+    /// Before the first sample.
     pub const fn new(wander: Wander) -> Self {
         NoiseBank {
             wander,
@@ -140,7 +140,7 @@ impl NoiseBank {
         }
     }
 
-    /// Forgets where the signal was, not what its noise is: after a gap.
+    /// Restarts the filters after a gap; the noise estimate is kept.
     pub fn break_off(&mut self) {
         self.since = 0;
     }
@@ -149,10 +149,10 @@ impl NoiseBank {
     pub fn take(&mut self, time_s: f64, value: f64, turn: f64) {
         let interval_s = time_s - self.last_s;
         self.last_s = time_s;
-        // Late as the one before: no gap, but another rate.
+        // As long as the interval before: no gap, but another rate.
         let usual_s = self.interval_s.max(self.before_s);
         self.before_s = interval_s;
-        if usual_s > 0.0 && interval_s > LATE * usual_s {
+        if usual_s > 0.0 && interval_s > GAP_INTERVALS * usual_s {
             self.since = 0;
         }
         self.since = self.since.saturating_add(1);

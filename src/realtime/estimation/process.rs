@@ -1,4 +1,4 @@
-//! Rigid-body kinematics as the filter's process: equations (1) to (6) of the paper and altitude, driven by accelerations
+//! Rigid-body kinematics as the filter's process: (1) to (6) of Padfield et al. 1987 and altitude, driven by accelerations
 //! that are states themselves.
 //!
 //! Consumes the state \[25\]; produces the rate of change f of its moving part \[16\] and the Jacobian of f.
@@ -20,7 +20,7 @@
 //! (1) to (3) hold for any point of a rigid body with the specific force felt *at that point*; following the
 //! accelerometers instead of the centre of mass needs no angular acceleration.
 //! A specific force that is not measured is none of (9): in (1) to (3) it balances gravity, and white noise takes its place.
-//! Source: UK Research into System Identification for Helicopter Flight Mechanics (RAE/Glasgow), (1) to (6) and 2.2.4.
+//! Source: Padfield et al. 1987, (1) to (6) and 2.2.4.
 //! Numerics: (4) and (6) have a pole at theta = +-90 deg; [`rate`] returns `None` within 3 deg of it.
 
 use crate::dynamics::kinematics::{Attitude, velocity_rate, velocity_rate_by_rates, velocity_rate_by_velocity};

@@ -134,7 +134,7 @@ pub struct SmoothedRecord {
     pub controls_present: [bool; 4],
 }
 
-/// The run's trim: means over its trim window, about which perturbations are taken (the paper's PERTURB).
+/// The run's trim: means over its trim window, about which perturbations are taken (PERTURB of Padfield et al. 1987).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrimRecord {
     /// u v w at the centre of mass, m/s.

@@ -1,11 +1,11 @@
-//! State-variable filter: every signal through the same causal low-pass, with the exact derivative of what comes out.
+//! State-variable filter: every signal through the same causal low-pass, with the exact derivative of its output.
 //!
 //! Consumes one row of signals a sample, at uneven times, some of them not sampled, and the instants that are asked for;
 //! produces every signal y and its derivative y' at those instants, both states of
 //!     y''/omega^2 + 2 y'/omega + y = x                                                            (1)
 //! The same linear filter for all commutes with differentiation: where dx/dt = a x + b z, the filtered signals obey the same
-//! equation but for the transient of the start, exp(-omega t) (1 + omega t) of the acceleration there. All come out late by the
-//! same 2/omega at low frequency, so nothing is late behind anything else.
+//! equation but for the transient of the start, exp(-omega t) (1 + omega t) of the acceleration there. All are delayed by the
+//! same 2/omega at low frequency, so no signal is skewed against another.
 //! Between samples x = x_0 + s t is a straight line, as the conventions say, and with e = exp(-omega t)
 //!     y = x_0 + s t - 2 s/omega + (c + d t) e          c = y_0 - x_0 + 2 s/omega                  (2)
 //!     y' = s + (d - omega (c + d t)) e                 d = y'_0 - s + omega c
@@ -13,15 +13,15 @@
 //! next sample.
 //! Source: P. C. Young, Automatica 17(1), 1981, pp. 23-39 (state-variable filters); L. Ljung, System Identification, 2nd ed.,
 //! 1999, ch. 7 (one prefilter for all signals of a linear regression).
-//! Cannot answer within `SETTLED`/omega of the first sample, or of the first after a hole; such a signal comes out as NaN.
+//! Returns NaN of a signal within `SETTLED`/omega of its first sample, or of the first after a gap.
 
-/// A filter has settled after so many 1/omega: 4 % of its transient are left.
+/// Settling time in 1/omega, after which 4 % of the transient are left.
 pub const SETTLED: f64 = 5.0;
 
-/// Silence of all signals for so many 1/omega is a hole: the line across it says nothing of what the filter passes.
+/// Length of a gap of all signals, in 1/omega.
 const HOLE: f64 = 2.5;
 
-/// Instants that can wait for a signal's next sample; the oldest is given up where more are asked for.
+/// Instants that can wait for a signal's next sample; the oldest is dropped where more are requested.
 const WAITING: usize = 8;
 
 /// One signal's filter, brought up to its last sample.

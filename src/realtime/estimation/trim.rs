@@ -1,4 +1,4 @@
-//! The run's trim: means over the first second, about which perturbations are taken (the paper's PERTURB).
+//! The run's trim: means over the first second, about which perturbations are taken (PERTURB of Padfield et al. 1987).
 //!
 //! Consumes ticks of a run; produces their mean once, when the window is over. A signal that was never sampled in the
 //! window has no trim: NaN (a control that the run does not carry).

@@ -1,34 +1,32 @@
-//! Vibration at the blades' passing: the lines at blades times rotor speed, and twice that, taken out of every channel alike.
+//! Blade-passing vibration: an adaptive notch at blades times rotor speed, and twice that, on every channel alike.
 //!
 //! Consumes admitted samples with the rotor's speed; changes their channels. With B blades and the azimuth psi = integral of
 //! the rotor's speed,
 //!     c = (cos k B psi, sin k B psi), k = 1, 2,   e = x - sum_k w_k c_k                               (1)
 //!     h = e - slow part of e,   w_k <- w_k + 2 (T/tau) h c_k                                         (2)
-//! e goes on in place of x. For a steady rotor (1), (2) are a linear notch of half width 1/tau about each line. Below it e
+//! e replaces x. For a steady rotor (1), (2) are a linear notch of half width 1/tau about each line. Below it e
 //! is x, late by less than 2 k/(tau (k B Omega)^2), a fifth of a millisecond at 17 Hz, and so in every channel: none is
 //! skewed against another. The slow part in (2) keeps gravity and trim out of the lines.
 //! Source: J. R. Glover, Adaptive noise cancelling applied to sinusoidal interferences, IEEE Trans. ASSP-25, 1977.
-//! Assumed: lines that hold for about `TAU_S`. A line that sampling folds to less than `CLEAR_HZ` cannot be told from flight and
-//! is left, which [`LineNotch::folded`] says.
-//! Does nothing without blades or rotor speed.
+//! Assumed: lines of constant amplitude over about `TAU_S`. A line that is aliased below `CLEAR_HZ` cannot be distinguished from
+//! the motion and stays, which [`LineNotch::folded`] reports. Without blades or rotor speed samples stay unchanged.
 
 use crate::flight::channel::{CHANNELS, Channel};
 use crate::flight::sample::Sample;
 use core::f64::consts::TAU;
 
-/// Time over which the lines are learnt, s.
+/// Time constant of the adaptation, s.
 const TAU_S: f64 = 1.0;
 /// Lines: the blades' passing and its double.
 const LINES: usize = 2;
-/// Folded lines slower than this are left, Hz.
+/// Aliased frequency below which a line is left, Hz.
 const CLEAR_HZ: f64 = 4.0;
-/// So many samples show a channel's interval, and so many intervals without one are a gap.
+/// Samples that determine a channel's interval, and intervals without one that are a gap.
 const SAMPLED: u32 = 8;
 const GAP_INTERVALS: f64 = 4.0;
 /// Corner of the slow part, as a part of the blades' passing.
 const SLOW: f64 = 0.25;
 
-/// The lines of one channel.
 #[derive(Clone, Copy, Debug)]
 struct Lines {
     weights: [[f64; 2]; LINES],
@@ -60,17 +58,17 @@ impl LineNotch {
         LineNotch { blades, lines: [none; CHANNELS], phase: 0.0, passing: None, hold_s, folded: false }
     }
 
-    /// Whether a line was left because sampling folds it into the flight's own frequencies.
+    /// Whether a line was left because it is aliased into the bandwidth of the motion.
     pub fn folded(&self) -> bool {
         self.folded
     }
 
-    /// Frequency of the blades' passing where it is being taken out, Hz.
+    /// Blade-passing frequency where the notch is active, Hz.
     pub fn passing_hz(&self) -> Option<f64> {
         self.passing.map(|(rate, _)| rate / TAU)
     }
 
-    /// Takes the lines out of a sample.
+    /// Removes the lines from a sample.
     pub fn clean(&mut self, sample: &mut Sample) {
         let Some(blades) = self.blades else { return };
         let time_s = sample.time_s;

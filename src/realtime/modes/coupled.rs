@@ -1,64 +1,43 @@
-//! The Dutch roll of the whole aircraft: what is left of the lateral subsystem's once it is coupled to u, w and q.
+//! The Dutch roll of the whole aircraft: the lateral subsystem coupled to u, w and q.
 //!
 //! Consumes the derivatives of all six equations with respect to the six velocities and rates; produces the complex pair of the
-//! 8 x 8 matrix that is nearest to the lateral subsystem's Dutch roll. States u w q theta v p phi r, about the trim:
-//!     u' = X.x - w0 q + v0 r - g cos(theta0) theta
-//!     w' = Z.x + u0 q - v0 p - g sin(theta0) cos(phi0) theta - g cos(theta0) sin(phi0) phi
-//!     v' = Y.x + w0 p - u0 r - g sin(theta0) sin(phi0) theta + g cos(theta0) cos(phi0) phi              (1)
-//!     q' = M.x,  p' = L.x,  r' = N.x
-//!     theta' = cos(phi0) q - sin(phi0) r,  phi' = p + tan(theta0) (sin(phi0) q + cos(phi0) r)
-//! which is (1) to (6) of the paper linearised. Standard errors as in `lateral`, equations (3) and (4) there, from the covariance
-//! within each equation and between the lateral ones; that between the others is left out, for they share no regressor that
-//! the Dutch roll leans on heavily. A derivative that is in no equation counts as zero: selection found it to bring nothing.
-//! Numerics: velocities count in tens of m/s, so that the entries of A are of one size when its adjugate is formed.
+//! 8 x 8 matrix that is nearest to the lateral subsystem's Dutch roll: A of (5) of `linear`, states u w q theta v p phi r, which
+//! is (1) to (6) of Padfield et al. 1987, linearised. Standard errors as in `lateral`, equations (3) and (4) there, from
+//! the covariance within each equation and between the lateral ones; that between the others is neglected, for they share no
+//! regressor to which the Dutch roll is sensitive. A derivative that is in no equation counts as zero: it was not significant.
+//! Numerics: velocities in tens of m/s, so that the entries of A are of similar size in its adjugate.
 
 use super::lateral::{d_omega_zeta, nearest};
-use super::record::Oscillation;
+use super::record::OscillatoryMode;
+use crate::dynamics::linear::{MOTION_PLACES, kinematic_entries};
 use crate::flight::derivative::AXES;
-use crate::flight::unit::STANDARD_GRAVITY as G0;
 use crate::num::eigen::{eigenvalues_8, sensitivity};
 use crate::realtime::regression::record::{LATERAL, LateralDerivatives, MOTION, SixAxisDerivatives};
 use nalgebra::Complex;
 
-/// Row of each axis, in the order of `Axis::ALL`: X Y Z L M N.
-const ROWS: [usize; AXES] = [0, 4, 1, 5, 2, 7];
-/// Column of each variable of the motion: u v w p q r.
-const COLUMNS: [usize; MOTION] = [0, 4, 1, 5, 2, 7];
-/// One of each state in its own unit is so many of the unit that the computation uses.
+/// Scale of each state: its unit in those of the computation.
 const SCALE: [f64; 8] = [0.1, 0.1, 1.0, 1.0, 0.1, 1.0, 1.0, 1.0];
 
-/// (1).
+/// A of (5) of `linear`.
 pub fn matrix(six_axis: &SixAxisDerivatives, lateral: &LateralDerivatives) -> [[f64; 8]; 8] {
-    let (sin_phi, cos_phi) = libm::sincos(lateral.phi0);
-    let (sin_theta, cos_theta) = libm::sincos(lateral.theta0);
-    let tan_theta = sin_theta / cos_theta;
     let mut a = [[0.0; 8]; 8];
-    for (values, row) in six_axis.values.iter().zip(ROWS) {
-        for (value, column) in values.iter().zip(COLUMNS) {
+    for (values, row) in six_axis.values.iter().zip(MOTION_PLACES) {
+        for (value, column) in values.iter().zip(MOTION_PLACES) {
             a[row][column] = *value;
         }
     }
-    a[0][2] -= lateral.w0;
-    a[0][7] += six_axis.v0;
-    a[1][5] -= six_axis.v0;
-    a[0][3] = -G0 * cos_theta;
-    a[1][2] += lateral.u0;
-    a[1][3] = -G0 * sin_theta * cos_phi;
-    a[1][6] = -G0 * cos_theta * sin_phi;
-    a[4][5] += lateral.w0;
-    a[4][7] -= lateral.u0;
-    a[4][3] = -G0 * sin_theta * sin_phi;
-    a[4][6] = G0 * cos_theta * cos_phi;
-    a[3][2] = cos_phi;
-    a[3][7] = -sin_phi;
-    a[6][5] = 1.0;
-    a[6][2] = sin_phi * tan_theta;
-    a[6][7] = cos_phi * tan_theta;
+    for (row, column, value) in kinematic_entries([lateral.u0, six_axis.v0, lateral.w0], lateral.phi0, lateral.theta0) {
+        a[row][column] += value;
+    }
     a
 }
 
 /// The Dutch roll of the whole aircraft; `None` where it cannot be computed or no pair is left.
-pub fn dutch_roll(six_axis: &SixAxisDerivatives, lateral: &LateralDerivatives, alone: &Oscillation) -> Option<Oscillation> {
+pub fn dutch_roll(
+    six_axis: &SixAxisDerivatives,
+    lateral: &LateralDerivatives,
+    alone: &OscillatoryMode,
+) -> Option<OscillatoryMode> {
     let a = matrix(six_axis, lateral);
     let scaled: [[f64; 8]; 8] = core::array::from_fn(|i| core::array::from_fn(|j| a[i][j] * SCALE[i] / SCALE[j]));
     let root = nearest(&eigenvalues_8(&scaled)?, Complex::new(alone.real, alone.imag))?;
@@ -68,7 +47,7 @@ pub fn dutch_roll(six_axis: &SixAxisDerivatives, lateral: &LateralDerivatives, a
     if let Some(slope) = sensitivity(&scaled, root) {
         let by = |i: usize, j: usize| d_omega_zeta(root, slope[i][j] * (SCALE[i] / SCALE[j]));
         for (part, std) in [&mut std_omega, &mut std_zeta].into_iter().enumerate() {
-            let gradient = ROWS.map(|row| COLUMNS.map(|column| by(row, column)[part]));
+            let gradient = MOTION_PLACES.map(|row| MOTION_PLACES.map(|column| by(row, column)[part]));
             let u0 = by(1, 2)[part] - by(4, 7)[part];
             let w0 = by(4, 5)[part] - by(0, 2)[part];
             let v0 = by(0, 7)[part] - by(1, 5)[part];
@@ -76,7 +55,7 @@ pub fn dutch_roll(six_axis: &SixAxisDerivatives, lateral: &LateralDerivatives, a
             *std = libm::sqrt(variance(&gradient, trim, six_axis, lateral));
         }
     }
-    Some(Oscillation { real: root.re, imag: root.im, omega, zeta, std_omega, std_zeta })
+    Some(OscillatoryMode { real: root.re, imag: root.im, omega, zeta, std_omega, std_zeta })
 }
 
 /// g' Sigma g.
@@ -97,7 +76,7 @@ fn variance(
     let flat: [f64; LATERAL] = LateralDerivatives::NAMES.map(|(axis, variable)| gradient[axis.index()][variable.index()]);
     for (i, row) in lateral.cov.iter().enumerate() {
         for (j, entry) in row.iter().enumerate() {
-            // Within one equation it is in the sum already.
+            // Covariances within one equation are in the sum already.
             if i / 3 != j / 3 {
                 sum += flat[i] * entry * flat[j];
             }

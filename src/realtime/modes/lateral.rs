@@ -1,25 +1,28 @@
-//! The lateral subsystem: its matrix, its roots, and the standard errors that the derivatives bring into them.
+//! The lateral subsystem: its matrix, its roots, and standard errors propagated from the derivatives.
 //!
 //! Consumes the lateral derivatives with their joint covariance and the trim; produces the modes. States v p phi r:
 //!     A = | Y_v   Y_p + w0   g cos(theta0) cos(phi0)   Y_r - u0           |
 //!         | L_v   L_p        0                         L_r                |
 //!         | 0     1          0                         tan(theta0) cos(phi0) |
 //!         | N_v   N_p        0                         N_r                |                        (1)
-//! which is (2), (4) and the paper's (23), (24) linearised about trim. Dutch roll: the faster complex pair; with its root
-//! lambda = sigma + j omega_d,
+//! which is (2), (4), (23) and (24) of Padfield et al. 1987, linearised about trim. Dutch roll: the faster complex pair; with its
+//! root lambda = sigma + j omega_d,
 //!     omega = |lambda|,   zeta = -sigma/omega                                                      (2)
 //!     d omega = Re(conj(lambda) d lambda)/omega,   d zeta = -(d sigma + zeta d omega)/omega         (3)
 //! and, with d lambda/d A exact (`num::eigen`), variances by the delta method, g' Sigma g,             (4)
 //! the uncertainty of u0 and w0 included.
-//! Roll is the real root largest in size, spiral the smallest. Where they have joined into a second pair, that is reported.
-//! Numerics: (4) is first order: fair while the standard errors are small beside the roots' distances.
+//! Roll is the real root largest in size, spiral the smallest. Where they are a second complex pair, that is reported.
+//! Numerics: (4) is first order: valid while the standard errors are small beside the distances between roots.
 //! Returns no roots where A is not finite, and no standard error at a double root.
 
-use super::record::{ModesRecord, Oscillation, RealRoot};
-use crate::flight::unit::STANDARD_GRAVITY as G0;
+use super::record::{ModesRecord, OscillatoryMode, RealRoot};
+use crate::dynamics::linear::kinematic_entries;
 use crate::num::eigen::{eigenvalues_4, sensitivity};
 use crate::realtime::regression::record::{LATERAL, LateralDerivatives, Status};
 use nalgebra::Complex;
+
+/// Place of v p phi r among the states of `linear`: the last four.
+const LATERAL_STATES: usize = 4;
 
 /// Where each lateral derivative stands in A.
 const PLACES: [(usize, usize); LATERAL] = [(0, 0), (0, 1), (0, 3), (1, 0), (1, 1), (1, 3), (3, 0), (3, 1), (3, 3)];
@@ -33,17 +36,16 @@ const REAL: f64 = 1e-9;
 
 /// (1).
 pub fn matrix(lateral: &LateralDerivatives) -> [[f64; 4]; 4] {
-    let cos_phi = libm::cos(lateral.phi0);
-    let (sin_theta, cos_theta) = libm::sincos(lateral.theta0);
     let mut a = [[0.0; 4]; 4];
     for (value, (i, j)) in lateral.values.into_iter().zip(PLACES) {
         a[i][j] = value;
     }
-    a[0][1] += lateral.w0;
-    a[0][2] = G0 * cos_theta * cos_phi;
-    a[0][3] -= lateral.u0;
-    a[2][1] = 1.0;
-    a[2][3] = sin_theta / cos_theta * cos_phi;
+    // Of the whole aircraft's states the last four; its v0 stands in none of their rows.
+    for (row, column, value) in kinematic_entries([lateral.u0, 0.0, lateral.w0], lateral.phi0, lateral.theta0) {
+        if let (Some(row), Some(column)) = (row.checked_sub(LATERAL_STATES), column.checked_sub(LATERAL_STATES)) {
+            a[row][column] += value;
+        }
+    }
     a
 }
 
@@ -64,7 +66,7 @@ fn variance(gradient: &[f64; LATERAL], cov: &[[f64; LATERAL]; LATERAL]) -> f64 {
     sum
 }
 
-/// d omega and d zeta of a root that moves by d lambda; (3).
+/// d omega and d zeta of a root for d lambda; (3).
 pub(super) fn d_omega_zeta(root: Complex<f64>, d: Complex<f64>) -> [f64; 2] {
     let omega = libm::hypot(root.re, root.im);
     let zeta = -root.re / omega;
@@ -79,7 +81,7 @@ pub(super) fn nearest(roots: &[Complex<f64>], guide: Complex<f64>) -> Option<Com
 }
 
 /// A complex pair with its standard errors, (2) to (4).
-fn oscillation(a: &[[f64; 4]; 4], cov: &[[f64; LATERAL]; LATERAL], root: Complex<f64>) -> Oscillation {
+fn oscillation(a: &[[f64; 4]; 4], cov: &[[f64; LATERAL]; LATERAL], root: Complex<f64>) -> OscillatoryMode {
     let omega = libm::hypot(root.re, root.im);
     let zeta = -root.re / omega;
     let (mut std_omega, mut std_zeta) = (f64::NAN, f64::NAN);
@@ -88,7 +90,7 @@ fn oscillation(a: &[[f64; 4]; 4], cov: &[[f64; LATERAL]; LATERAL], root: Complex
         std_omega = libm::sqrt(variance(&moved.map(|[d_omega, _]| d_omega), cov));
         std_zeta = libm::sqrt(variance(&moved.map(|[_, d_zeta]| d_zeta), cov));
     }
-    Oscillation { real: root.re, imag: root.im, omega, zeta, std_omega, std_zeta }
+    OscillatoryMode { real: root.re, imag: root.im, omega, zeta, std_omega, std_zeta }
 }
 
 fn real_root(a: &[[f64; 4]; 4], cov: &[[f64; LATERAL]; LATERAL], root: Complex<f64>) -> RealRoot {
@@ -100,7 +102,7 @@ fn real_root(a: &[[f64; 4]; 4], cov: &[[f64; LATERAL]; LATERAL], root: Complex<f
 pub fn modes(time_s: f64, status: Status, lateral: &LateralDerivatives) -> Option<ModesRecord> {
     let a = matrix(lateral);
     let roots = eigenvalues_4(&a)?;
-    // u0 and w0 stand in A where Y_r and Y_p do, and are as uncertain as the trim.
+    // u0 and w0 are in A at the places of Y_r and Y_p, with the standard errors of the trim.
     let mut cov = lateral.cov;
     for (trim_std, place) in lateral.trim_std.into_iter().zip([Y_R, Y_P]) {
         cov[place][place] += trim_std * trim_std;

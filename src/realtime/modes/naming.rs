@@ -1,9 +1,7 @@
-//! Names for the eigenvalues of a linearised aircraft: which one is its Dutch roll, its heave, its spiral.
+//! Names of the eigenvalues of a linearised aircraft: Dutch roll, roll, spiral, heave, pitch, short period, phugoid.
 //!
-//! Consumes A [8 x 8] in the order of `linear::STATES`; produces every eigenvalue (1/s), named by which states take part in it.
-//! With right and left eigenvectors v and w of one eigenvalue, state k takes part with the share
-//!     P_k = |v_k w_k| / sum_j |v_j w_j|                                                                   (1)
-//! which no change of a state's unit alters. The names, for real modes and for oscillations:
+//! Consumes A [8 x 8] in the order of `linear::STATES`; produces every eigenvalue (1/s), named by its participation factors.
+//! P_k is the participation factor of state k, (3) of `num::eigen`. The names, for real modes and for oscillations:
 //!     heave         P_w at least 1/2               short period  P_w + P_q at least 0.6
 //!     pitch         P_q at least 1/2               phugoid       P_u + P_theta at least 1/2
 //!     roll          P_p at least 0.4, the largest  Dutch roll    P_v at least 0.3, more than P_phi, P_v + P_r at least 0.4
@@ -13,11 +11,10 @@
 //! damping is the roll if P_p is at least 1/4; the slowest real one is the spiral if it has more P_phi + P_r than P_p.
 //! Any other mode has no name (near hover roll and pitch are damped in one pair, yaw alone in a real mode); where two
 //! fit a name it goes to the one with the larger share.
-//! Source of (1): I. J. Perez-Arriaga, G. C. Verghese, F. C. Schweppe, IEEE Trans. PAS-101 (1982); the thresholds are ours.
-//! Numerics: eigenvectors by inverse iteration beside the eigenvalue.
+//! The thresholds are ours.
 
-use crate::num::eigen::eigenvalues_8;
-use nalgebra::{Complex, SMatrix, SVector};
+use crate::num::eigen::{eigenvalues_8, participation};
+use nalgebra::{Complex, SMatrix};
 
 /// Eigenvalues with names, 1/s.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,7 +47,8 @@ type Shares = [f64; 8];
 pub fn eigenmodes(a: &SMatrix<f64, 8, 8>) -> Option<Eigenmodes> {
     let entries = core::array::from_fn(|row| core::array::from_fn(|column| a[(row, column)]));
     let whole = eigenvalues_8(&entries)?.into_iter().filter(|mode| mode.im >= 0.0);
-    let mut modes: Vec<(Complex<f64>, Option<Shares>)> = whole.map(|mode| (mode, participation(a, mode))).collect();
+    let mut modes: Vec<(Complex<f64>, Option<Shares>)> =
+        whole.map(|mode| (mode, participation(a, mode).map(Shares::from))).collect();
     let best = |oscillates: bool, score: fn(&Shares) -> Option<f64>| {
         let fits = modes.iter().filter(|(mode, _)| (mode.im > 0.0) == oscillates);
         let scored = fits.filter_map(|(mode, shares)| Some((*mode, score(shares.as_ref()?)?)));
@@ -92,7 +90,7 @@ pub fn eigenmodes(a: &SMatrix<f64, 8, 8>) -> Option<Eigenmodes> {
 }
 
 impl Eigenmodes {
-    /// What one of the others is called; `other` where it has no name.
+    /// Name of one of the others; `other` where it has none.
     pub fn name_of(&self, mode: &Complex<f64>) -> &'static str {
         let names = if mode.im > 0.0 {
             [("short period", self.short_period), ("phugoid", self.phugoid)]
@@ -111,32 +109,6 @@ fn lateral(&[_, _, _, _, v, p, phi, r]: &Shares) -> Option<f64> {
 
 fn largest(shares: &Shares) -> f64 {
     shares.iter().copied().fold(0.0, f64::max)
-}
-
-/// (1) for that eigenvalue; `None` where no eigenvector comes out.
-fn participation(a: &SMatrix<f64, 8, 8>, mode: Complex<f64>) -> Option<Shares> {
-    let (right, left) = (eigenvector(a, mode)?, eigenvector(&a.transpose(), mode)?);
-    let products: Shares =
-        core::array::from_fn(|state| libm::hypot(right[state].re, right[state].im) * libm::hypot(left[state].re, left[state].im));
-    let sum: f64 = products.iter().sum();
-    (sum > 0.0 && sum.is_finite()).then(|| products.map(|product| product / sum))
-}
-
-/// Inverse iteration: solving with A less almost the eigenvalue leaves little but its eigenvector.
-fn eigenvector(a: &SMatrix<f64, 8, 8>, mode: Complex<f64>) -> Option<SVector<Complex<f64>, 8>> {
-    const BESIDE: f64 = 1e-8;
-    let beside = mode + Complex::from(BESIDE * libm::hypot(mode.re, mode.im).max(1e-3));
-    let shifted = SMatrix::<Complex<f64>, 8, 8>::from_fn(|row, column| {
-        Complex::from(a[(row, column)]) - if row == column { beside } else { Complex::from(0.0) }
-    });
-    let lu = shifted.lu();
-    let mut vector = SVector::from_element(Complex::new(1.0, 0.5));
-    for _ in 0..3 {
-        vector = lu.solve(&vector)?;
-        let size = vector.iter().map(|part| libm::fabs(part.re).max(libm::fabs(part.im))).fold(0.0, f64::max);
-        vector /= Complex::from(size);
-    }
-    Some(vector)
 }
 
 #[cfg(test)]
@@ -168,7 +140,6 @@ mod tests {
         assert_eq!(eigenmodes(&a), None);
     }
 
-    /// Names and values.
     type Wanted = &'static [(&'static str, f64, f64)];
 
     /// Every mode of A with its name, reals and upper halves of pairs.

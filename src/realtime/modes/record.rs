@@ -1,10 +1,17 @@
 //! The published vocabulary of the modes: Dutch roll, roll and spiral with their standard errors.
+//!
+//! The numbers of a root are one definition for the stage, the bus (in this order) and JSON (under these names).
 
 use crate::realtime::regression::record::Status;
+#[cfg(feature = "bus")]
+use iceoryx2::prelude::ZeroCopySend;
 
 /// A complex pair of roots `real +- j imag`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Oscillation {
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "std", derive(serde::Serialize))]
+#[cfg_attr(feature = "bus", derive(ZeroCopySend), type_name("sideslip.Oscillation.1"))]
+pub struct OscillatoryMode {
     /// Real part, 1/s (negative: damped).
     pub real: f64,
     /// Imaginary part, rad/s (positive).
@@ -20,7 +27,10 @@ pub struct Oscillation {
 }
 
 /// A real root.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "std", derive(serde::Serialize))]
+#[cfg_attr(feature = "bus", derive(ZeroCopySend), type_name("sideslip.Root.1"))]
 pub struct RealRoot {
     /// The root, 1/s (negative: stable).
     pub value: f64,
@@ -36,13 +46,13 @@ pub struct ModesRecord {
     /// How far they are.
     pub status: Status,
     /// Dutch roll; `None` where there is no number, or no oscillation among the roots.
-    pub dutch_roll: Option<Oscillation>,
+    pub dutch_roll: Option<OscillatoryMode>,
     /// Roll subsidence: the largest real root in size.
     pub roll: Option<RealRoot>,
     /// Spiral: the smallest real root in size.
     pub spiral: Option<RealRoot>,
     /// The slower pair where roll and spiral have joined into a second oscillation.
-    pub lateral_phugoid: Option<Oscillation>,
+    pub lateral_phugoid: Option<OscillatoryMode>,
     /// Dutch roll of the whole aircraft, coupled to u, w and q; `None` until all six equations have numbers.
-    pub coupled: Option<Oscillation>,
+    pub coupled: Option<OscillatoryMode>,
 }

@@ -2,9 +2,9 @@
 //!
 //! Consumes smoothed signals and the run's trim; produces the vector z \[17\] of the information matrix:
 //!     z = [1, u v w p q r, lon lat col pedal, ax ay az p' q' r'], all but the 1 as deviations from trim    (1)
-//! Primary terms are the stiffness, damping and control terms of (23) and (24) of the paper and their like on the other
-//! axes: they stay in whatever their F, so that their standard errors are told instead of a zero; every other term has to
-//! earn its place.
+//! Primary terms are the stiffness, damping and control terms of (23) and (24) of Padfield et al. 1987 and their like on the
+//! other axes: they are in the equation whatever their F, so that their standard errors are reported instead of a zero; every
+//! other term is selected by its F.
 
 use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
 use crate::realtime::estimation::record::{SmoothedRecord, TrimRecord};
@@ -34,10 +34,10 @@ pub const fn response(axis: Axis) -> usize {
     REGRESSORS + axis.index()
 }
 
-/// Standard deviation below which a regressor stands still, SI: no excitation, and no primary term.
+/// Standard deviation below which a regressor is not excited, SI; it is then no primary term.
 pub const STILL: [f64; VARIABLES] = [0.3, 0.15, 0.15, 0.003, 0.003, 0.003, 5e-4, 5e-4, 5e-4, 5e-4];
 
-/// Part of [`STILL`] below which a regressor is not even offered: nothing can be learned of its derivative.
+/// Part of [`STILL`] below which a regressor is no candidate: its derivative is not identifiable.
 pub const UNMOVED: f64 = 1.0 / 3.0;
 
 /// Whether the term belongs to the equation whatever its F.
@@ -45,17 +45,16 @@ pub const fn is_primary(axis: Axis, variable: Variable) -> bool {
     use Variable::{Collective, LatCyclic, LonCyclic, P, Pedal, Q, R, U, V, W};
     match axis {
         Axis::X => matches!(variable, U | W | LonCyclic | Collective),
-        // p and r follow v in a Dutch roll: left out of Y, they would be in Y_v.
+        // p and r correlate with v in a Dutch roll: left out of Y, they would bias Y_v.
         Axis::Z => matches!(variable, U | W | LonCyclic | Collective),
         Axis::Y | Axis::L | Axis::N => matches!(variable, V | P | R | LatCyclic | Pedal),
         Axis::M => matches!(variable, U | W | Q | LonCyclic | Collective),
     }
 }
 
-/// z of (1); `None` where a signal that the run's trim knows was not sampled: no number is put in its place.
+/// z of (1); `None` where a signal that has a trim was not sampled.
 ///
-/// A control that the trim does not know is zero, and so has not moved. A specific force that it does not know is zero too:
-/// the equation that needs it is refused elsewhere.
+/// A control without a trim is zero, as is a specific force: the equation that needs it is refused elsewhere.
 pub fn signals(record: &SmoothedRecord, trim: &TrimRecord) -> Option<[f64; SIGNALS]> {
     let mut z = [0.0; SIGNALS];
     z[BIAS] = 1.0;

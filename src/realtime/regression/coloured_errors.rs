@@ -1,4 +1,4 @@
-//! Standard errors for coloured residuals.
+//! Standard errors of recursive equation error for coloured residuals.
 //!
 //! Consumes an information matrix and fitted equations; produces the covariance of the estimates
 //!     Sigma_ab = D_a [ sum_l w_l (R^ab_l G_l + R^ba_l G_l') ] D_b   (l = 0 counted once)             (1)
@@ -10,11 +10,11 @@
 //! | R^ab_l | 1 | covariance of residual a at k with residual b at k - l, information (3) |
 //! | w_l | 1 | 1 - l/(LAGS + 1): with it and the residual's own R (1) cannot be negative: the product of two positive sequences |
 //!
-//! For white residuals and no forgetting (1) is sigma^2 D, (19) of the paper.
+//! For white residuals and no forgetting (1) is sigma^2 D, (19) of Padfield et al. 1987.
 //! Source: E. A. Morelli and V. Klein, J. Guidance 20(1), 1997, eq. (22); weights: W. K. Newey and K. D. West,
-//! Econometrica 55(3), 1987. The number of fitted parameters is made good by n/(n - p) on every R.
+//! Econometrica 55(3), 1987. Every R has the factor n/(n - p) for the p parameters fitted.
 //! Numerics: the weights leave out part of a residual that stays correlated over much of LAGS steps of the grid. With the R of
-//! the equation error (`error_autocovariance`) a variance can come out negative in a short record; the residual's is taken
+//! the equation error (`error_autocovariance`) a variance can be negative in a short record; that of the residual is used
 //! then. Blocks between two equations always have the residuals' R.
 
 use super::candidate::{Coefficients, REGRESSORS, SIGNALS};

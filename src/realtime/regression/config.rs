@@ -1,4 +1,4 @@
-//! What the regression assumes: thresholds, forgetting, what counts as settled.
+//! Configuration of the regression: thresholds, forgetting, convergence.
 
 use super::frequency::band::Band;
 use crate::flight::setting::ConfigError;
@@ -6,7 +6,7 @@ use crate::flight::setting::{Setting, check};
 
 /// Configuration of the regression stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Config {
+pub struct RegressionConfig {
     /// A term enters above this corrected partial F.
     pub f_enter: f64,
     /// A term leaves below this corrected partial F.
@@ -29,15 +29,15 @@ pub struct Config {
     pub band: Band,
 }
 
-impl Default for Config {
+impl Default for RegressionConfig {
     fn default() -> Self {
-        Config::DEFAULT
+        RegressionConfig::DEFAULT
     }
 }
 
-impl Config {
+impl RegressionConfig {
     /// Entry at F 12 is about 1 % false entry over ten candidates; the rest is the field's usual practice.
-    pub const DEFAULT: Config = Config {
+    pub const DEFAULT: RegressionConfig = RegressionConfig {
         f_enter: 12.0,
         f_remove: 8.0,
         forgetting_s: 60.0,
@@ -50,7 +50,7 @@ impl Config {
         band: Band::DEFAULT,
     };
 
-    /// Checks every setting once.
+    /// Validates every setting.
     ///
     /// # Errors
     /// [`ConfigError`] names the first setting that is out of its range.

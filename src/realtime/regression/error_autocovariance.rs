@@ -1,8 +1,8 @@
-//! Autocovariance of the equation error, free of what the fit itself took out of the residual.
+//! Autocovariance of the equation error, corrected for the part of it that the fit absorbs.
 //!
 //! Consumes the lagged products of an equation's regressors and its residual; produces estimates r_l, l = 0 .. LAGS, of the
-//! autocovariance of the equation error. A fitted residual v = M e, M = I - X D X'W, has lost the part of e that the
-//! regressors could imitate. For white errors that is p of n samples; for coloured ones most of their slow part, and standard
+//! autocovariance of the equation error. A fitted residual v = M e, M = I - X D X'W, lacks the part of e in the
+//! span of the regressors: for white errors p of n degrees of freedom, for coloured ones most of their slow part, and standard
 //! errors from it are too small by a half. With W = diag(w), S_l the shift by l and B_m = S_m + S_m' (B_0 = I),
 //!     E[sum_k w_k w_(k-l) v_k v_(k-l)] = sum_m T_lm r_m                                            (1)
 //!     T_lm = delta_lm g_l - 2 w3 (t_|l-m| + 1(m > 0) t_(l+m)) + trace(G_l' D (G_m + 1(m > 0) G_m') D) (2)
@@ -26,13 +26,13 @@ use nalgebra::{SMatrix, SVector};
 /// Lags counted from zero.
 const COUNT: usize = LAGS + 1;
 
-type Square = [[f64; REGRESSORS]; REGRESSORS];
+type RegressorMatrix = [[f64; REGRESSORS]; REGRESSORS];
 
 /// Autocovariance r of the error of the equation with those terms; `residual` over z, `dispersion` by place.
 pub fn error_covariance(
     information: &Information<SIGNALS>,
     order: &[usize],
-    dispersion: &Square,
+    dispersion: &RegressorMatrix,
     residual: &Coefficients,
 ) -> Option<LagCovariance> {
     let p = order.len().min(REGRESSORS);

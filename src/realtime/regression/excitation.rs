@@ -1,8 +1,8 @@
-//! Excitation: is there anything to learn from now?
+//! Excitation: whether the present motion carries information about the derivatives.
 //!
 //! Consumes z on the regression grid; produces whether the aircraft is being excited: the deviation of some regressor from
-//! its own recent mean, over about two seconds, exceeds what counts as still. Quiet flight teaches nothing, so it is
-//! neither added nor lets anything be forgotten.
+//! its own recent mean, over about two seconds, exceeds that of a regressor at rest. Quiet flight carries no information: it is
+//! not added, and nothing is forgotten in it.
 //!     m <- m + g (z - m),   s2 <- (1 - g)(s2 + g (z - m)^2)                                          (1)
 
 use super::candidate::{SIGNALS, STILL};
@@ -10,7 +10,7 @@ use crate::flight::derivative::VARIABLES;
 
 /// Time constant of (1), s.
 const MEMORY_S: f64 = 1.0;
-/// Excitation lasts on for so long after the last deviation, s.
+/// Time that excitation continues after the last deviation, s.
 const HOLD_S: f64 = 1.0;
 
 /// Recent mean and variance of every regressor.
@@ -23,11 +23,11 @@ pub struct Excitation {
 }
 
 impl Excitation {
-    /// Nothing seen yet.
+    /// Before the first instant.
     pub const START: Excitation =
         Excitation { mean: [0.0; VARIABLES], var: [0.0; VARIABLES], started: false, quiet_s: f64::INFINITY };
 
-    /// Takes one instant in; whether the aircraft is excited.
+    /// One instant of the grid; whether the aircraft is excited.
     pub fn step(&mut self, z: &[f64; SIGNALS], interval_s: f64) -> bool {
         let gain = 1.0 - libm::exp(-interval_s / MEMORY_S);
         let mut excited = false;

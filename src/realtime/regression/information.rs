@@ -1,4 +1,4 @@
-//! The information matrix: everything the regression keeps of the past, at a cost independent of the record's length.
+//! The information matrix with lagged products: sufficient statistics of the past, at a cost independent of the record's length.
 //!
 //! Consumes vectors z_k \[N\] (bias, regressors, responses) on a uniform grid; produces
 //!     S   = sum_k lambda^(n-k) z_k z_k'                                                           (1)
@@ -22,7 +22,7 @@ pub const LAGS: usize = 16;
 /// Covariances of two residuals at lags 0 .. LAGS: `[l]` is (first at k, second at k - l).
 pub type LagCovariance = [f64; LAGS + 1];
 
-/// Below it what is kept over f is brought back to f = 1: far above where f^2 or 1/f^2 would leave the range of numbers.
+/// f below which the sums are rescaled to f = 1, far above underflow of f^2.
 const SMALL: f64 = 1e-60;
 
 /// One number a lag, from lag 1; two cache lines that no other entry shares.
@@ -79,7 +79,7 @@ impl<const N: usize> Information<N> {
             self.rescale();
         }
         let scaled = z.map(|zi| zi / self.scale);
-        // One past vector's lags stay in registers while every entry with it is brought up to date.
+        // The lags of one past vector stay in registers while every entry with it is updated.
         for (j, &Lagged(before)) in self.recent.iter().enumerate() {
             for (row, &zi) in self.lagged.iter_mut().zip(&scaled) {
                 for (product, before) in row[j].0.iter_mut().zip(&before) {
@@ -90,7 +90,7 @@ impl<const N: usize> Information<N> {
         self.remember(&scaled);
     }
 
-    /// Everything that is kept over f brought to f = 1.
+    /// Rescales all sums to f = 1.
     #[cold]
     fn rescale(&mut self) {
         let (scale, scale2) = (self.scale, self.scale * self.scale);

@@ -1,7 +1,7 @@
-//! Regression: smoothed signals become stability and control derivatives with honest standard errors.
+//! Regression: stability and control derivatives from smoothed signals, with standard errors for coloured residuals.
 //!
-//! In: smoothed signals on a uniform grid, the run's trim. Out: six equations with their terms, R2, F, standard errors as in
-//! the paper and corrected for coloured residuals, and a status.
+//! In: smoothed signals on a uniform grid, the run's trim. Out: six equations with their terms, R2, F, standard errors for white
+//! and for coloured residuals, and a status.
 //! Assumed: forces and moments linear in deviations from trim; every signal through the same smoothing kernel.
 //! Refused: a number without excitation, without the instruments it needs, or from rates below 8 Hz.
 

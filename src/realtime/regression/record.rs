@@ -4,6 +4,8 @@ use crate::flight::channel::Channel;
 use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
 use crate::flight::model::{LinearModel, Trim};
 use heapless::Vec;
+#[cfg(feature = "bus")]
+use iceoryx2::prelude::ZeroCopySend;
 
 /// Terms that one equation can hold: the bias and every variable.
 pub const TERMS: usize = VARIABLES + 1;
@@ -110,7 +112,7 @@ pub struct TermRecord {
     pub value: f64,
     /// Standard error corrected for coloured residuals.
     pub std: f64,
-    /// Standard error as in the paper, (19): right only for white residuals.
+    /// Standard error for white residuals: Padfield et al. 1987, (19).
     pub std_white: f64,
     /// Step of the selection at which it entered, from 1; 0 for the bias.
     pub step: u8,
@@ -126,7 +128,7 @@ impl TermRecord {
         (self.value / self.std) * (self.value / self.std)
     }
 
-    /// Partial F ratio as in the paper, (22).
+    /// Partial F ratio for white residuals: Padfield et al. 1987, (22).
     pub fn partial_f_white(&self) -> f64 {
         (self.value / self.std_white) * (self.value / self.std_white)
     }
@@ -192,8 +194,10 @@ impl EquationRecord {
 pub const LATERAL: usize = 9;
 
 /// What the lateral subsystem is made of, with the joint covariance of all its derivatives (equations share residuals
-/// and regressors, so they are not independent).
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// and regressors, so they are not independent); the bus carries it as it stands.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "bus", derive(ZeroCopySend), type_name("sideslip.Lateral.1"))]
 pub struct LateralDerivatives {
     /// Y_v Y_p Y_r L_v L_p L_r N_v N_p N_r; zero where a term is not in its equation.
     pub values: [f64; LATERAL],
@@ -203,12 +207,12 @@ pub struct LateralDerivatives {
     pub u0: f64,
     /// Trim velocity w along body z, m/s.
     pub w0: f64,
-    /// Standard deviations of u0 and w0, m/s.
-    pub trim_std: [f64; 2],
     /// Trim bank angle, rad.
     pub phi0: f64,
     /// Trim pitch attitude, rad.
     pub theta0: f64,
+    /// Standard deviations of u0 and w0, m/s.
+    pub trim_std: [f64; 2],
 }
 
 impl LateralDerivatives {

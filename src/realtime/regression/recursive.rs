@@ -1,4 +1,4 @@
-//! The regression stage: smoothed signals in, all six equations out, at a cost that does not grow with the record.
+//! The regression stage: six equations from smoothed signals, at a cost that does not grow with the record.
 //!
 //! Consumes the run's trim once and a [`SmoothedRecord`] an instant of the grid; produces a [`DerivativesRecord`] whenever
 //! asked, with a status where there is no number.
@@ -6,7 +6,7 @@
 mod in_band;
 
 use super::candidate::{BIAS, REGRESSORS, SIGNALS, STILL, UNMOVED, is_primary, regressor, response};
-use super::config::Config;
+use super::config::RegressionConfig;
 use super::excitation::Excitation;
 use super::frequency::estimate::Shared;
 use super::frequency::transforms::Transforms;
@@ -29,7 +29,7 @@ use heapless::Vec;
 /// Events that one publication can bring.
 pub const EVENTS: usize = AXES + 6;
 
-/// How long an instrument may keep away before what needs it is called not identifiable, s.
+/// Silence of an instrument after which the equations that need it are not identifiable, s.
 const PATIENCE_S: f64 = 2.0;
 
 const ACCELEROMETERS: [Channel; 3] = [Channel::Ax, Channel::Ay, Channel::Az];
@@ -39,7 +39,7 @@ const fn is_lateral(axis: Axis) -> bool {
     matches!(axis, Axis::Y | Axis::L | Axis::N)
 }
 
-/// The aids that the axis' motion stands on.
+/// The aids that observe the motion of the axis.
 const fn needs(axis: Axis) -> [Aid; 3] {
     if is_lateral(axis) { [Aid::Sideslip, Aid::Bank, Aid::Airspeed] } else { [Aid::Incidence, Aid::Pitch, Aid::Airspeed] }
 }
@@ -56,7 +56,7 @@ fn observed(variable: Variable, instruments: &Instrumentation) -> bool {
 /// The regression stage.
 #[derive(Clone, Debug)]
 pub struct Recursive {
-    config: Config,
+    config: RegressionConfig,
     trim: Option<TrimRecord>,
     information: Information<SIGNALS>,
     transforms: Transforms,
@@ -71,23 +71,23 @@ pub struct Recursive {
     settling: [Settling; AXES],
     statuses: [Status; AXES],
     six_axis: Option<SixAxisDerivatives>,
-    /// Channels whose absence has been said.
-    said: u32,
+    /// Channels whose absence has been reported, a bit each.
+    reported: u32,
     events: Vec<RegressionEvent, EVENTS>,
 }
 
 impl Recursive {
-    /// A stage that has seen nothing yet.
+    /// A stage without data.
     ///
     /// # Errors
     /// [`ConfigError`] names the setting that cannot be used.
-    pub fn new(config: Config) -> Result<Self, ConfigError> {
+    pub fn new(config: RegressionConfig) -> Result<Self, ConfigError> {
         config.validate()?;
         Ok(Recursive::of(config))
     }
 
     /// The same for a configuration that has been validated; at compile time too.
-    pub(crate) const fn of(config: Config) -> Self {
+    pub(crate) const fn of(config: RegressionConfig) -> Self {
         Recursive {
             trim: None,
             information: Information::EMPTY,
@@ -102,7 +102,7 @@ impl Recursive {
             settling: [Settling::new(config.settled_s); AXES],
             statuses: [Status::Waiting; AXES],
             six_axis: None,
-            said: 0,
+            reported: 0,
             events: Vec::new(),
             config,
         }
@@ -118,7 +118,7 @@ impl Recursive {
         &self.information
     }
 
-    /// What was noticed since the last call.
+    /// Events since the last call.
     pub fn take_events(&mut self) -> Vec<RegressionEvent, EVENTS> {
         core::mem::take(&mut self.events)
     }
@@ -130,7 +130,7 @@ impl Recursive {
     /// One instant of the grid.
     pub fn step(&mut self, record: &SmoothedRecord) {
         let Some(trim) = self.trim else { return };
-        // Instants that never came of age (silence, a hole under the kernel) are holes in the lagged products as well.
+        // Instants without smoothed signals (silence, a gap under the kernel) are gaps in the lagged products too.
         let missed = match self.newest_s.replace(record.time_s) {
             Some(newest_s) if record.time_s > newest_s => libm::round((record.time_s - newest_s) / record.interval_s) - 1.0,
             Some(_) => LAGS as f64,
@@ -167,34 +167,34 @@ impl Recursive {
         }
     }
 
-    /// Says once for each channel that it left instants of the grid without a number.
+    /// One event for each channel that was silent at an instant of the grid.
     fn missing(&mut self, record: &SmoothedRecord, trim: &TrimRecord) {
         for (i, channel) in ACCELEROMETERS.into_iter().enumerate() {
             if trim.specific_force[i].is_finite() && !record.specific_force[i].is_finite() {
-                self.say_once(channel, RegressionEvent::SignalMissing { channel });
+                self.report_once(channel, RegressionEvent::SignalMissing { channel });
             }
         }
         for (i, channel) in Channel::CONTROLS.into_iter().enumerate() {
             if trim.controls[i].is_finite() && !record.controls_present[i] {
-                self.say_once(channel, RegressionEvent::SignalMissing { channel });
+                self.report_once(channel, RegressionEvent::SignalMissing { channel });
             }
         }
     }
 
-    /// Says once for each control that it came without a trim.
+    /// One event for each control without a trim.
     fn untrimmed(&mut self, record: &SmoothedRecord, trim: &TrimRecord) {
         for (i, channel) in Channel::CONTROLS.into_iter().enumerate() {
             if record.controls_present[i] && !trim.controls[i].is_finite() {
-                self.say_once(channel, RegressionEvent::NoTrim { channel });
+                self.report_once(channel, RegressionEvent::NoTrim { channel });
             }
         }
     }
 
-    fn say_once(&mut self, channel: Channel, event: RegressionEvent) {
+    fn report_once(&mut self, channel: Channel, event: RegressionEvent) {
         let mark = 1 << channel.index();
-        // Room is left for what else a publication may bring; what finds none is said at the next instant.
-        if self.said & mark == 0 && self.events.len() < EVENTS - AXES - 2 {
-            self.said |= mark;
+        // Room is left for the other events of a publication; an event without room is repeated at the next instant.
+        if self.reported & mark == 0 && self.events.len() < EVENTS - AXES - 2 {
+            self.reported |= mark;
             self.notice(event);
         }
     }
@@ -226,7 +226,7 @@ impl Recursive {
         DerivativesRecord { time_s, equations, lateral, excited: self.excited }
     }
 
-    /// The terms of every equation once more, from the band of frequencies.
+    /// Adds the frequency-domain estimates of the terms of every equation.
     fn add_frequency_estimates(&self, equations: &mut [EquationRecord; AXES]) {
         let mut wanted = [false; REGRESSORS];
         let place = |term: &TermRecord| term.variable.map_or(BIAS, regressor);
@@ -278,7 +278,7 @@ impl Recursive {
         Some(Reason::AidRejected { channel: rejected.channel() })
     }
 
-    /// Whether a velocity that nothing observes must have moved: its terms are in no equation, and their part is in the others.
+    /// Whether an unobserved velocity must have moved: its terms are in no equation and bias the others.
     fn unobserved_motion(&self, instruments: &Instrumentation) -> bool {
         let moved = |variable: Variable| self.information.deviation(regressor(variable)) > STILL[variable.index()];
         !observed(Variable::V, instruments) && (moved(Variable::P) || moved(Variable::R))
@@ -334,7 +334,7 @@ impl Recursive {
         let r_squared = if fit.response_squares > 0.0 { 1.0 - fit.squares / fit.response_squares } else { 0.0 };
         let mut equation = EquationRecord::empty(axis, Status::Converging);
         equation.r_squared = r_squared;
-        // (21) of the paper: p parameters, the bias among them, on m samples.
+        // (21) of Padfield et al. 1987: p parameters, the bias among them, on m samples.
         equation.f_total = r_squared / (parameters as f64 - 1.0) * (samples - parameters as f64) / (1.0 - r_squared);
         equation.samples = samples;
         equation.residual_std = libm::sqrt(residual[0]);

@@ -1,4 +1,4 @@
-//! Settling: have an equation's primary terms stayed within their standard errors for long enough?
+//! Convergence: whether an equation's primary terms have stayed within their standard errors for long enough.
 //!
 //! Consumes the equation at each publication; produces yes or no. A reference is kept; where a primary term leaves two
 //! standard errors around it, or the set of primary terms changes, the reference is taken anew and the clock starts again.

@@ -1,19 +1,18 @@
-//! Stepwise regression on the information matrix: which terms an equation gets, and its least squares.
+//! Stepwise regression on the information matrix: the terms of an equation, and its least squares.
 //!
 //! Consumes an information matrix, the response and the terms that are offered; produces a [`Fit`].
-//!     theta = (X'X)^-1 X'y                                        (18) of the paper                 (1)
-//!     F_i = theta_i^2/s_i^2                                       (22), s_i corrected for colour    (2)
+//!     theta = (X'X)^-1 X'y                                                                           (1)
+//!     F_i = theta_i^2/s_i^2                                       s_i for coloured residuals        (2)
 //!     Sigma <- Sigma + sum_j d_j d_j',  d_j = theta_j (X'X)^-1 X'x_j, over the j left out           (3)
-//! Primary terms enter first, the one with the largest partial F ahead; then, one a step, the term with the largest
-//! partial F (the highest partial correlation with the residual) whose corrected F exceeds `f_enter`; after each entry
-//! terms that are not primary and have fallen below `f_remove` leave, and stay out. A second look lets all the others in at
-//! once and the weak ones out again, for terms that matter only together. Last, terms leave that fall below `f_remove` on
-//! their final standard errors.
-//! Selection is no knowledge: standard errors of the terms in, as if those out were known to be zero, can be ten times too
-//! small. (3) brings them back to those of the full equation, in the mean, where the terms out are nothing.
-//! Source: RAE/Glasgow paper, section 2.2.5; N. R. Draper and H. Smith, Applied Regression Analysis, 3rd ed., ch. 15; (3)
-//! after S. T. Buckland, K. P. Burnham and N. H. Augustin, Biometrics 53, 1997 (uncertainty of the model itself).
-//! Numerics: sums scaled to unit diagonal, pivots below `PIVOT_MIN` refused: such a term cannot be told from those in.
+//! Primary terms enter first, the one with the largest partial F ahead; then, one a step, the term with the largest partial F
+//! (the highest partial correlation with the residual) whose corrected F exceeds `f_enter`; after each entry terms that are not
+//! primary and have fallen below `f_remove` leave, and stay out. A second pass enters all the others at once and removes the
+//! insignificant ones, for terms that are significant only together. Last, terms leave that fall below `f_remove` on their final
+//! standard errors. Standard errors conditional on the selection, as if the terms out were known to be zero, can be ten times too
+//! small. (3) restores those of the full equation, in the mean, where the terms out are zero.
+//! Source: Padfield et al. 1987, (18), (22) and section 2.2.5; N. R. Draper and H. Smith, Applied Regression Analysis, 3rd ed.,
+//! ch. 15; (3) after S. T. Buckland, K. P. Burnham and N. H. Augustin, Biometrics 53, 1997 (uncertainty of the model itself).
+//! Numerics: sums scaled to unit diagonal, pivots below `PIVOT_MIN` refused: such a term is collinear with those in.
 
 use super::candidate::Coefficients;
 use super::candidate::{BIAS, REGRESSORS, SIGNALS};
@@ -66,7 +65,7 @@ pub struct Fit {
 }
 
 /// The selection at work: scaled sums under sweeping.
-struct Selection<'a> {
+struct SweptSelection<'a> {
     information: &'a Information<SIGNALS>,
     swept: Swept<SIGNALS>,
     /// Square roots of the original diagonal.
@@ -79,7 +78,7 @@ struct Selection<'a> {
 
 /// Selects terms for the response at that place of z and fits them; `None` where there are not yet more samples than terms.
 pub fn fit(information: &Information<SIGNALS>, response: usize, offer: &Offer, thresholds: &Thresholds) -> Option<Fit> {
-    let mut selection = Selection::new(information, response)?;
+    let mut selection = SweptSelection::new(information, response)?;
     while let Some(best) = selection.largest(&offer.primary) {
         if !selection.enter(best) {
             break;
@@ -126,7 +125,7 @@ impl Fit {
     }
 }
 
-impl<'a> Selection<'a> {
+impl<'a> SweptSelection<'a> {
     fn new(information: &'a Information<SIGNALS>, response: usize) -> Option<Self> {
         if !(information.effective_samples() > REGRESSORS as f64 + 2.0) {
             return None;
@@ -139,8 +138,14 @@ impl<'a> Selection<'a> {
                 if both > 0.0 { sums[i][j] / both } else { 0.0 }
             })
         });
-        let mut selection =
-            Selection { information, swept: Swept::new(scaled), scale, response, order: Vec::new(), left: [false; REGRESSORS] };
+        let mut selection = SweptSelection {
+            information,
+            swept: Swept::new(scaled),
+            scale,
+            response,
+            order: Vec::new(),
+            left: [false; REGRESSORS],
+        };
         selection.enter(BIAS).then_some(selection)
     }
 
@@ -240,7 +245,7 @@ impl<'a> Selection<'a> {
     /// that are still out enter at once, and those below `f_enter` leave again, the weakest first. What remains of them has
     /// earned its place beside everything else; where nothing does, the selection stands as it was.
     fn second_look(self, offer: &Offer, thresholds: &Thresholds) -> Self {
-        let mut wider = Selection { swept: self.swept.clone(), order: self.order.clone(), ..self };
+        let mut wider = SweptSelection { swept: self.swept.clone(), order: self.order.clone(), ..self };
         for place in 0..REGRESSORS {
             if offer.optional[place] && wider.swept.at(place, place) > PIVOT_SECOND {
                 let _ = wider.enter(place);

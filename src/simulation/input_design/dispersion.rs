@@ -1,8 +1,8 @@
-//! What information is worth: dispersion, standard errors, the determinant.
+//! Dispersion, standard errors and determinant of an information matrix.
 //!
 //! Consumes the information matrix F; produces D = F^-1, whose diagonal holds the Cramer-Rao bounds of the variances. F is scaled
-//! to a unit diagonal and factored by Cholesky; a pivot below 1e-10 means that a derivative is imitated by the others and the
-//! biases to five digits, and it is named instead of inverted.
+//! to a unit diagonal and factored by Cholesky; a pivot below 1e-10 means that a derivative is collinear with the others and the
+//! biases to five digits: it is named, and nothing is inverted.
 //!
 //! Of n derivatives of interest among others that have to be estimated with them the information is
 //!     F_nn - F_no F_oo^-1 F_on                                                             (1)

@@ -9,7 +9,7 @@
 //! where taking out the mean accounts for an unknown bias b of each channel. Specific forces are those of the model's X, Y, Z;
 //! flow angles and airspeed are linearised; all at the centre of mass.
 //! Source: Maine and Iliff, Application of Parameter Estimation to Aircraft Stability and Control, NASA RP 1168 (1986), ch. 5;
-//! the paper's section 2.1 names the criterion.
+//! Padfield et al. 1987, section 2.1, names the criterion.
 //! Numerics: (1), (2) by Runge-Kutta of fourth order from bend to bend of the controls, steps of 20 ms at most.
 
 use crate::dynamics::linear::{AXIS_ROWS, INPUTS, VARIABLE_STATES, input_matrix, state_matrix};
@@ -186,7 +186,6 @@ fn sample_count(manoeuvre: &DesignManoeuvre) -> usize {
     if count.is_finite() && count >= 1.0 { count.min(1e7) as usize } else { 1 }
 }
 
-/// dA/dtheta and dB/dtheta.
 fn slopes(parameter: &DesignParameter) -> Slopes {
     let (mut a, mut b) = (SMatrix::zeros(), SMatrix::zeros());
     let row = AXIS_ROWS.iter().find(|(axis, _)| *axis == parameter.axis).map(|&(_, row)| row);

@@ -4,7 +4,7 @@
 //! the change of slope d_k at the bend t_k, u'' is a row of impulses and
 //!     U(omega) = -1/omega^2 Sum_k d_k exp(-j omega t_k),   omega > 0                        (1)
 //! whatever the hand's rate. A multistep of clock T has no energy where every pulse is a whole number of periods,
-//! omega = 2 pi n / T, if its edges are sharp: the node of the paper's Fig 3.
+//! omega = 2 pi n / T, if its edges are sharp: the node in Fig 3 of Padfield et al. 1987.
 //! For an input that does not return (a step) (1) is the spectrum of its transient.
 
 use crate::flight::signal::piecewise_linear::History;

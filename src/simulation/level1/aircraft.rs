@@ -110,7 +110,6 @@ pub struct AircraftResponse {
     /// lambda0.
     pub inflow: f64,
     pub(crate) rotor: RotorPoint,
-    /// Inflows of both rotors.
     pub(crate) inflows: InflowGuess,
 }
 

@@ -12,7 +12,6 @@ use super::trim::Trimmed;
 use crate::flight::control::CONTROLS;
 use crate::flight::derivative::AXES;
 
-/// What one instant comes to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Instant {
     pub(crate) response: AircraftResponse,

@@ -47,7 +47,6 @@ pub const OPTIONS: [&str; 6] = ["hub", "flapping", "inflow", "rotor_speed", "act
 /// The one key that may be left out, of `[level1.engine]`.
 pub(crate) const TORQUE_LIMIT: &str = "torque_limit";
 
-/// Reads the table.
 pub(crate) fn read(table: &TomlTable<'_>) -> Result<DeclaredAircraft, TomlError> {
     table.allow_only(&PARTS)?;
     let part = |name: &str, keys: &[&str]| -> Result<TomlTable<'_>, TomlError> {

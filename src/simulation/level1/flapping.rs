@@ -64,7 +64,6 @@ impl Flap {
         self.to_wind((cos_w, -sin_w))
     }
 
-    /// Each times a factor.
     #[must_use]
     pub(crate) fn scaled(self, factor: f64) -> Self {
         Flap { coning: factor * self.coning, cosine: factor * self.cosine, sine: factor * self.sine }

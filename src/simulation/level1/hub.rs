@@ -44,7 +44,6 @@ pub(crate) fn angle(y: f64, x: f64) -> f64 {
     }
 }
 
-/// Where the hub stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct HubPosition {
     pub(crate) geometry: Hub,

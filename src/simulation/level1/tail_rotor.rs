@@ -44,7 +44,6 @@ pub struct TailRotor {
     pub downwash: f64,
 }
 
-/// What the tail rotor does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TailPoint {
     /// Thrust along body y, N.

@@ -61,63 +61,32 @@ pub struct Trimmed {
 
 /// Why there is no trim.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of each says what its fields are")]
 pub enum TrimError {
-    /// A condition that is none.
     #[error("expected {expected}, found {found}")]
-    Condition {
-        /// Which number, and its range.
-        expected: &'static str,
-        /// Its value.
-        found: f64,
-    },
-    /// No state without accelerations was found.
+    Condition { expected: &'static str, found: f64 },
     #[error(
         "no trim at {:.2} m/s, climb {:.2} m/s, sideslip {:.3} rad, {:.3} kg/m^3: the steadiest state found still accelerates by {:.1e} m/s^2 or rad/s^2",
         .condition.speed, .condition.climb, .condition.sideslip, .condition.density, .left
     )]
-    NotFound {
-        /// The condition.
-        condition: TrimCondition,
-        /// Largest acceleration left.
-        left: f64,
-    },
-    /// The equations of a rotor have no solution there.
+    NotFound { condition: TrimCondition, left: f64 },
     #[error(
         "no trim at {:.2} m/s, climb {:.2} m/s, sideslip {:.3} rad, {:.3} kg/m^3: the inflow of a rotor has no solution there",
         .0.speed, .0.climb, .0.sideslip, .0.density
     )]
     NoInflow(TrimCondition),
-    /// No attitude gives that sideslip on that path.
     #[error("no trim: a path of {:.2} m/s with climb {:.2} m/s is too steep for a sideslip of {:.3} rad", .0.speed, .0.climb, .0.sideslip)]
     TooSteep(TrimCondition),
-    /// The rotors take more torque than the governed engine has, or drive it.
     #[error(
         "no trim at {:.2} m/s, climb {:.2} m/s, sideslip {:.3} rad, {:.3} kg/m^3: its rotors take {:.0} N m at their nominal speed, and the engine gives from 0 to {:.0} N m",
         .condition.speed, .condition.climb, .condition.sideslip, .condition.density, .found, .most
     )]
-    Torque {
-        /// The condition.
-        condition: TrimCondition,
-        /// Torque at the main rotor, N m.
-        found: f64,
-        /// Its bound.
-        most: f64,
-    },
-    /// The accelerations vanish only where the equations do not hold.
+    Torque { condition: TrimCondition, found: f64, most: f64 },
     #[error(
         "no trim at {:.2} m/s, climb {:.2} m/s, sideslip {:.3} rad, {:.3} kg/m^3: it would need {} {:.2} rad, beyond {:.1} rad",
         .condition.speed, .condition.climb, .condition.sideslip, .condition.density, .what, .found, .most
     )]
-    Beyond {
-        /// The condition.
-        condition: TrimCondition,
-        /// Which quantity.
-        what: &'static str,
-        /// Its value.
-        found: f64,
-        /// Its bound.
-        most: f64,
-    },
+    Beyond { condition: TrimCondition, what: &'static str, found: f64, most: f64 },
 }
 
 /// phi, theta, and the controls by place.

@@ -1,7 +1,7 @@
-//! The answer in words at the head of the page, and at its foot what the data cannot tell.
+//! The answer in words at the head of the page, and at its foot the limits of the data.
 
-use crate::command::diagnose::page::words;
-use crate::command::diagnose::{Answer, Flights};
+use crate::command::diagnose::answer::{Answer, Flights};
+use crate::command::diagnose::page::parts::words;
 use sideslip::io::outputs::html::page::escaped;
 use sideslip::io::outputs::words::cause_sentence::{manoeuvre, statement, unknown};
 use sideslip::io::outputs::words::set_aside::reason;
@@ -17,14 +17,14 @@ pub(super) fn section(page: &mut String, answer: &Answer) {
     if let Some(one) = &diagnosis.unknown {
         let _ = writeln!(page, "<p class=\"cause\">Unknown: {}.</p>", words(&unknown(one)));
         if !diagnosis.findings.is_empty() {
-            page.push_str("<p>What comes nearest, and is not enough:</p>\n");
+            page.push_str("<p>Closest hypotheses, which do not explain it:</p>\n");
         }
     } else if diagnosis.findings.is_empty() {
         let (probability, _) = &diagnosis.none;
         let tolerance = 100.0 * answer.model.file.tolerance;
         let _ = writeln!(
             page,
-            "<p class=\"cause\">Nothing is wrong beyond the noise and the model's own tolerance ({tolerance:.1} %): \
+            "<p class=\"cause\">The model explains these runs within their noise and its own tolerance ({tolerance:.1} %): \
              probability {probability:.2}.</p>"
         );
     }
@@ -51,9 +51,9 @@ fn cause(page: &mut String, answer: &Answer, finding: &Finding) {
         for rival in class.iter().skip(1) {
             let _ = write!(page, "<li>{} (probability {:.2})</li>", said(answer, rival), rival.probability);
         }
-        let _ = write!(page, "</ul>What would tell them apart: {}.", escaped(manoeuvre(&first.effect, &second.effect)));
+        let _ = write!(page, "</ul>To distinguish them, fly {}.", escaped(manoeuvre(&first.effect, &second.effect)));
     } else {
-        page.push_str("<br><span class=\"faint\">No rival is more probable than 0.05.</span>");
+        page.push_str("<br><span class=\"faint\">No other hypothesis is more probable than 0.05.</span>");
     }
     page.push_str("</li>\n");
 }
@@ -62,12 +62,13 @@ fn cause(page: &mut String, answer: &Answer, finding: &Finding) {
 fn worth(page: &mut String, answer: &Answer) {
     let diagnosis = &answer.diagnosis;
     let Some(pooled) = diagnosis.gain.as_ref().and_then(|(gain, _)| gain.pooled.as_ref()) else {
-        page.push_str("<p>No run was kept back, so that what this gains is not measured.</p>\n");
+        page.push_str("<p>There is no hold-out run, so the improvement is not measured.</p>\n");
         return;
     };
     let [before, after] = &pooled.rms;
     if diagnosis.findings.is_empty() {
-        let _ = writeln!(page, "<p>On the runs kept back, flown free, its error is {:.2} times the noise.</p>", before.value);
+        let _ =
+            writeln!(page, "<p>On the hold-out runs, free run, the model's error is {:.2} times the noise.</p>", before.value);
         return;
     }
     let [low, high] = pooled.ratio.interval;
@@ -78,7 +79,7 @@ fn worth(page: &mut String, answer: &Answer) {
     };
     let _ = write!(
         page,
-        "<p>On the runs kept back, flown free, the error over noise goes from {:.2} to {:.2}: {:.3} of what it was, 95 % within \
+        "<p>On the hold-out runs, free run, the error over noise changes from {:.2} to {:.2}: ratio {:.3}, 95 % interval \
          {low:.3} to {high:.3}, {judged}.",
         before.value, after.value, pooled.ratio.value
     );
@@ -88,10 +89,10 @@ fn worth(page: &mut String, answer: &Answer) {
     page.push_str("</p>\n");
 }
 
-/// What the data cannot tell, and what was not looked at.
+/// What the data do not identify, and what was not used.
 pub(super) fn limits(page: &mut String, answer: &Answer, flights: &Flights<'_>) {
     let diagnosis = &answer.diagnosis;
-    page.push_str("<h2>What these data cannot tell</h2>\n<ul class=\"limits\">\n");
+    page.push_str("<h2>Limits of these data</h2>\n<ul class=\"limits\">\n");
     for (run, why) in &diagnosis.set_aside {
         let _ = writeln!(page, "<li>{} was set aside: {}.</li>", escaped(run), escaped(&reason(why)));
     }
@@ -99,8 +100,8 @@ pub(super) fn limits(page: &mut String, answer: &Answer, flights: &Flights<'_>) 
         let names: Vec<&str> = diagnosis.off_trim.iter().map(|channel| channel.name(answer.controls)).collect();
         let _ = writeln!(
             page,
-            "<li>The runs do not begin in the model's trim ({}): forces are taken about their own, and a bias of a control or a \
-             constant error of a force cannot be told.</li>",
+            "<li>The runs do not begin in the model's trim ({}): forces are taken about the runs' own trim, and a bias of a control or a \
+             constant error of a force is not identifiable.</li>",
             names.join(", ")
         );
     }
@@ -114,14 +115,14 @@ pub(super) fn limits(page: &mut String, answer: &Answer, flights: &Flights<'_>) 
         if finding.plausible().len() > 1 {
             let _ = writeln!(
                 page,
-                "<li>Which of {} it is, of the cause: {}.</li>",
+                "<li>Which of {} hypotheses is the cause: {}.</li>",
                 finding.plausible().len(),
                 said(answer, &finding.cause)
             );
         }
     }
     if flights.holdout.is_empty() {
-        page.push_str("<li>Whether the extension predicts runs that it was not fitted to: none was kept back.</li>\n");
+        page.push_str("<li>Whether the extension predicts runs that it was not fitted to: there is no hold-out run.</li>\n");
     }
     let pairs = diagnosis.gain.iter().flat_map(|(_, pairs)| pairs).zip(flights.holdout);
     for ((before, after), run) in pairs {

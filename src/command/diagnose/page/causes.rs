@@ -1,17 +1,15 @@
 //! Each cause's evidence: the residual over its regressor, and how it ranks among its rivals.
 
 use super::answer::said;
-use crate::command::diagnose::Answer;
-use crate::command::diagnose::page::{axis_unit, curve, plot, variable_unit};
+use crate::command::diagnose::answer::Answer;
+use crate::command::diagnose::page::parts::{axis_unit, curve, plot, variable_unit};
 use sideslip::io::outputs::charts::chart::{ChartError, Figure, Mark, Marks, Panel};
 use sideslip::postflight::diagnosis::evidence::regressor_plot::{MEAN_S, Ordinate, Regressor, RegressorPlot};
 use sideslip::postflight::diagnosis::evidence::residual_coherence::Signal;
 use sideslip::postflight::diagnosis::record::RankedCause;
 use std::fmt::Write;
 
-/// Rivals that are drawn.
 const RIVALS: usize = 8;
-/// Bins of the means.
 const BINS: usize = 12;
 /// Fewest points of a bin that has a mean.
 const FEWEST: usize = 4;
@@ -26,18 +24,17 @@ pub(super) fn section(page: &mut String, answer: &Answer) -> Result<(), ChartErr
         ranking(page, answer, &finding.ranking);
     }
     if diagnosis.findings.is_empty() {
-        page.push_str("<h2>What came nearest to being a cause</h2>\n");
+        page.push_str("<h2>Closest hypotheses</h2>\n");
         ranking(page, answer, &diagnosis.none.1);
     }
     Ok(())
 }
 
-/// Log odds as bars.
 fn ranking(page: &mut String, answer: &Answer, ranking: &[RankedCause]) {
     let most = ranking.iter().map(|one| libm::fabs(one.odds)).fold(1e-9, f64::max);
     page.push_str(
-        "<h3>Ranking</h3>\n<p class=\"faint\">Bars: logarithm of the odds against no cause, which charges every cause for its \
-         freedom and for how many there are; negative means less probable than nothing.</p>\n<div class=\"wide\"><table \
+        "<h3>Ranking</h3>\n<p class=\"faint\">Bars: logarithm of the posterior odds against no cause, with a penalty for free \
+         numbers and for the count of hypotheses; negative means less probable than no cause.</p>\n<div class=\"wide\"><table \
          class=\"ranking\"><tr><th class=\"words\">hypothesis, as fitted</th><th class=\"words\">log odds</th><th>probability\
          </th></tr>\n",
     );
@@ -60,7 +57,7 @@ fn scatter(page: &mut String, answer: &Answer, plot_data: &RegressorPlot) -> Res
     let names = answer.controls;
     let (y, unit) = match plot_data.ordinate {
         Ordinate::Axis(axis) => (format!("residual {}", axis.name()), axis_unit(axis)),
-        Ordinate::Channel(channel) => (format!("{}, read less expected", channel.name(names)), channel.si_unit()),
+        Ordinate::Channel(channel) => (format!("{}, measured less expected", channel.name(names)), channel.si_unit()),
     };
     let x = match plot_data.regressor {
         Regressor::Signal(Signal::Of(variable)) => {
@@ -71,7 +68,7 @@ fn scatter(page: &mut String, answer: &Answer, plot_data: &RegressorPlot) -> Res
         }
         Regressor::Term(term) => format!("{term}, SI units"),
         Regressor::True => format!("true value, {unit}"),
-        Regressor::Added => format!("what the cause adds, {unit}"),
+        Regressor::Added => format!("contribution of the cause, {unit}"),
         Regressor::Time => "time, s".to_owned(),
     };
     let (low, high) = range(&plot_data.before);
@@ -79,8 +76,8 @@ fn scatter(page: &mut String, answer: &Answer, plot_data: &RegressorPlot) -> Res
     let line = vec![(low, at_zero + slope * low), (high, at_zero + slope * high)];
     let _ = writeln!(
         page,
-        "<h3>Residual against its regressor</h3>\n<p class=\"faint\">Means over {MEAN_S} s of all runs looked at; large dots are \
-         means of what stands together, with \u{b1} 2 standard errors. If the cause is right, the left picture lies on the line \
+        "<h3>Residual against its regressor</h3>\n<p class=\"faint\">Means over {MEAN_S} s of all fitted runs; large dots are \
+         means of bins along x, with \u{b1} 2 standard errors. If the cause is right, the left plot lies on the line \
          and the right one on zero.</p>\n<div class=\"side\">"
     );
     for (title, points, name, line) in [

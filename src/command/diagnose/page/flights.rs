@@ -1,21 +1,19 @@
 //! Every run, measured and flown free by both models, in the channels that matter, the controls that moved beneath.
 
-use crate::command::diagnose::page::plot;
-use crate::command::diagnose::{Answer, Flights};
+use crate::command::diagnose::answer::{Answer, Flights};
+use crate::command::diagnose::page::parts::plot;
 use crate::command::recordings::free_run_curves::{controls, overlay};
 use sideslip::error::Failure;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::effect::Effect;
 use sideslip::io::outputs::charts::chart::{Curve, Figure, Panel};
 use sideslip::io::outputs::html::page::escaped;
-use sideslip::postflight::diagnosis::data::run::RecordedRun;
 use sideslip::postflight::diagnosis::evidence::regressor_plot::Ordinate;
+use sideslip::postflight::recorded_run::RecordedRun;
 use sideslip::postflight::validation::free_run::{FreeRunPrediction, ValidationRun, predict};
 use std::fmt::Write;
 
-/// Channels that are drawn.
 const CHANNELS: usize = 4;
-/// Most points of a curve.
 const MOST_POINTS: usize = 350;
 /// A predicted curve is drawn up to so many times the largest deviation that was measured.
 const BEYOND: f64 = 3.0;
@@ -40,22 +38,22 @@ pub(super) fn section(page: &mut String, answer: &Answer, flights: &Flights<'_>)
     for run in flights.fit.iter().filter(set_aside) {
         let flown = ValidationRun::of(&run.samples, &run.geometry);
         match (predict(&answer.model, &own, &flown), predict(&answer.model, &all, &flown)) {
-            (Ok(before), Ok(after)) => shown.push(Shown { run, how: "looked at", before, after }),
+            (Ok(before), Ok(after)) => shown.push(Shown { run, how: "fitted", before, after }),
             (Err(why), _) | (_, Err(why)) => not_flown.push((run, why)),
         }
     }
     let pairs = answer.diagnosis.gain.iter().flat_map(|(_, pairs)| pairs).zip(flights.holdout);
     shown.extend(pairs.map(|((before, after), run)| Shown {
         run,
-        how: "kept back",
+        how: "hold-out",
         before: before.clone(),
         after: after.clone(),
     }));
     let channels = channels(answer, &shown, !found.is_empty());
     page.push_str(
         "<h2>Flight and simulation</h2>\n<p class=\"faint\">Free runs: the model starts in its trim and flies the measured \
-         controls; nothing is fitted to the run. Deviations from the run's own trim; points are means over the samples about \
-         them, and a curve that leaves what was measured far behind ends there.</p>\n<div class=\"side runs\">\n",
+         controls; nothing is fitted to the run. Deviations from the run's own trim; points are means of the samples around \
+         them, and a curve ends where it exceeds the measured range several times.</p>\n<div class=\"side runs\">\n",
     );
     for one in &shown {
         let _ = writeln!(page, "<div><h3>{} ({})</h3>", escaped(&one.run.name), one.how);
@@ -67,7 +65,7 @@ pub(super) fn section(page: &mut String, answer: &Answer, flights: &Flights<'_>)
     }
     page.push_str("</div>\n");
     for (run, why) in not_flown {
-        let _ = writeln!(page, "<p>{} is not flown free: {}.</p>", escaped(&run.name), escaped(&why.to_string()));
+        let _ = writeln!(page, "<p>{} has no free run: {}.</p>", escaped(&run.name), escaped(&why.to_string()));
     }
     Ok(())
 }

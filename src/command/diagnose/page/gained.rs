@@ -1,19 +1,19 @@
 //! Improvement on hold-out runs, channel by channel, and the roots of both models.
 
-use crate::command::diagnose::page::{curve, plot};
+use crate::command::diagnose::answer::{Answer, Flights};
+use crate::command::diagnose::page::parts::{curve, plot};
 use crate::command::diagnose::roots::modes;
 use crate::command::diagnose::verdict::judged;
-use crate::command::diagnose::{Answer, Flights};
 use sideslip::flight::file::effect_file::DeclaredEffect;
 use sideslip::io::outputs::charts::chart::{ChartError, Figure, Mark, Marks, Panel};
 use sideslip::postflight::validation::improvement::{Improvement, ImprovementVerdict, IntervalEstimate};
 use std::fmt::Write;
 
 pub(super) fn section(page: &mut String, answer: &Answer, flights: &Flights<'_>) -> Result<(), ChartError> {
-    page.push_str("<h2>Gain on the runs kept back</h2>\n");
+    page.push_str("<h2>Improvement on the hold-out runs</h2>\n");
     match &answer.diagnosis.gain {
         Some((gain, _)) => channels(page, answer, gain, flights.holdout.len()),
-        None => page.push_str("<p>No run was kept back.</p>\n"),
+        None => page.push_str("<p>There is no hold-out run.</p>\n"),
     }
     page.push_str("<h2>Roots</h2>\n");
     roots(page, answer)
@@ -31,7 +31,6 @@ fn number(value: f64) -> String {
     }
 }
 
-/// A number and its interval.
 fn with_interval(one: &IntervalEstimate) -> String {
     let [low, high] = one.interval;
     format!("{} <span class=\"interval\">[{}, {}]</span>", number(one.value), number(low), number(high))
@@ -46,8 +45,8 @@ fn in_line(one: &IntervalEstimate) -> String {
 fn channels(page: &mut String, answer: &Answer, gain: &Improvement, runs: usize) {
     let _ = writeln!(
         page,
-        "<p class=\"faint\">Free runs, {runs} kept back; in brackets 95 % of the moving-block bootstrap. Theil's coefficient: 0 perfect \
-         to 1; VAF: variance accounted for, 1 perfect, negative where the mean would have done better.</p>\n<div class=\"wide\">\
+        "<p class=\"faint\">Free runs of {runs} hold-out run(s); in brackets 95 % of the moving-block bootstrap. Theil's coefficient: 0 perfect \
+         to 1; VAF: variance accounted for, 1 perfect, negative where the mean predicts better.</p>\n<div class=\"wide\">\
          <table class=\"gain\"><tr><th class=\"words\">channel</th><th class=\"words\">unit</th><th>noise</th><th>rms before</th>\
          <th>rms after</th><th>Theil before</th><th>after</th><th>VAF before</th><th>after</th><th>rms ratio</th></tr>"
     );

@@ -1,7 +1,7 @@
 //! Residuals of every axis: size, spectrum before and after against noise, and the signals that they correlate with.
 
-use crate::command::diagnose::Answer;
-use crate::command::diagnose::page::{axes_at_stake, axis_unit, curve, plot};
+use crate::command::diagnose::answer::Answer;
+use crate::command::diagnose::page::parts::{axes_at_stake, axis_unit, curve, plot};
 use sideslip::flight::derivative::Axis;
 use sideslip::io::outputs::charts::chart::{ChartError, Curve, Figure, Panel};
 use sideslip::io::outputs::html::page::escaped;
@@ -13,8 +13,8 @@ const SIGNALS: usize = 4;
 
 pub(super) fn section(page: &mut String, answer: &Answer) -> Result<(), ChartError> {
     page.push_str(
-        "<h2>Residual forces and moments</h2>\n<p class=\"faint\">What the aircraft did less what the model says at the motion and \
-         controls that it had; noise is that of the instruments.</p>\n",
+        "<h2>Residual forces and moments</h2>\n<p class=\"faint\">Measured force or moment less the model's at the measured \
+         motion and controls; noise is that of the instruments.</p>\n",
     );
     table(page, answer);
     let at_stake = axes_at_stake(answer);
@@ -35,7 +35,7 @@ pub(super) fn section(page: &mut String, answer: &Answer) -> Result<(), ChartErr
 fn table(page: &mut String, answer: &Answer) {
     page.push_str(
         "<div class=\"wide\"><table class=\"residuals\"><tr><th class=\"words\">axis</th><th>rms before</th><th>after</th><th>noise\
-         </th><th class=\"words\">unit</th><th>explained</th><th>mostly at, Hz</th><th class=\"words\">goes with, before</th>\
+         </th><th class=\"words\">unit</th><th>explained</th><th>mostly in, Hz</th><th class=\"words\">correlates with, before</th>\
          <th class=\"words\">after</th></tr>\n",
     );
     for one in &answer.diagnosis.discrepancy {
@@ -79,7 +79,7 @@ fn spectrum(page: &mut String, own: &AxisSpectrum) -> Result<(), ChartError> {
         curves: vec![line("instrument noise", &own.noise), line("before", &own.before), line("after", &own.after)],
     };
     if panel.curves.iter().all(|curve| curve.points.is_empty()) {
-        let _ = writeln!(page, "<p>No spectrum of {axis}: no run has its instrument for long enough.</p>");
+        let _ = writeln!(page, "<p>No spectrum of {axis}: no run has its instrument long enough.</p>");
         return Ok(());
     }
     // Whole decades: noise is not to fill the picture.

@@ -2,8 +2,8 @@
 //!
 //! Consumes the cells of the row; produces [`RecordingColumn`]s with `si = factor * value`, and the naming of the controls.
 
+use super::error::{RunFileError, quoted};
 use crate::flight::channel::{Channel, ControlNames};
-use crate::flight::file::run_file::{RunFileError, quoted};
 use crate::flight::unit::{Quantity, UnitError, factor_to_si};
 use std::collections::HashSet;
 

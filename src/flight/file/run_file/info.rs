@@ -1,11 +1,11 @@
-//! What a run says of itself: the TOML document of its preamble, known keys typed, the others kept.
+//! Description of a run: the TOML document of its preamble, known keys typed, the others kept.
 //!
 //! Consumes TOML text and `key=value` overrides; produces texts, [`RunGeometry`] (positions in m, body axes, relative to
 //! the centre of mass) and the document again. Every change goes through one check of its type, so that the typed view
 //! and the document never differ.
 
+use super::error::{RunFileError, quoted};
 use crate::flight::channel::ControlNames;
-use crate::flight::file::run_file::{RunFileError, quoted};
 use crate::flight::run::RunGeometry;
 use toml::de::DeTable;
 use toml::{Table, Value};

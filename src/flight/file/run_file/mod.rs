@@ -6,31 +6,12 @@
 //! Refused, each with line and column: TOML that does not parse, a known key of another type, an unknown or wrong unit
 //! on a known channel, a column that comes twice, no `time`, controls called after two kinds of aircraft.
 
+mod error;
 mod header;
 mod info;
 mod writer;
 
+pub use error::{RunFileError, quoted};
 pub use header::{RecordingColumn, RecordingHeader, RecordingTarget};
 pub use info::RunInfo;
 pub use writer::RunFileWriter;
-
-/// A wrong place in a run file: what was expected there and what was found.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{line}:{column}: {what}")]
-pub struct RunFileError {
-    /// Line, from 1.
-    pub line: usize,
-    /// Column in characters, from 1.
-    pub column: usize,
-    /// What was expected and what was found.
-    pub what: String,
-}
-
-/// The text as it may stand in a message: on one line and not longer than 40 characters.
-pub fn quoted(text: &str) -> String {
-    let mut shown: String = text.chars().take(40).flat_map(char::escape_debug).collect();
-    if text.chars().nth(40).is_some() {
-        shown.push_str("...");
-    }
-    format!("`{shown}`")
-}

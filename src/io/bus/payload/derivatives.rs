@@ -1,10 +1,11 @@
 //! The derivatives of every axis on the bus, with the joint covariance of the lateral ones.
 
+use super::message::{ABSENT, MessageHeader, at, flag, place, service};
+use super::status::StatusBody;
 use crate::flight::derivative::{AXES, Axis, Variable};
 use crate::io::bus::error::BusError;
-use crate::io::bus::payload::{ABSENT, MessageHeader, StatusBody, at, flag, place, service};
 use crate::realtime::regression::record::{
-    DerivativesRecord, EquationRecord, FrequencyTerm, LATERAL, LateralDerivatives, Status, TERMS, TermRecord,
+    DerivativesRecord, EquationRecord, FrequencyTerm, LateralDerivatives, Status, TERMS, TermRecord,
 };
 use iceoryx2::prelude::ZeroCopySend;
 
@@ -45,21 +46,6 @@ pub struct EquationBody {
     pub condition_index: f64,
 }
 
-/// The lateral derivatives, with the meaning of [`LateralDerivatives`].
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("sideslip.Lateral.1")]
-#[expect(missing_docs, reason = "the fields are those of the record")]
-pub struct LateralBody {
-    pub values: [f64; LATERAL],
-    pub cov: [[f64; LATERAL]; LATERAL],
-    pub u0: f64,
-    pub w0: f64,
-    pub phi0: f64,
-    pub theta0: f64,
-    pub trim_std: [f64; 2],
-}
-
 /// All equations at one time; `time_s` of the header is the record's.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
@@ -74,7 +60,7 @@ pub struct DerivativesPayload {
     /// One equation an axis.
     pub equations: [EquationBody; AXES],
     /// The lateral derivatives; zeros where they are not there.
-    pub lateral: LateralBody,
+    pub lateral: LateralDerivatives,
 }
 service!(DerivativesPayload, "sideslip/derivatives", "sideslip.Derivatives.2", buffer 64, history 1);
 
@@ -139,23 +125,14 @@ impl EquationBody {
 
 impl From<&DerivativesRecord> for DerivativesPayload {
     fn from(record: &DerivativesRecord) -> Self {
-        let lateral = record.lateral.map(|lateral| LateralBody {
-            values: lateral.values,
-            cov: lateral.cov,
-            u0: lateral.u0,
-            w0: lateral.w0,
-            phi0: lateral.phi0,
-            theta0: lateral.theta0,
-            trim_std: lateral.trim_std,
-        });
         let mut equations = [EquationBody::default(); AXES];
         equations.iter_mut().zip(&record.equations).for_each(|(to, from)| *to = EquationBody::new(from));
         DerivativesPayload {
             header: MessageHeader { time_s: record.time_s, ..MessageHeader::default() },
             excited: record.excited.into(),
-            has_lateral: lateral.is_some().into(),
+            has_lateral: record.lateral.is_some().into(),
             equations,
-            lateral: lateral.unwrap_or_default(),
+            lateral: record.lateral.unwrap_or_default(),
         }
     }
 }
@@ -170,21 +147,32 @@ impl DerivativesPayload {
         for (to, from) in equations.iter_mut().zip(&self.equations) {
             *to = from.record()?;
         }
-        let body = &self.lateral;
-        let lateral = LateralDerivatives {
-            values: body.values,
-            cov: body.cov,
-            u0: body.u0,
-            w0: body.w0,
-            phi0: body.phi0,
-            theta0: body.theta0,
-            trim_std: body.trim_std,
-        };
         Ok(DerivativesRecord {
             time_s: self.header.time_s,
             equations,
-            lateral: flag(self.has_lateral, SCHEMA, "has_lateral")?.then_some(lateral),
+            lateral: flag(self.has_lateral, SCHEMA, "has_lateral")?.then_some(self.lateral),
             excited: flag(self.excited, SCHEMA, "excited")?,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::mem::offset_of;
+
+    #[test]
+    fn the_lateral_derivatives_travel_in_the_order_of_their_schema() {
+        let offsets = [
+            offset_of!(LateralDerivatives, values),
+            offset_of!(LateralDerivatives, cov),
+            offset_of!(LateralDerivatives, u0),
+            offset_of!(LateralDerivatives, w0),
+            offset_of!(LateralDerivatives, phi0),
+            offset_of!(LateralDerivatives, theta0),
+            offset_of!(LateralDerivatives, trim_std),
+            size_of::<LateralDerivatives>(),
+        ];
+        assert_eq!(offsets.map(|bytes| bytes / 8), [0, 9, 90, 91, 92, 93, 94, 96]);
     }
 }

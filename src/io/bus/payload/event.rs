@@ -1,9 +1,10 @@
 //! An event on the bus: its kind's code, what it is about, its number.
 
+use super::message::{ABSENT, MessageHeader, at, place, service};
+use super::status::StatusBody;
 use crate::flight::channel::Channel;
 use crate::flight::derivative::Axis;
 use crate::io::bus::error::BusError;
-use crate::io::bus::payload::{ABSENT, MessageHeader, StatusBody, at, place, service};
 use crate::io::outputs::record::{EventKind, EventRecord};
 use crate::realtime::estimation::record::{Aid, EstimationEvent as Noticed, StateSet};
 use crate::realtime::regression::record::RegressionEvent;

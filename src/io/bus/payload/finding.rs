@@ -1,5 +1,6 @@
 //! A finding of the diagnosis on the bus: how it stands, the effect by its places and numbers, the sentence.
 
+use super::message::{ABSENT, MessageHeader, at, bytes_of, place, service, text_of};
 use crate::flight::channel::Channel;
 use crate::flight::control::Control;
 use crate::flight::derivative::{Axis, Variable};
@@ -7,8 +8,7 @@ use crate::flight::effect::{Effect, EffectKind, PositionedSensor, cause};
 use crate::flight::effect_field::{EffectField, EffectReader, NumberRange};
 use crate::flight::term::Term;
 use crate::io::bus::error::BusError;
-use crate::io::bus::payload::{ABSENT, MessageHeader, at, bytes_of, place, service, text_of};
-use crate::postflight::diagnosis::record::{FindingRecord, STATEMENT, Standing};
+use crate::postflight::diagnosis::record::{FindingRecord, FindingStatus, STATEMENT};
 use iceoryx2::prelude::ZeroCopySend;
 
 const SCHEMA: &str = "sideslip.Finding.1";
@@ -114,7 +114,7 @@ impl FindingPayload {
     pub fn record(&self) -> Result<FindingRecord, BusError> {
         let mut record = FindingRecord {
             time_s: self.header.time_s,
-            standing: at(&Standing::ALL, self.standing, SCHEMA, "standing")?,
+            standing: at(&FindingStatus::ALL, self.standing, SCHEMA, "standing")?,
             number: self.number,
             effect: self.effect()?,
             std: self.std,
@@ -123,7 +123,7 @@ impl FindingPayload {
             manoeuvres: self.manoeuvres,
             ..FindingRecord::EMPTY
         };
-        record.say(text_of(&self.statement, self.statement_bytes, SCHEMA, "statement_bytes")?);
+        record.set_statement(text_of(&self.statement, self.statement_bytes, SCHEMA, "statement_bytes")?);
         Ok(record)
     }
 
@@ -240,10 +240,10 @@ mod tests {
             assert!(effects().iter().any(|effect| effect.kind() == kind), "{}", kind.name());
         }
         for effect in effects() {
-            let (standing, number) = (Standing::TakenBack, 3);
+            let (standing, number) = (FindingStatus::Retracted, 3);
             let mut record =
                 FindingRecord { time_s: 12.5, standing, number, effect, std: 0.02, probability: 0.97, ..FindingRecord::EMPTY };
-            record.say("r is measured late");
+            record.set_statement("r is measured late");
             assert_eq!(FindingPayload::from(&record).record().unwrap(), record);
         }
     }

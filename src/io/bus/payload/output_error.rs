@@ -1,9 +1,10 @@
 //! Output error on the bus.
 
+use super::message::{MessageHeader, at, bytes_of, place, service, text_of};
 use crate::flight::derivative::{Axis, Variable};
 use crate::io::bus::error::BusError;
-use crate::io::bus::payload::{MessageHeader, OscillationBody, RootBody, at, bytes_of, place, service, text_of};
 use crate::postflight::output_error::record::{OutputErrorProgress, OutputErrorRecord, PARAMETERS, ParameterRecord, REASON};
+use crate::realtime::modes::record::{OscillatoryMode, RealRoot};
 use iceoryx2::prelude::ZeroCopySend;
 
 const SCHEMA: &str = "sideslip.OutputError.1";
@@ -49,17 +50,17 @@ pub struct OutputErrorPayload {
     /// The derivatives; zeros behind them.
     pub parameters: [ParameterBody; PARAMETERS],
     /// Dutch roll of the lateral subsystem.
-    pub dutch_roll: OscillationBody,
+    pub dutch_roll: OscillatoryMode,
     /// Roll subsidence.
-    pub roll: RootBody,
+    pub roll: RealRoot,
     /// Spiral.
-    pub spiral: RootBody,
+    pub spiral: RealRoot,
     /// The slower pair where roll and spiral have joined.
-    pub lateral_phugoid: OscillationBody,
+    pub lateral_phugoid: OscillatoryMode,
     /// Dutch roll of the whole aircraft.
-    pub coupled: OscillationBody,
+    pub coupled: OscillatoryMode,
     /// Short period.
-    pub short_period: OscillationBody,
+    pub short_period: OscillatoryMode,
 }
 service!(OutputErrorPayload, "sideslip/output_error", "sideslip.OutputError.1", buffer 16, history 1);
 
@@ -90,12 +91,12 @@ impl From<&OutputErrorRecord> for OutputErrorPayload {
             reason_bytes: place(record.reason.len()),
             reason: bytes_of(&record.reason),
             parameters,
-            dutch_roll: record.dutch_roll.map(Into::into).unwrap_or_default(),
-            roll: record.roll.map(Into::into).unwrap_or_default(),
-            spiral: record.spiral.map(Into::into).unwrap_or_default(),
-            lateral_phugoid: record.lateral_phugoid.map(Into::into).unwrap_or_default(),
-            coupled: record.coupled.map(Into::into).unwrap_or_default(),
-            short_period: record.short_period.map(Into::into).unwrap_or_default(),
+            dutch_roll: record.dutch_roll.unwrap_or_default(),
+            roll: record.roll.unwrap_or_default(),
+            spiral: record.spiral.unwrap_or_default(),
+            lateral_phugoid: record.lateral_phugoid.unwrap_or_default(),
+            coupled: record.coupled.unwrap_or_default(),
+            short_period: record.short_period.unwrap_or_default(),
         }
     }
 }
@@ -118,12 +119,12 @@ impl OutputErrorPayload {
             manoeuvres: self.manoeuvres,
             dropped: self.dropped,
             samples: self.samples,
-            dutch_roll: there(1).then_some(self.dutch_roll.into()),
-            roll: there(2).then_some(self.roll.into()),
-            spiral: there(4).then_some(self.spiral.into()),
-            lateral_phugoid: there(8).then_some(self.lateral_phugoid.into()),
-            coupled: there(16).then_some(self.coupled.into()),
-            short_period: there(32).then_some(self.short_period.into()),
+            dutch_roll: there(1).then_some(self.dutch_roll),
+            roll: there(2).then_some(self.roll),
+            spiral: there(4).then_some(self.spiral),
+            lateral_phugoid: there(8).then_some(self.lateral_phugoid),
+            coupled: there(16).then_some(self.coupled),
+            short_period: there(32).then_some(self.short_period),
             ..OutputErrorRecord::EMPTY
         };
         record.explain(text_of(&self.reason, self.reason_bytes, SCHEMA, "reason_bytes")?);

@@ -1,8 +1,8 @@
 //! A sample on the bus: the known channels, and those of the other columns that fit.
 
+use super::message::{MessageHeader, service};
 use crate::flight::channel::CHANNELS;
 use crate::flight::sample::Sample;
-use crate::io::bus::payload::{MessageHeader, service};
 use iceoryx2::prelude::ZeroCopySend;
 
 /// Columns besides the known channels that a sample carries; a source with more says which it leaves out.

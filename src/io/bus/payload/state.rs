@@ -1,83 +1,56 @@
 //! The state and the innovations of one sample on the bus, and the smoothed state of a while ago.
 
+use super::message::{MessageHeader, at, flag, place, service};
 use crate::io::bus::error::BusError;
-use crate::io::bus::payload::{MessageHeader, at, flag, place, service};
 use crate::realtime::estimation::record::{AIDS, Aid, Innovation, LaggedRecord, StateRecord};
 use iceoryx2::prelude::ZeroCopySend;
 
 const INNOVATIONS: &str = "sideslip.Innovations.1";
 
-/// A state's numbers, with units and order of [`StateRecord`].
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("sideslip.StateBody.1")]
-#[expect(missing_docs, reason = "the fields are those of the record")]
-pub struct StateBody {
-    pub velocity: [f64; 3],
-    pub velocity_std: [f64; 3],
-    pub rates: [f64; 3],
-    pub rates_std: [f64; 3],
-    pub angular_acceleration: [f64; 3],
-    pub angular_acceleration_std: [f64; 3],
-    pub specific_force: [f64; 3],
-    pub specific_force_std: [f64; 3],
-    pub attitude: [f64; 3],
-    pub attitude_std: [f64; 3],
-    pub altitude: f64,
-    pub altitude_std: f64,
-    pub accelerometer_bias: [f64; 3],
-    pub accelerometer_bias_std: [f64; 3],
-    pub gyro_bias: [f64; 3],
-    pub gyro_bias_std: [f64; 3],
+/// The body of a state with both ways between it and the record, its fields listed once.
+macro_rules! state_body {
+    ($($field:ident: $kind:ty,)*) => {
+        /// A state's numbers, with units and order of [`StateRecord`].
+        #[repr(C)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+        #[type_name("sideslip.StateBody.1")]
+        #[expect(missing_docs, reason = "the fields are those of the record")]
+        pub struct StateBody {
+            $(pub $field: $kind,)*
+        }
+
+        impl From<&StateRecord> for StateBody {
+            fn from(record: &StateRecord) -> Self {
+                StateBody { $($field: record.$field,)* }
+            }
+        }
+
+        impl StateBody {
+            /// The record at that time, with so many aids fused.
+            fn record(&self, time_s: f64, fused: u8) -> StateRecord {
+                StateRecord { time_s, $($field: self.$field,)* fused }
+            }
+        }
+    };
 }
 
-impl From<&StateRecord> for StateBody {
-    fn from(record: &StateRecord) -> Self {
-        StateBody {
-            velocity: record.velocity,
-            velocity_std: record.velocity_std,
-            rates: record.rates,
-            rates_std: record.rates_std,
-            angular_acceleration: record.angular_acceleration,
-            angular_acceleration_std: record.angular_acceleration_std,
-            specific_force: record.specific_force,
-            specific_force_std: record.specific_force_std,
-            attitude: record.attitude,
-            attitude_std: record.attitude_std,
-            altitude: record.altitude,
-            altitude_std: record.altitude_std,
-            accelerometer_bias: record.accelerometer_bias,
-            accelerometer_bias_std: record.accelerometer_bias_std,
-            gyro_bias: record.gyro_bias,
-            gyro_bias_std: record.gyro_bias_std,
-        }
-    }
-}
-
-impl StateBody {
-    /// The record at that time, with so many aids fused.
-    pub(super) fn record(&self, time_s: f64, fused: u8) -> StateRecord {
-        StateRecord {
-            time_s,
-            velocity: self.velocity,
-            velocity_std: self.velocity_std,
-            rates: self.rates,
-            rates_std: self.rates_std,
-            angular_acceleration: self.angular_acceleration,
-            angular_acceleration_std: self.angular_acceleration_std,
-            specific_force: self.specific_force,
-            specific_force_std: self.specific_force_std,
-            attitude: self.attitude,
-            attitude_std: self.attitude_std,
-            altitude: self.altitude,
-            altitude_std: self.altitude_std,
-            accelerometer_bias: self.accelerometer_bias,
-            accelerometer_bias_std: self.accelerometer_bias_std,
-            gyro_bias: self.gyro_bias,
-            gyro_bias_std: self.gyro_bias_std,
-            fused,
-        }
-    }
+state_body! {
+    velocity: [f64; 3],
+    velocity_std: [f64; 3],
+    rates: [f64; 3],
+    rates_std: [f64; 3],
+    angular_acceleration: [f64; 3],
+    angular_acceleration_std: [f64; 3],
+    specific_force: [f64; 3],
+    specific_force_std: [f64; 3],
+    attitude: [f64; 3],
+    attitude_std: [f64; 3],
+    altitude: f64,
+    altitude_std: f64,
+    accelerometer_bias: [f64; 3],
+    accelerometer_bias_std: [f64; 3],
+    gyro_bias: [f64; 3],
+    gyro_bias_std: [f64; 3],
 }
 
 /// The filtered state; `time_s` of the header is the record's.

@@ -1,9 +1,9 @@
 //! A status with its reason on the bus: two codes, two places, two numbers.
 
+use super::message::{ABSENT, at, place};
 use crate::flight::channel::Channel;
 use crate::flight::derivative::{Axis, Variable};
 use crate::io::bus::error::BusError;
-use crate::io::bus::payload::{ABSENT, at, place};
 use crate::realtime::regression::record::{Reason, Status};
 use iceoryx2::prelude::ZeroCopySend;
 

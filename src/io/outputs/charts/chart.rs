@@ -19,7 +19,6 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 0, 0),
 ];
 
-/// Size of a panel, pixels.
 const PANEL: (u32, u32) = (900, 330);
 
 /// Width of a legend beside a panel, pixels.
@@ -158,12 +157,10 @@ pub fn figure(panel: &Panel, marks: &[Marks], figure: &Figure) -> Result<String,
     Ok(text)
 }
 
-/// How a panel is drawn.
 #[derive(Clone, Copy)]
 struct Look {
     fine: u32,
     caption: bool,
-    /// Room for a legend beside.
     legend: u32,
     inside: bool,
     powers: bool,
@@ -172,7 +169,6 @@ struct Look {
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
-/// What may be drawn.
 fn finite(point: &&(f64, f64)) -> bool {
     point.0.is_finite() && point.1.is_finite()
 }
@@ -184,7 +180,6 @@ fn ends(mark: &Mark) -> [(f64, f64); 2] {
     [(x, y - half), (x, y + half)]
 }
 
-/// Smallest and largest.
 fn range(numbers: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let (low, high) = numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
     (low <= high).then_some((low, high))

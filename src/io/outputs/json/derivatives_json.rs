@@ -6,14 +6,13 @@
 
 use super::finding_json::FindingJson;
 use super::message_json::{EquationsJson, reason_text, status_text};
-use super::modes_json::{OscillationJson, RootJson};
 use super::output_error_json::OutputErrorJson;
 use crate::flight::channel::ControlNames;
 use crate::io::outputs::words::noise_text::NoiseUsed;
 use crate::postflight::diagnosis::record::FindingRecord;
 use crate::postflight::output_error::record::OutputErrorRecord;
 use crate::realtime::estimation::record::StateRecord;
-use crate::realtime::modes::record::ModesRecord;
+use crate::realtime::modes::record::{ModesRecord, OscillatoryMode, RealRoot};
 use crate::realtime::regression::record::{DerivativesRecord, Status};
 use serde::Serialize;
 
@@ -87,7 +86,7 @@ struct RunJson<'a> {
     reason: Option<String>,
     warnings: &'a [String],
     consistency: ConsistencyJson,
-    bias: Option<Biases>,
+    bias: Option<BiasesJson>,
     noise: Option<NoiseUsed>,
     equations: EquationsJson<'a>,
     modes: Option<AllModes>,
@@ -109,7 +108,7 @@ impl<'a> RunJson<'a> {
             reason: reason_text(status, controls),
             warnings: run.warnings,
             consistency: ConsistencyJson::new(run.consistency),
-            bias: run.state.map(Biases::new),
+            bias: run.state.map(BiasesJson::new),
             noise: run.noise,
             equations: EquationsJson { equations, controls },
             modes: run.modes.map(|modes| AllModes::new(modes, controls)),
@@ -141,44 +140,44 @@ impl ConsistencyJson {
 }
 
 #[derive(Serialize)]
-struct Bias {
+struct BiasJson {
     value: f64,
     std: f64,
     unit: &'static str,
 }
 
 #[derive(Serialize)]
-struct Biases {
-    ax: Bias,
-    ay: Bias,
-    az: Bias,
-    p: Bias,
-    q: Bias,
-    r: Bias,
+struct BiasesJson {
+    ax: BiasJson,
+    ay: BiasJson,
+    az: BiasJson,
+    p: BiasJson,
+    q: BiasJson,
+    r: BiasJson,
 }
 
-impl Biases {
+impl BiasesJson {
     fn new(state: &StateRecord) -> Self {
-        let force = |place| Bias { unit: "m/s^2", ..bias(&state.accelerometer_bias, &state.accelerometer_bias_std, place) };
-        let rate = |place| Bias { unit: "rad/s", ..bias(&state.gyro_bias, &state.gyro_bias_std, place) };
-        Biases { ax: force(0), ay: force(1), az: force(2), p: rate(0), q: rate(1), r: rate(2) }
+        let force = |place| BiasJson { unit: "m/s^2", ..bias(&state.accelerometer_bias, &state.accelerometer_bias_std, place) };
+        let rate = |place| BiasJson { unit: "rad/s", ..bias(&state.gyro_bias, &state.gyro_bias_std, place) };
+        BiasesJson { ax: force(0), ay: force(1), az: force(2), p: rate(0), q: rate(1), r: rate(2) }
     }
 }
 
-fn bias(values: &[f64; 3], deviations: &[f64; 3], place: usize) -> Bias {
+fn bias(values: &[f64; 3], deviations: &[f64; 3], place: usize) -> BiasJson {
     let at = |array: &[f64; 3]| array.get(place).copied().unwrap_or(f64::NAN);
-    Bias { value: at(values), std: at(deviations), unit: "" }
+    BiasJson { value: at(values), std: at(deviations), unit: "" }
 }
 
 #[derive(Serialize)]
 struct AllModes {
     status: String,
     reason: Option<String>,
-    dutch_roll: Option<OscillationJson>,
-    roll: Option<RootJson>,
-    spiral: Option<RootJson>,
-    lateral_phugoid: Option<OscillationJson>,
-    coupled_dutch_roll: Option<OscillationJson>,
+    dutch_roll: Option<OscillatoryMode>,
+    roll: Option<RealRoot>,
+    spiral: Option<RealRoot>,
+    lateral_phugoid: Option<OscillatoryMode>,
+    coupled_dutch_roll: Option<OscillatoryMode>,
 }
 
 impl AllModes {
@@ -186,11 +185,11 @@ impl AllModes {
         AllModes {
             status: status_text(modes.status, controls),
             reason: reason_text(modes.status, controls),
-            dutch_roll: modes.dutch_roll.map(Into::into),
-            roll: modes.roll.map(Into::into),
-            spiral: modes.spiral.map(Into::into),
-            lateral_phugoid: modes.lateral_phugoid.map(Into::into),
-            coupled_dutch_roll: modes.coupled.map(Into::into),
+            dutch_roll: modes.dutch_roll,
+            roll: modes.roll,
+            spiral: modes.spiral,
+            lateral_phugoid: modes.lateral_phugoid,
+            coupled_dutch_roll: modes.coupled,
         }
     }
 }

@@ -10,7 +10,6 @@ use crate::postflight::diagnosis::record::FindingRecord;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-/// The object.
 #[derive(Serialize)]
 pub(crate) struct FindingJson {
     time: f64,
@@ -26,7 +25,6 @@ pub(crate) struct FindingJson {
 }
 
 impl FindingJson {
-    /// The record.
     pub(crate) fn new(record: &FindingRecord, controls: ControlNames) -> Self {
         let there = |value: f64| value.is_finite().then_some(value);
         let declared = DeclaredEffect { effect: record.effect, std: there(record.std) };
@@ -48,13 +46,13 @@ mod tests {
     use super::*;
     use crate::flight::channel::Channel;
     use crate::flight::effect::Effect;
-    use crate::postflight::diagnosis::record::Standing;
+    use crate::postflight::diagnosis::record::FindingStatus;
     use serde_json::json;
 
     #[test]
     fn an_effect_stands_with_the_keys_of_model_files() {
         let effect = Effect::SensorDelay { channel: Channel::R, delay: 0.12 };
-        let (standing, number) = (Standing::Found, 2);
+        let (standing, number) = (FindingStatus::Found, 2);
         let record = FindingRecord { time_s: 9.0, standing, number, effect, std: 0.01, ..FindingRecord::EMPTY };
         let value = serde_json::to_value(FindingJson::new(&record, ControlNames::Rotorcraft)).unwrap();
         let wanted = json!({ "time": 9.0, "standing": "found", "number": 2, "kind": "sensor_delay", "channel": "r", "delay": 0.12,

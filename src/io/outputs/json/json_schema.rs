@@ -250,11 +250,11 @@ fn output_error() -> Value {
         "fitted": number("time of the newest sample that the numbers rest on; absent where there are none", "s"),
         "age": number("how old they are; absent where there are none", "s"),
         "status": text("waiting, converging, converged, stale, failed"),
-        "reason": text("why there are no new numbers, or what is to be known of them; absent where there is nothing to say"),
+        "reason": text("why there are no new numbers, or notes on them; absent where there is nothing to say"),
         "parameters": { "type": "array", "items": { "type": "object", "properties": parameter } },
         "modes": object("modes of the fitted model; each absent where there is no number", Value::Object(fields)),
         "manoeuvres": { "type": "integer", "description": "manoeuvres that the numbers rest on" },
-        "dropped": { "type": "integer", "description": "manoeuvres left behind because there is no more room" },
+        "dropped": { "type": "integer", "description": "manoeuvres dropped because there is no more room" },
         "samples": { "type": "integer", "description": "samples that the numbers rest on" },
     })
 }
@@ -294,7 +294,7 @@ fn modes() -> Value {
 fn finding() -> Value {
     json!({
         "time": time(),
-        "standing": text("waiting, found, taken back, or failed: why the last look came to nothing"),
+        "standing": text("waiting, found, taken back, or failed: why the last diagnosis gave no answer"),
         "number": { "type": "integer", "description": "which finding of this run: the same while its cause is" },
         "kind": text("kind of effect; none where the model explains what was flown, unknown where no effect does"),
         "axis": text("axis, where the kind has one"),
@@ -304,7 +304,7 @@ fn finding() -> Value {
         "channel": text("channel, where the kind has one"),
         "delta": number("size of the effect on a derivative; other kinds have their own key, as in model files", "its own unit"),
         "std": number("standard error of the size", "its own unit"),
-        "probability": { "type": ["number", "null"], "description": "how likely this is the cause; null where it cannot be said" },
+        "probability": { "type": ["number", "null"], "description": "probability that this is the cause; null where there is none" },
         "rivals": { "type": "integer", "description": "other causes that the data do not rule out" },
         "manoeuvres": { "type": "integer", "description": "manoeuvres that it rests on" },
         "statement": text("one sentence for a person"),

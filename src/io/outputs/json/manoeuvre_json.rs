@@ -28,8 +28,8 @@
 use crate::flight::channel::{Channel, ControlNames};
 use crate::io::outputs::words::manoeuvre_sentences;
 use crate::postflight::manoeuvres::record::{
-    COUPLING_LEVEL, Coupling, Interpretation, LineTest, Linearity, Manoeuvre, Measured, Oscillation, Plane, Pulse, RUNS_A_POINT,
-    Response, RunInterpretation, TestPoint, TrimState, Untold, on_axis,
+    COUPLING_LEVEL, Coupling, FreeOscillation, Interpretation, LineTest, Linearity, Manoeuvre, Measured, NotEstimable, Plane,
+    Pulse, RUNS_A_POINT, Response, RunInterpretation, TestPoint, TrimState, on_axis,
 };
 use serde_json::{Map, Value, json};
 
@@ -52,10 +52,10 @@ fn maybe(one: Option<Measured>) -> Value {
     one.map_or(Value::Null, measured)
 }
 
-fn told<T>(one: &Result<T, Untold>, controls: ControlNames, document: impl Fn(&T) -> Value) -> Value {
+fn told<T>(one: &Result<T, NotEstimable>, controls: ControlNames, document: impl Fn(&T) -> Value) -> Value {
     match one {
         Ok(one) => document(one),
-        Err(Untold::StillMoves(control, longest_s)) => {
+        Err(NotEstimable::StillMoves(control, longest_s)) => {
             let reason = format!("{} still moves (still for {longest_s:.1} s at most)", control.name(controls));
             json!({"reason": reason})
         }
@@ -124,7 +124,7 @@ fn trim_state(trim: &TrimState) -> Value {
     })
 }
 
-fn oscillation(found: &Oscillation, plane: Plane, controls: ControlNames) -> Value {
+fn oscillation(found: &FreeOscillation, plane: Plane, controls: ControlNames) -> Value {
     let channels: Map<String, Value> =
         found.channels.iter().map(|(channel, size)| (channel.name(controls).into(), json!(size))).collect();
     json!({

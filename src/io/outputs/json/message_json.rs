@@ -8,11 +8,11 @@ use crate::flight::file::log_head::{ColumnTarget, LogHead};
 use crate::flight::sample::Sample;
 use crate::io::outputs::queue::LostMessages;
 use crate::io::outputs::record::EventRecord;
-use crate::io::outputs::words::status_text::{
-    DerivativeLabel, EventText, ReasonText, StatusText, aid_name, derivative_unit, event_name, event_severity, event_subject,
-};
+use crate::io::outputs::words::event_text::{EventText, event_name, event_severity, event_subject};
+use crate::io::outputs::words::status_text::{DerivativeLabel, ReasonText, StatusText, aid_name, derivative_unit};
 use crate::realtime::estimation::record::{Innovation, LaggedRecord, StateRecord};
 use crate::realtime::regression::record::{DerivativesRecord, EquationRecord, Status, TermRecord};
+use core::slice::from_ref;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
 /// A sample as the object of `/sample`: a field for each column that was sampled.
@@ -54,76 +54,54 @@ impl Serialize for SampleJson<'_> {
     }
 }
 
-/// The fields of a state with their units, in the order of [`state_values`].
-pub(crate) const STATE_FIELDS: [(&str, &str); 44] = [
-    ("u", "m/s"),
-    ("v", "m/s"),
-    ("w", "m/s"),
-    ("p", "rad/s"),
-    ("q", "rad/s"),
-    ("r", "rad/s"),
-    ("phi", "rad"),
-    ("theta", "rad"),
-    ("psi", "rad"),
-    ("altitude", "m"),
-    ("std_u", "m/s"),
-    ("std_v", "m/s"),
-    ("std_w", "m/s"),
-    ("std_phi", "rad"),
-    ("std_theta", "rad"),
-    ("std_psi", "rad"),
-    ("std_altitude", "m"),
-    ("bias_ax", "m/s^2"),
-    ("bias_ay", "m/s^2"),
-    ("bias_az", "m/s^2"),
-    ("bias_p", "rad/s"),
-    ("bias_q", "rad/s"),
-    ("bias_r", "rad/s"),
-    ("std_bias_ax", "m/s^2"),
-    ("std_bias_ay", "m/s^2"),
-    ("std_bias_az", "m/s^2"),
-    ("std_bias_p", "rad/s"),
-    ("std_bias_q", "rad/s"),
-    ("std_bias_r", "rad/s"),
-    ("p_dot", "rad/s^2"),
-    ("q_dot", "rad/s^2"),
-    ("r_dot", "rad/s^2"),
-    ("ax", "m/s^2"),
-    ("ay", "m/s^2"),
-    ("az", "m/s^2"),
-    ("std_p", "rad/s"),
-    ("std_q", "rad/s"),
-    ("std_r", "rad/s"),
-    ("std_p_dot", "rad/s^2"),
-    ("std_q_dot", "rad/s^2"),
-    ("std_r_dot", "rad/s^2"),
-    ("std_ax", "m/s^2"),
-    ("std_ay", "m/s^2"),
-    ("std_az", "m/s^2"),
+/// Names, unit, and where the numbers stand in the record.
+type StateEntry = (&'static [&'static str], &'static str, fn(&StateRecord) -> &[f64]);
+
+/// Triples and single numbers of a state, in the order in which they are written.
+const STATE_ENTRIES: [StateEntry; 16] = [
+    (&["u", "v", "w"], "m/s", |s| &s.velocity),
+    (&["p", "q", "r"], "rad/s", |s| &s.rates),
+    (&["phi", "theta", "psi"], "rad", |s| &s.attitude),
+    (&["altitude"], "m", |s| from_ref(&s.altitude)),
+    (&["std_u", "std_v", "std_w"], "m/s", |s| &s.velocity_std),
+    (&["std_phi", "std_theta", "std_psi"], "rad", |s| &s.attitude_std),
+    (&["std_altitude"], "m", |s| from_ref(&s.altitude_std)),
+    (&["bias_ax", "bias_ay", "bias_az"], "m/s^2", |s| &s.accelerometer_bias),
+    (&["bias_p", "bias_q", "bias_r"], "rad/s", |s| &s.gyro_bias),
+    (&["std_bias_ax", "std_bias_ay", "std_bias_az"], "m/s^2", |s| &s.accelerometer_bias_std),
+    (&["std_bias_p", "std_bias_q", "std_bias_r"], "rad/s", |s| &s.gyro_bias_std),
+    (&["p_dot", "q_dot", "r_dot"], "rad/s^2", |s| &s.angular_acceleration),
+    (&["ax", "ay", "az"], "m/s^2", |s| &s.specific_force),
+    (&["std_p", "std_q", "std_r"], "rad/s", |s| &s.rates_std),
+    (&["std_p_dot", "std_q_dot", "std_r_dot"], "rad/s^2", |s| &s.angular_acceleration_std),
+    (&["std_ax", "std_ay", "std_az"], "m/s^2", |s| &s.specific_force_std),
 ];
 
+/// How many numbers a state has.
+const STATE_NUMBERS: usize = 44;
+
+/// The fields of a state with their units, in the order of [`state_values`].
+pub(crate) const STATE_FIELDS: [(&str, &str); STATE_NUMBERS] = {
+    let mut fields = [("", ""); STATE_NUMBERS];
+    let (mut entry, mut field) = (0, 0);
+    while entry < STATE_ENTRIES.len() {
+        let (names, unit, _) = STATE_ENTRIES[entry];
+        let mut name = 0;
+        while name < names.len() {
+            fields[field] = (names[name], unit);
+            (name, field) = (name + 1, field + 1);
+        }
+        entry += 1;
+    }
+    assert!(field == STATE_NUMBERS);
+    fields
+};
+
 /// The numbers of a state, in the order of [`STATE_FIELDS`].
-pub(crate) fn state_values(s: &StateRecord) -> [f64; STATE_FIELDS.len()] {
-    let triples: [&[f64]; 16] = [
-        &s.velocity,
-        &s.rates,
-        &s.attitude,
-        &[s.altitude],
-        &s.velocity_std,
-        &s.attitude_std,
-        &[s.altitude_std],
-        &s.accelerometer_bias,
-        &s.gyro_bias,
-        &s.accelerometer_bias_std,
-        &s.gyro_bias_std,
-        &s.angular_acceleration,
-        &s.specific_force,
-        &s.rates_std,
-        &s.angular_acceleration_std,
-        &s.specific_force_std,
-    ];
-    let mut values = [f64::NAN; STATE_FIELDS.len()];
-    values.iter_mut().zip(triples.into_iter().flatten()).for_each(|(to, from)| *to = *from);
+pub(crate) fn state_values(state: &StateRecord) -> [f64; STATE_NUMBERS] {
+    let mut values = [f64::NAN; STATE_NUMBERS];
+    let numbers = STATE_ENTRIES.iter().flat_map(|(_, _, of)| of(state));
+    values.iter_mut().zip(numbers).for_each(|(to, from)| *to = *from);
     values
 }
 
@@ -200,7 +178,6 @@ pub(crate) fn reason_text(status: Status, controls: ControlNames) -> Option<Stri
     }
 }
 
-/// One term of an equation.
 #[derive(serde::Serialize)]
 pub(crate) struct TermJson {
     name: String,
@@ -353,7 +330,7 @@ impl EventJson {
     pub(crate) fn loss(time: f64, kind: &'static str, count: u64, text: String) -> Self {
         EventJson {
             time,
-            severity: crate::io::outputs::words::status_text::Severity::DataLost.name(),
+            severity: crate::io::outputs::words::event_text::Severity::DataLost.name(),
             kind,
             subject: None,
             count: Some(count),

@@ -1,12 +1,12 @@
 //! Output error as a JSON object: the payload of `/output_error`, and `output_error` of `derivatives.json`.
 
-use super::modes_json::{OscillationJson, RootsJson};
+use super::modes_json::RootsJson;
 use crate::flight::channel::ControlNames;
 use crate::io::outputs::words::status_text::{DerivativeLabel, derivative_unit};
 use crate::postflight::output_error::record::OutputErrorRecord;
+use crate::realtime::modes::record::OscillatoryMode;
 use serde::Serialize;
 
-/// A derivative.
 #[derive(Serialize)]
 struct ParameterJson {
     name: String,
@@ -16,16 +16,14 @@ struct ParameterJson {
     unit: &'static str,
 }
 
-/// The modes that are there.
 #[derive(Serialize)]
 struct AllModes {
     #[serde(flatten)]
     roots: RootsJson,
     #[serde(skip_serializing_if = "Option::is_none")]
-    short_period: Option<OscillationJson>,
+    short_period: Option<OscillatoryMode>,
 }
 
-/// The object.
 #[derive(Serialize)]
 pub(crate) struct OutputErrorJson {
     time: f64,
@@ -62,7 +60,7 @@ impl OutputErrorJson {
             status: record.progress.name().to_owned(),
             reason,
             parameters: parameters.collect(),
-            modes: AllModes { roots: record.into(), short_period: record.short_period.map(Into::into) },
+            modes: AllModes { roots: record.into(), short_period: record.short_period },
             manoeuvres: record.manoeuvres,
             dropped: record.dropped,
             samples: record.samples,

@@ -38,21 +38,12 @@ const FAULTS_KEPT: usize = 16;
 
 /// Why a log cannot be opened.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of each says what its fields are")]
 pub enum LogError {
-    /// The file cannot be made or written.
     #[error("{}: {source}", path.display())]
-    File {
-        /// Which.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// Two columns share a name, so that a message could not tell them apart.
+    File { path: PathBuf, source: io::Error },
     #[error("two columns are called `{name}`")]
-    AmbiguousColumn {
-        /// The name.
-        name: String,
-    },
+    AmbiguousColumn { name: String },
 }
 
 /// How a log ended.

@@ -20,8 +20,7 @@ const SMOOTHED_KEY: &str = "smoothed";
 /// Channels that come from a state's velocity, in the order of (1).
 const AIR_DATA: [Channel; 3] = [Channel::Tas, Channel::Alpha, Channel::Beta];
 
-/// The columns of a file.
-struct Columns {
+struct StateFileColumns {
     /// Which of the channels of (1), and which of the numbers of a state.
     air_data: [bool; AIR_DATA.len()],
     state: [bool; STATE_FIELDS.len()],
@@ -29,7 +28,7 @@ struct Columns {
     sampled: Vec<Channel>,
 }
 
-impl Columns {
+impl StateFileColumns {
     /// Those of a run that samples these channels.
     fn new(sampled: &[Channel]) -> Self {
         let measured = |channel: &Channel| sampled.contains(channel);
@@ -40,7 +39,7 @@ impl Columns {
         let is_state = |channel: &Channel| {
             AIR_DATA.contains(channel) || STATE_FIELDS.iter().any(|f| Channel::from_name(f.0).is_some_and(|c| c.0 == *channel))
         };
-        Columns {
+        StateFileColumns {
             air_data: AIR_DATA.map(|channel| measured(&channel)),
             state: STATE_FIELDS.map(of_state),
             sampled: sampled.iter().copied().filter(|channel| !is_state(channel)).collect(),
@@ -66,7 +65,7 @@ pub fn write<'a>(
     for line in preamble(run).lines() {
         writeln!(sink, "{}{line}", if line.is_empty() { "#" } else { "# " })?;
     }
-    let columns = Columns::new(sampled);
+    let columns = StateFileColumns::new(sampled);
     let named = |channel: Channel| (channel.name(run.geometry().controls), channel.si_unit());
     let air_data = chosen(AIR_DATA, &columns.air_data).map(named);
     let kept = columns.sampled.iter().copied().map(named);

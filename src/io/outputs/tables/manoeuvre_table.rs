@@ -2,9 +2,10 @@
 
 use crate::flight::channel::{Channel, ControlNames};
 use crate::io::outputs::words::manoeuvre_sentences::{self, point_words, side_words};
+use crate::io::outputs::words::measured_text::shown;
 use crate::postflight::manoeuvres::record::{
-    Interpretation, LineTest, Linearity, Manoeuvre, Measured, Plane, RUNS_A_POINT, Response, RunInterpretation, TestPoint,
-    Untold, on_axis,
+    Interpretation, LineTest, Linearity, Manoeuvre, Measured, NotEstimable, Plane, RUNS_A_POINT, Response, RunInterpretation,
+    TestPoint, on_axis,
 };
 use std::fmt::Write;
 
@@ -71,13 +72,6 @@ fn wrapped(sentence: &str, indent: &str) -> Vec<String> {
     lines
 }
 
-/// A number with its error, to the error's two leading digits.
-pub fn shown(one: Measured) -> String {
-    let places = if one.std > 0.0 && one.std.is_finite() { 1 - libm::floor(libm::log10(one.std)) as i32 } else { 3 };
-    let places = usize::try_from(places.clamp(0, 4)).unwrap_or(0);
-    format!("{:.places$} +- {:.places$}", one.value, one.std)
-}
-
 fn percent(value: f64) -> String {
     if value.abs() < 0.1 { format!("{:.1}", 100.0 * value) } else { format!("{:.0}", 100.0 * value) }
 }
@@ -134,11 +128,11 @@ fn oscillation_cells(one: &Manoeuvre, controls: ControlNames) -> Vec<String> {
         ]),
         Err(reason) => {
             let short = match reason {
-                Untold::StillMoves(..) => "still moves",
-                Untold::TooFewCycles(..) => "few cycles",
-                Untold::NoOscillation(..) => "none seen",
-                Untold::Uncertain(..) => "uncertain",
-                _ => "not told",
+                NotEstimable::StillMoves(..) => "still moves",
+                NotEstimable::TooFewCycles(..) => "few cycles",
+                NotEstimable::NoOscillation(..) => "none seen",
+                NotEstimable::Uncertain(..) => "uncertain",
+                _ => "not determined",
             };
             cells.extend([short, "-", "-", "-", "-", "-"].map(String::from));
         }

@@ -6,8 +6,9 @@
 use crate::flight::channel::ControlNames;
 use crate::io::outputs::event_ring::{FoldedEvent, FoldedText};
 use crate::io::outputs::record::EventKind;
-use crate::io::outputs::words::status_text::{DerivativeLabel, Digits, Severity, StatusText, derivative_unit, event_severity};
-use crate::realtime::modes::record::{ModesRecord, Oscillation, RealRoot};
+use crate::io::outputs::words::event_text::{Severity, event_severity};
+use crate::io::outputs::words::status_text::{DerivativeLabel, Digits, StatusText, derivative_unit};
+use crate::realtime::modes::record::{ModesRecord, OscillatoryMode, RealRoot};
 use crate::realtime::regression::record::{DerivativesRecord, EquationRecord, RegressionEvent, Status};
 use std::f64::consts::{LN_2, TAU};
 use std::fmt;
@@ -162,7 +163,7 @@ impl EstimateTable<'_> {
         self.heading(f, 0, &format!("Lateral modes at {:.2} s: {status}", modes.time_s))?;
         let numbers = matches!(modes.status, Status::Converging | Status::Converged | Status::Stale);
         if modes.dutch_roll.is_some() || modes.roll.is_some() {
-            writeln!(f, "  (of the lateral subsystem v p phi r, where it does not say whole)")?;
+            writeln!(f, "  (of the lateral subsystem v p phi r, unless marked whole)")?;
         }
         match &modes.dutch_roll {
             Some(pair) => oscillation(f, "Dutch roll", pair)?,
@@ -181,7 +182,10 @@ impl EstimateTable<'_> {
         match &modes.coupled {
             Some(pair) => oscillation(f, "Dutch roll whole", pair)?,
             None if modes.dutch_roll.is_some() => {
-                writeln!(f, "  Dutch roll whole not known yet, for not all six equations have what its coupling to u w q needs")?;
+                writeln!(
+                    f,
+                    "  Dutch roll whole not available yet: not all six equations have the terms of its coupling to u w q"
+                )?;
             }
             None => {}
         }
@@ -217,9 +221,9 @@ impl EstimateTable<'_> {
 /// The status with what it means where there is no number yet.
 fn status_in_words(status: Status, controls: ControlNames) -> String {
     let more = match status {
-        Status::Waiting => ": nothing has moved the aircraft enough to learn from",
-        Status::Exciting => ": too little so far for a number",
-        Status::Stale => ": nothing new for a while",
+        Status::Waiting => ": the aircraft has not been excited enough",
+        Status::Exciting => ": not enough data yet",
+        Status::Stale => ": no new excitation for a while",
         Status::Converging | Status::Converged | Status::NotIdentifiable(_) => "",
     };
     format!("{}{more}", StatusText { status, controls })
@@ -237,7 +241,7 @@ pub fn measured(value: f64, std: f64) -> (String, String) {
     (format!("{value:.decimals$}"), format!("{std:.decimals$}"))
 }
 
-fn oscillation(f: &mut fmt::Formatter<'_>, name: &str, pair: &Oscillation) -> fmt::Result {
+fn oscillation(f: &mut fmt::Formatter<'_>, name: &str, pair: &OscillatoryMode) -> fmt::Result {
     let ((omega, std_omega), (zeta, std_zeta)) = (measured(pair.omega, pair.std_omega), measured(pair.zeta, pair.std_zeta));
     writeln!(
         f,
@@ -316,7 +320,7 @@ mod tests {
         {
             yaw.terms.push(term).unwrap();
         }
-        let pair = Oscillation { real: -0.16, imag: 1.8, omega: 1.807, zeta: 0.0885, std_omega: 0.02, std_zeta: 0.01 };
+        let pair = OscillatoryMode { real: -0.16, imag: 1.8, omega: 1.807, zeta: 0.0885, std_omega: 0.02, std_zeta: 0.01 };
         let modes = ModesRecord {
             time_s: 12.4,
             status: Status::Converged,
@@ -350,7 +354,7 @@ mod tests {
             "\n     N_lat_cyclic   -123456.700 +- 0.010  1/s^2        F 1.52e14, entered at step 2\n",
             "  Dutch roll       omega 1.807 +- 0.020 rad/s, zeta 0.088 +- 0.010\n                   period 3.49 s, time to half 4.33 s",
             "  spiral           root 0.0100 +- 0.0040 1/s, time to double 69.3 s",
-            "  X Y Z L M  not identifiable: nothing observes v; the channel beta would\n",
+            "  X Y Z L M  not identifiable: v is not observable; the channel beta would make it so\n",
             "  data lost: beta read 45.00 rad, which no aircraft reaches (wrong unit?)",
             "(7 times, 1.00 to 2.00 s)",
         ] {

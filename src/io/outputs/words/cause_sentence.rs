@@ -1,4 +1,4 @@
-//! Findings in the field's words: one sentence a cause, and the manoeuvre that would part two causes.
+//! Findings in the field's words: one sentence a cause, and the manoeuvre that would distinguish two causes.
 
 use crate::flight::channel::ControlNames;
 use crate::flight::derivative::Axis;
@@ -45,13 +45,13 @@ pub fn statement(cause: &RankedCause, model: &LinearModel, naming: ControlNames)
             }
         }
         Effect::Nonlinear { axis, term, coefficient } => format!(
-            "the {} has a part that goes with {term}, which the model lacks: {} = {}",
+            "the model lacks a nonlinear term of the {}, {term}: {} = {}",
             axis_in_words(axis),
             format_args!("{}_{term}", axis.name()),
             with(coefficient)
         ),
         Effect::ControlEffectiveness { control, factor } => {
-            format!("{} acts {} times as strongly as the model says, in all axes alike", control.name(naming), with(factor))
+            format!("{} has {} times the effectiveness of the model, the same in all axes", control.name(naming), with(factor))
         }
         Effect::ActuatorLag { control, tau } => {
             let reaches = if control.name(naming) == "pedal" {
@@ -63,7 +63,7 @@ pub fn statement(cause: &RankedCause, model: &LinearModel, naming: ControlNames)
         }
         Effect::TransportDelay { control, delay } => {
             format!(
-                "{} acts {} s late, without losing its edges: a transport delay is missing in the model",
+                "{} acts with a delay of {} s, its edges kept sharp: a transport delay is missing in the model",
                 control.name(naming),
                 with(delay)
             )
@@ -92,35 +92,35 @@ pub fn statement(cause: &RankedCause, model: &LinearModel, naming: ControlNames)
         }
         Effect::RotorSpeed { axis, coefficient } => {
             format!(
-                "the {} follows the rotor's speed, which the model leaves out: {} a rad/s",
+                "the {} depends on the rotor's speed, which the model omits: {} a rad/s",
                 axis_in_words(axis),
                 with(coefficient)
             )
         }
         Effect::RotorReaction { reaction } => {
             format!(
-                "the rotor's acceleration turns the fuselage, which the model leaves out: {} of it, and as much less of every yawing \
-                 moment (a rotor that turns {} positive yaw; its speed is no input but a state)",
+                "the reaction of the rotor's acceleration turns the fuselage, which the model omits: {} of it, and as much less of every \
+                 yawing moment (a rotor that turns {} positive yaw; its speed is a state, no input)",
                 with(reaction),
                 if reaction > 0.0 { "against" } else { "with" }
             )
         }
         Effect::FlightPath { axis, variable, slope } => {
             format!(
-                "{}_{} changes with the flight path by {} a radian of climb, and the model holds it constant",
+                "{}_{} changes with the flight path by {} per radian of climb, which is constant in the model",
                 axis.name(),
                 variable.name(naming),
                 with(slope)
             )
         }
         Effect::Turbulence { sigma, length } => {
-            format!("gusts of {} m/s (scale {length:.0} m) move the aircraft: a disturbance, no error of the model", with(sigma))
+            format!("gusts of {} m/s (scale {length:.0} m) disturb the aircraft: no error of the model", with(sigma))
         }
         Effect::SensorBias { channel, value: bias } => {
-            format!("{} reads {} {} too much", channel.name(naming), with(bias), channel.si_unit())
+            format!("{} has a bias of {} {}", channel.name(naming), with(bias), channel.si_unit())
         }
         Effect::SensorScale { channel, factor } => {
-            format!("{} reads {} times the true value", channel.name(naming), with(factor))
+            format!("{} has a scale factor of {}", channel.name(naming), with(factor))
         }
         Effect::SensorLag { channel, tau } => format!("{} is measured with a lag of {} s", channel.name(naming), with(tau)),
         Effect::SensorDelay { channel, delay } => {
@@ -129,16 +129,16 @@ pub fn statement(cause: &RankedCause, model: &LinearModel, naming: ControlNames)
         }
         Effect::SensorPosition { sensor, offset_m: [x, y, z] } => {
             let what = match sensor {
-                PositionedSensor::Accelerometer => "the accelerometers stand",
-                PositionedSensor::Vane => "the vanes stand",
+                PositionedSensor::Accelerometer => "the accelerometers are",
+                PositionedSensor::Vane => "the vanes are",
             };
             format!(
-                "{what} elsewhere than the run says: {x:.2} m ahead, {y:.2} m to the right, {z:.2} m below (+- {:.2} m)",
+                "{what} not where the run declares them: {x:.2} m ahead, {y:.2} m to the right, {z:.2} m below (+- {:.2} m)",
                 cause.std
             )
         }
         Effect::None => "the model explains the data within their noise and its own tolerance".to_owned(),
-        Effect::Unknown { axis } => format!("something acts on the {} that no hypothesis explains", axis_in_words(axis)),
+        Effect::Unknown { axis } => format!("an effect on the {} is explained by no hypothesis", axis_in_words(axis)),
     }
 }
 
@@ -146,12 +146,12 @@ pub fn statement(cause: &RankedCause, model: &LinearModel, naming: ControlNames)
 pub fn unknown(unknown: &UnexplainedAxis) -> String {
     let (low, high) = unknown.band_hz;
     format!(
-        "something acts on the {}, mostly between {low:.2} and {high:.2} Hz, that no hypothesis of the library explains",
+        "an effect on the {}, mostly between {low:.2} and {high:.2} Hz, is explained by no hypothesis",
         axis_in_words(unknown.axis)
     )
 }
 
-/// What to fly so that two causes part.
+/// What to fly so that two causes are distinguished.
 pub fn manoeuvre(a: &Effect, b: &Effect) -> &'static str {
     use EffectKind::{ActuatorLag, DeadZone, RateLimit, SensorDelay, SensorLag, TransportDelay};
     let (first, second) = (a.kind(), b.kind());
@@ -161,12 +161,12 @@ pub fn manoeuvre(a: &Effect, b: &Effect) -> &'static str {
     } else if first == RateLimit || second == RateLimit || first == DeadZone || second == DeadZone {
         "the same input at half and at twice the amplitude: the effect of a limit or a dead zone changes with it"
     } else if first.family() == Family::Instrument && second.family() == Family::Instrument {
-        "another speed, and a steady turn: kinematics tie the two instruments differently there"
+        "another speed, and a steady turn: there the kinematics relate the two instruments differently"
     } else if first.family() == Family::Instrument || second.family() == Family::Instrument {
-        "free response with the controls held: an instrument's error stays, that of a control does not"
+        "free response with the controls held: an instrument's error remains, that of a control does not"
     } else if first.family() == Family::Nonlinear || second.family() == Family::Nonlinear {
         "the same input at twice the amplitude, and a steady-heading sideslip: a nonlinear part grows faster"
     } else {
-        "an input on another control, so that the motion that carries the one comes without that which carries the other"
+        "an input on another control, so that the regressors of the two causes are no longer correlated"
     }
 }

@@ -55,10 +55,14 @@ pub(crate) fn estimation_sentence(f: &mut Formatter<'_>, event: &EstimationEvent
             Ok(())
         }
         EstimationEvent::LinesNotched { passing_hz } => {
-            write!(f, "the blades' passing at {} Hz and its double are taken out of every channel", Digits(passing_hz, 3))
+            write!(
+                f,
+                "the blades' passing at {} Hz and its second harmonic are removed from every channel",
+                Digits(passing_hz, 3)
+            )
         }
         EstimationEvent::LineFolded => {
-            f.write_str("sampling folds the blades' passing onto the flight's own frequencies; it is left in some channel")
+            f.write_str("the blades' passing is aliased into the band of the flight motion; it remains in some channel")
         }
         EstimationEvent::NoAccelerometer { channel } => write!(
             f,
@@ -67,7 +71,7 @@ pub(crate) fn estimation_sentence(f: &mut Formatter<'_>, event: &EstimationEvent
         ),
         EstimationEvent::AidMissing { aid } => {
             let aid = AidLabel(aid, controls);
-            write!(f, "the run brings no {aid}; what it alone makes observable stays unknown")
+            write!(f, "the run brings no {aid}; states observable by it alone are not estimated")
         }
         EstimationEvent::AidRejected { aid, test_ratio } => {
             let (aid, ratio) = (AidLabel(aid, controls), Digits(test_ratio, 3));
@@ -76,7 +80,7 @@ pub(crate) fn estimation_sentence(f: &mut Formatter<'_>, event: &EstimationEvent
         EstimationEvent::AidAccepted { aid } => write!(f, "{} is used again", AidLabel(aid, controls)),
         EstimationEvent::KinematicsDisagree { aid, r_squared } => {
             let (aid, r2) = (AidLabel(aid, controls), Digits(r_squared, 3));
-            write!(f, "{aid} does not move as the kinematics say (R2 {r2}): vane position, lag or scale?")
+            write!(f, "{aid} is inconsistent with the kinematics (R2 {r2}): vane position, lag or scale?")
         }
         EstimationEvent::InnovationsTooLarge { aid, mean_nis } => {
             let (aid, nis) = (AidLabel(aid, controls), Digits(mean_nis, 3));
@@ -84,9 +88,9 @@ pub(crate) fn estimation_sentence(f: &mut Formatter<'_>, event: &EstimationEvent
         }
         EstimationEvent::TrimNotSteady { rate_rms } => write!(
             f,
-            "the aircraft was not steady in its trim window (rms body rate {} rad/s); perturbations are about no trim",
+            "the aircraft was not steady in its trim window (rms body rate {} rad/s); perturbations have no steady reference",
             Digits(rate_rms, 3)
         ),
-        EstimationEvent::NumericBreakdown => f.write_str("the numbers broke down; the filter starts again"),
+        EstimationEvent::NumericBreakdown => f.write_str("numeric breakdown; the filter starts again"),
     }
 }

@@ -1,7 +1,7 @@
 //! Findings for a person: what the model gets wrong, below the estimates.
 
 use crate::io::outputs::tables::terminal::Style;
-use crate::postflight::diagnosis::record::{FindingRecord, Standing};
+use crate::postflight::diagnosis::record::{FindingRecord, FindingStatus};
 use std::fmt;
 
 /// The findings that stand, and those that were taken back.
@@ -15,24 +15,24 @@ pub struct FindingsTable<'a> {
 
 impl fmt::Display for FindingsTable<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let standing = self.findings.iter().filter(|one| one.standing == Standing::Found);
+        let standing = self.findings.iter().filter(|one| one.standing == FindingStatus::Found);
         let heading = match (standing.max_by(|a, b| a.time_s.total_cmp(&b.time_s)), self.findings) {
             (_, []) => return Ok(()),
-            (None, _) => "Against the model: nothing known".to_owned(),
-            (Some(newest), _) => format!("Against the model, at {:.2} s, by {} manoeuvre(s)", newest.time_s, newest.manoeuvres),
+            (None, _) => "Model error: nothing found".to_owned(),
+            (Some(newest), _) => format!("Model error at {:.2} s, from {} manoeuvre(s)", newest.time_s, newest.manoeuvres),
         };
         writeln!(f, "{}", self.style.bold(heading))?;
         for one in self.findings {
             let number = if one.number == 0 { "-".to_owned() } else { one.number.to_string() };
             write!(f, "  {number:>2} {}", one.statement)?;
             let mut said = Vec::new();
-            if one.standing == Standing::Found && one.probability.is_finite() {
+            if one.standing == FindingStatus::Found && one.probability.is_finite() {
                 said.push(format!("probability {:.2}", one.probability));
             }
-            if one.standing == Standing::Found && one.rivals > 0 {
+            if one.standing == FindingStatus::Found && one.rivals > 0 {
                 said.push(format!("{} other(s) not ruled out", one.rivals));
             }
-            if one.standing == Standing::TakenBack {
+            if one.standing == FindingStatus::Retracted {
                 said.push(format!("at {:.2} s", one.time_s));
             }
             match said.is_empty() {
@@ -50,15 +50,15 @@ mod tests {
 
     #[test]
     fn each_finding_has_a_line_with_how_sure_it_is() {
-        let mut found = FindingRecord { time_s: 20.0, standing: Standing::Found, number: 2, ..FindingRecord::EMPTY };
+        let mut found = FindingRecord { time_s: 20.0, standing: FindingStatus::Found, number: 2, ..FindingRecord::EMPTY };
         (found.probability, found.manoeuvres) = (0.97, 3);
-        found.say("r is measured late");
-        let mut back = FindingRecord { time_s: 15.0, standing: Standing::TakenBack, number: 1, ..FindingRecord::EMPTY };
-        back.say("taken back");
+        found.set_statement("r is measured late");
+        let mut back = FindingRecord { time_s: 15.0, standing: FindingStatus::Retracted, number: 1, ..FindingRecord::EMPTY };
+        back.set_statement("taken back");
         let text = FindingsTable { findings: &[back, found], style: Style::Plain }.to_string();
         assert_eq!(
             text,
-            "Against the model, at 20.00 s, by 3 manoeuvre(s)\n   1 taken back (at 15.00 s)\n   2 r is measured late (probability 0.97)\n"
+            "Model error at 20.00 s, from 3 manoeuvre(s)\n   1 taken back (at 15.00 s)\n   2 r is measured late (probability 0.97)\n"
         );
         assert_eq!(FindingsTable { findings: &[], style: Style::Plain }.to_string(), "");
     }

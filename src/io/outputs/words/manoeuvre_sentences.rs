@@ -1,10 +1,10 @@
 //! What matters of a first look, a sentence each.
 
 use crate::flight::channel::{Channel, ControlNames};
-use crate::io::outputs::tables::manoeuvre_table::shown;
+use crate::io::outputs::words::measured_text::shown;
 use crate::postflight::manoeuvres::record::{
-    Coupling, Interpretation, Line, Linearity, Manoeuvre, Measured, Oscillation, Plane, RUNS_A_POINT, Response,
-    RunInterpretation, TestPoint, Untold, on_axis,
+    Coupling, FreeOscillation, Interpretation, Linearity, Manoeuvre, Measured, NotEstimable, Plane, RUNS_A_POINT, Response,
+    ResponseLine, RunInterpretation, TestPoint, on_axis,
 };
 
 /// Off-axis over on-axis response that is worth a sentence.
@@ -50,7 +50,7 @@ fn of_manoeuvre(manoeuvre: &Manoeuvre, controls: ControlNames) -> Vec<String> {
     }
     match &manoeuvre.oscillation {
         Ok(found) => said.extend(of_oscillation(found, &what, manoeuvre, controls)),
-        Err(Untold::StillMoves(control, longest_s)) => said.push(format!(
+        Err(NotEstimable::StillMoves(control, longest_s)) => said.push(format!(
             "No damping and frequency after {what}: {} still moves (still for {longest_s:.1} s at most).",
             control.name(controls)
         )),
@@ -71,10 +71,10 @@ fn of_manoeuvre(manoeuvre: &Manoeuvre, controls: ControlNames) -> Vec<String> {
 }
 
 fn coupling_words(coupling: &Coupling, controls: ControlNames) -> String {
-    format!("{} does {} times as much", coupling.channel.name(controls), shown(coupling.ratio))
+    format!("{} responds {} times as much", coupling.channel.name(controls), shown(coupling.ratio))
 }
 
-fn of_oscillation(found: &Oscillation, what: &str, manoeuvre: &Manoeuvre, controls: ControlNames) -> Vec<String> {
+fn of_oscillation(found: &FreeOscillation, what: &str, manoeuvre: &Manoeuvre, controls: ControlNames) -> Vec<String> {
     let plane = Plane::of(manoeuvre.control).word();
     let (omega, zeta) = (found.omega, found.zeta);
     let mut said = vec![format!(
@@ -89,7 +89,7 @@ fn of_oscillation(found: &Oscillation, what: &str, manoeuvre: &Manoeuvre, contro
     }
     if let Some((from_s, early)) = found.earlier {
         said.push(format!(
-            "From {from_s:.1} s on one would read zeta {:.3} +- {:.3}: the start after which it changes no more is {:.1} s.",
+            "A start at {from_s:.1} s gives zeta {:.3} +- {:.3}: from {:.1} s on it no longer changes.",
             early.value, early.std, found.from_s
         ));
     }
@@ -97,7 +97,7 @@ fn of_oscillation(found: &Oscillation, what: &str, manoeuvre: &Manoeuvre, contro
         && differ(by_peaks, zeta, 0.02)
     {
         said.push(format!(
-            "The logarithmic decrement says zeta {:.3} +- {:.3} there: the decay is not that of one damped sine.",
+            "The logarithmic decrement gives zeta {:.3} +- {:.3} there: the decay is not that of one damped sine.",
             by_peaks.value, by_peaks.std
         ));
     }
@@ -153,7 +153,7 @@ fn of_point(point: &TestPoint, controls: ControlNames) -> Vec<String> {
             .map(|one| format!("{} {:.0} %", one.channel.name(controls), 100.0 * one.scatter.value))
             .collect();
         if !wide.is_empty() {
-            said.push(format!("{what}: repeats worse in {}.", wide.join(", ")));
+            said.push(format!("{what}: less repeatable in {}.", wide.join(", ")));
         }
     }
     said
@@ -189,7 +189,7 @@ fn of_line(one: &Linearity, controls: ControlNames) -> Option<String> {
     }
     if let Some(test) = line.asymmetry.filter(|test| test.significant() && departs(test.found)) {
         said.push(format!(
-            "the positive side answers {:+.1} +- {:.1} % more than the negative one",
+            "the response to the positive side is {:+.1} +- {:.1} % larger than to the negative one",
             100.0 * test.found.value,
             100.0 * test.found.std
         ));
@@ -206,7 +206,7 @@ pub fn side_words(side: i8) -> &'static str {
     }
 }
 
-fn growth_words(line: &Line, amplitudes: (f64, f64)) -> String {
+fn growth_words(line: &ResponseLine, amplitudes: (f64, f64)) -> String {
     let how = if line.growth.value < 1.0 { "less" } else { "more" };
     format!(
         "response grows {how} than the input: {:.4} rad gives {} of what {:.4} rad predicts",

@@ -2,8 +2,11 @@
 
 pub mod cause_sentence;
 pub(crate) mod estimation_sentence;
+pub mod event_text;
 pub mod finding_text;
+pub mod instrument_words;
 pub mod manoeuvre_sentences;
+pub(crate) mod measured_text;
 pub mod noise_text;
 pub mod output_error_text;
 pub mod set_aside;

@@ -4,7 +4,7 @@ use super::status_text::{DerivativeLabel, derivative_unit};
 use crate::flight::channel::ControlNames;
 use crate::io::outputs::tables::terminal::{Style, measured};
 use crate::postflight::output_error::record::OutputErrorRecord;
-use crate::realtime::modes::record::Oscillation;
+use crate::realtime::modes::record::OscillatoryMode;
 use std::fmt;
 
 /// The table.
@@ -32,7 +32,7 @@ impl fmt::Display for OutputErrorTable<'_> {
             let age_s = (now_s - record.fitted_s).max(0.0);
             let dropped = match record.dropped {
                 0 => String::new(),
-                count => format!(", {count} older ones left behind"),
+                count => format!(", {count} older ones dropped"),
             };
             writeln!(f, "  {age_s:.1} s old; {} manoeuvres{dropped}, {} samples", record.manoeuvres, record.samples)?;
         }
@@ -46,7 +46,7 @@ impl fmt::Display for OutputErrorTable<'_> {
             ("short period", &record.short_period),
         ];
         for (name, pair) in pairs {
-            if let Some(Oscillation { omega, zeta, std_omega, std_zeta, .. }) = pair {
+            if let Some(OscillatoryMode { omega, zeta, std_omega, std_zeta, .. }) = pair {
                 let ((omega, std_omega), (zeta, std_zeta)) = (measured(*omega, *std_omega), measured(*zeta, *std_zeta));
                 writeln!(f, "  {name:<16} omega {omega} +- {std_omega} rad/s, zeta {zeta} +- {std_zeta}")?;
             }

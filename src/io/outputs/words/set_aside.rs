@@ -1,6 +1,7 @@
 //! Why a run is set aside by the diagnosis, and why there is none, in words.
 
 use super::cause_sentence::value;
+use super::instrument_words::verdict_reason;
 use crate::flight::channel::ControlNames;
 use crate::flight::file::effect_file::DeclaredEffect;
 use crate::postflight::diagnosis::record::{DiagnosisError, InstrumentDisagreement, LENGTH_MIN_S, Unusable};
@@ -15,9 +16,10 @@ pub fn reason(unusable: &Unusable) -> String {
         Unusable::Back { sample, before_s, time_s } => {
             format!("sample {sample}: expected a time not before {before_s:.4} s, found {time_s:.4} s")
         }
-        Unusable::Unit(channels, unit) => format!(
-            "reads like {channels} in {unit}: the model then follows far better; the header should name that unit, as in \
-             `pedal[deg]`"
+        Unusable::Unit { channels, controls, unit } => format!(
+            "reads like {} in {unit}: the model then fits far better; the header should name that unit, as in \
+             `pedal[deg]`",
+            channels.iter().map(|channel| channel.name(*controls)).collect::<Vec<_>>().join(", ")
         ),
         Unusable::NoRates(name) => format!("expected the rates p, q and r, found no samples of `{name}`"),
         Unusable::Short(length_s) => format!("expected at least {LENGTH_MIN_S} s with rates, found {length_s:.2} s"),
@@ -42,7 +44,7 @@ fn disagree(disagreement: &InstrumentDisagreement) -> String {
         all => all.iter().map(error).collect::<Vec<_>>().join(", "),
     };
     match disagreement {
-        InstrumentDisagreement::NotFit(reason) => reason.clone(),
+        InstrumentDisagreement::NotFit(reason) => verdict_reason(reason),
         InstrumentDisagreement::OtherRuns { own, others } => {
             format!("errors found in it: {}; in the other runs: {}", errors(own), errors(others))
         }

@@ -12,13 +12,8 @@
 
 use super::clock_monitor::{ClockMonitor, SavedClock};
 use super::message::Stamp;
+use super::reboot::{AHEAD_US, CONFIRMED, LATE_US};
 
-/// A message may come so much later than the newest, us.
-pub const LATE_US: i64 = 2_000_000;
-/// A silence so long needs no confirmation, us.
-pub const AHEAD_US: i64 = 60_000_000;
-/// Stamps in a row that confirm a jump.
-pub const CONFIRMED: u32 = 3;
 /// Least time between the segments of two boots, us: longer than what the estimation takes for a gap.
 pub const BETWEEN_BOOTS_US: i64 = 2_000_000;
 /// From here on microseconds are since 1970.
@@ -172,7 +167,7 @@ impl BootClock {
         }
         let Some(newest) = self.newest_us else {
             self.newest_us = Some(boot_us);
-            self.hear(boot_us, host_us);
+            self.observe(boot_us, host_us);
             self.first_host_us = self.host_us;
             return self.at(boot_us);
         };
@@ -180,7 +175,7 @@ impl BootClock {
         if (-LATE_US..=AHEAD_US).contains(&step) {
             self.doubt = None;
             self.newest_us = Some(newest.max(boot_us));
-            self.hear(boot_us, host_us);
+            self.observe(boot_us, host_us);
             return self.at(boot_us);
         }
         let count = match self.doubt {
@@ -198,7 +193,7 @@ impl BootClock {
             return TimePlacement::InDoubt;
         }
         self.newest_us = Some(boot_us);
-        self.hear(boot_us, host_us);
+        self.observe(boot_us, host_us);
         self.at(boot_us)
     }
 
@@ -208,7 +203,7 @@ impl BootClock {
         let series = match (witness.take(boot_us, newest, host_us), newest) {
             (Ok(()), _) => {
                 self.newest_us = newest.max(Some(boot_us));
-                self.hear(boot_us, Some(host_us));
+                self.observe(boot_us, Some(host_us));
                 self.first_host_us = self.first_host_us.or(self.host_us);
                 return self.at(boot_us);
             }
@@ -229,7 +224,7 @@ impl BootClock {
         TimePlacement::At { time_us: boot_us + self.segment_us, boot: self.boot }
     }
 
-    fn hear(&mut self, boot_us: i64, host_us: Option<i64>) {
+    fn observe(&mut self, boot_us: i64, host_us: Option<i64>) {
         if let Some(offset) = host_us.map(|host| host - boot_us) {
             self.host_us = Some(self.host_us.map_or(offset, |least| least.min(offset)));
         }

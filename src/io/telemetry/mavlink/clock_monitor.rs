@@ -102,8 +102,8 @@ impl ClockMonitor {
     /// `Err(None)` where it may be a stray, `Err(Some(series))` where the clock has started again.
     pub fn take(&mut self, boot_us: i64, newest_us: Option<i64>, host_us: i64) -> Result<(), Option<StampSeries>> {
         if newest_us.is_none_or(|newest| self.judge.agrees(boot_us - newest, host_us)) {
-            self.judge.hear(host_us);
-            self.offset.hear(boot_us, host_us);
+            self.judge.observe(host_us);
+            self.offset.observe(boot_us, host_us);
             let went_on = newest_us.is_none_or(|newest| boot_us > newest);
             let (since_us, count) = self.forward.filter(|_| !went_on).unwrap_or((host_us, 0));
             self.forward = Some((since_us, count.saturating_add(1)));

@@ -22,21 +22,12 @@ pub const NOT_CARRIED: [Channel; 6] =
 
 /// Why a sample cannot be sent.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of each says what its fields are")]
 pub enum EncodeError {
-    /// The time is no boot time.
     #[error("expected a time from 0 to 49 days, found {0} s")]
     Time(f64),
-    /// The control does not fit into a pulse.
     #[error("expected a pulse of 1 to 65534 us for {control}, found {width_us:.0} us for {angle} rad")]
-    Pulse {
-        /// Name of the control.
-        control: &'static str,
-        /// The control, rad.
-        angle: f64,
-        /// The width that it would need, us.
-        width_us: f64,
-    },
-    /// The altitude is outside the model of the atmosphere.
+    Pulse { control: &'static str, angle: f64, width_us: f64 },
     #[error("expected an altitude of -2000 to 11000 m, found {0} m")]
     Altitude(f64),
 }

@@ -51,7 +51,7 @@ impl HostOffset {
     }
 
     /// Takes in a message of that boot time which arrived at that host time, us.
-    pub fn hear(&mut self, boot_us: i64, host_us: i64) {
+    pub fn observe(&mut self, boot_us: i64, host_us: i64) {
         let found = host_us - boot_us;
         let Some((least, since)) = self.least else {
             self.least = Some((found, host_us));
@@ -113,7 +113,7 @@ mod tests {
     /// Messages at 50 Hz that take `delay(t)` us, from boot time `from` to `to`, s.
     fn heard(offset: &mut HostOffset, from: i64, to: i64, delay: impl Fn(i64) -> i64) {
         for boot_us in (from * 1_000_000..to * 1_000_000).step_by(20_000) {
-            offset.hear(boot_us, BEGAN_US + boot_us + delay(boot_us));
+            offset.observe(boot_us, BEGAN_US + boot_us + delay(boot_us));
         }
     }
 
@@ -125,7 +125,7 @@ mod tests {
         // Five seconds all at once.
         let arrived_us = BEGAN_US + 15_000_000;
         for boot_us in (10_000_000..15_000_000).step_by(20_000) {
-            offset.hear(boot_us, arrived_us);
+            offset.observe(boot_us, arrived_us);
             let age_us = arrived_us - offset.host_of(boot_us, arrived_us);
             assert!((age_us - (15_000_000 - boot_us - 2_000)).abs() < 1_000 || boot_us > 14_990_000, "{boot_us}: {age_us}");
         }
@@ -145,7 +145,7 @@ mod tests {
     fn one_wrong_stamp_is_not_believed_and_a_delay_without_end_is_none() {
         let mut offset = HostOffset::default();
         heard(&mut offset, 0, 10, |_| 0);
-        offset.hear(11_900_000, BEGAN_US + 10_000_000);
+        offset.observe(11_900_000, BEGAN_US + 10_000_000);
         heard(&mut offset, 10, 11, |_| 0);
         assert!(offset.least_us().unwrap() - BEGAN_US < 1_000 && offset.least_us().unwrap() >= BEGAN_US);
         // A simulation that paused for 1.5 s.

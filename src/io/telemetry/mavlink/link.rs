@@ -43,18 +43,12 @@ pub enum Url {
 
 /// Why a link cannot be opened.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of each says what its fields are")]
 pub enum LinkError {
-    /// The URL is wrong.
     #[error("{0}")]
     Url(String),
-    /// The system refused.
     #[error("{url}: {source}")]
-    Io {
-        /// The URL.
-        url: String,
-        /// What the system said.
-        source: Error,
-    },
+    Io { url: String, source: Error },
 }
 
 impl Url {
@@ -136,7 +130,7 @@ pub enum LinkEvent {
 }
 
 #[derive(Debug)]
-enum Channel {
+enum Transport {
     Udp {
         socket: UdpSocket,
         peer: Option<SocketAddr>,
@@ -156,7 +150,7 @@ const HUNG_UP: u32 = 3;
 #[derive(Debug)]
 pub struct Link {
     url: Url,
-    channel: Channel,
+    channel: Transport,
 }
 
 impl Link {
@@ -169,7 +163,7 @@ impl Link {
             Url::UdpIn(address) => listen(address, patience),
             Url::UdpOut(address) => call(address, patience),
             Url::Tcp(address) => connect(address, patience),
-            Url::Serial { device, baud } => serial::open(device, *baud).map(|file| Channel::Serial(file, 0)),
+            Url::Serial { device, baud } => serial::open(device, *baud).map(|file| Transport::Serial(file, 0)),
         };
         match channel {
             Ok(channel) => Ok(Link { url, channel }),
@@ -191,7 +185,7 @@ impl Link {
         match socket.set_read_timeout(Some(patience)) {
             Ok(()) => {
                 let peer = socket.peer_addr().ok();
-                Ok(Link { url, channel: Channel::Udp { socket, peer, listens } })
+                Ok(Link { url, channel: Transport::Udp { socket, peer, listens } })
             }
             Err(source) => Err(LinkError::Io { url: url.to_string(), source }),
         }
@@ -205,9 +199,9 @@ impl Link {
     /// The address at this end, of a socket.
     pub fn local_address(&self) -> Option<SocketAddr> {
         match &self.channel {
-            Channel::Udp { socket, .. } => socket.local_addr().ok(),
-            Channel::Tcp(stream) => stream.local_addr().ok(),
-            Channel::Serial(..) => None,
+            Transport::Udp { socket, .. } => socket.local_addr().ok(),
+            Transport::Tcp(stream) => stream.local_addr().ok(),
+            Transport::Serial(..) => None,
         }
     }
 
@@ -218,16 +212,16 @@ impl Link {
     pub fn receive(&mut self, buffer: &mut [u8]) -> IoResult<LinkEvent> {
         let (read, empty) = match &mut self.channel {
             // A datagram may be empty.
-            Channel::Udp { socket, peer, listens: true } => {
+            Transport::Udp { socket, peer, listens: true } => {
                 let read = socket.recv_from(buffer).map(|(count, from)| {
                     *peer = Some(from);
                     count
                 });
                 (read, LinkEvent::Bytes(0))
             }
-            Channel::Udp { socket, .. } => (socket.recv(buffer), LinkEvent::Bytes(0)),
-            Channel::Tcp(stream) => (stream.read(buffer), LinkEvent::Closed),
-            Channel::Serial(file, at_once) => {
+            Transport::Udp { socket, .. } => (socket.recv(buffer), LinkEvent::Bytes(0)),
+            Transport::Tcp(stream) => (stream.read(buffer), LinkEvent::Closed),
+            Transport::Serial(file, at_once) => {
                 let begun = Instant::now();
                 let read = file.read(buffer);
                 *at_once = if matches!(read, Ok(0)) && begun.elapsed() < AT_ONCE { *at_once + 1 } else { 0 };
@@ -254,32 +248,32 @@ impl Link {
     /// What the system says.
     pub fn send(&mut self, bytes: &[u8]) -> IoResult<bool> {
         match &mut self.channel {
-            Channel::Udp { socket, peer: Some(peer), listens: true } => socket.send_to(bytes, *peer).map(|_| true),
-            Channel::Udp { listens: true, .. } => Ok(false),
-            Channel::Udp { socket, .. } => match socket.send(bytes) {
+            Transport::Udp { socket, peer: Some(peer), listens: true } => socket.send_to(bytes, *peer).map(|_| true),
+            Transport::Udp { listens: true, .. } => Ok(false),
+            Transport::Udp { socket, .. } => match socket.send(bytes) {
                 Err(error) if error.kind() == ErrorKind::ConnectionRefused => Ok(false),
                 sent => sent.map(|_| true),
             },
-            Channel::Tcp(stream) => stream.write_all(bytes).map(|()| true),
-            Channel::Serial(file, _) => file.write_all(bytes).map(|()| true),
+            Transport::Tcp(stream) => stream.write_all(bytes).map(|()| true),
+            Transport::Serial(file, _) => file.write_all(bytes).map(|()| true),
         }
     }
 }
 
-fn listen(address: &str, patience: Duration) -> IoResult<Channel> {
+fn listen(address: &str, patience: Duration) -> IoResult<Transport> {
     let socket = bind(address)?;
     socket.set_read_timeout(Some(patience))?;
-    Ok(Channel::Udp { socket, peer: None, listens: true })
+    Ok(Transport::Udp { socket, peer: None, listens: true })
 }
 
 fn bind(address: &str) -> IoResult<UdpSocket> {
     roomy(UdpSocket::bind(address)?)
 }
 
-fn call(address: &str, patience: Duration) -> IoResult<Channel> {
+fn call(address: &str, patience: Duration) -> IoResult<Transport> {
     let (socket, peer) = connected(address)?;
     socket.set_read_timeout(Some(patience))?;
-    Ok(Channel::Udp { socket, peer: Some(peer), listens: false })
+    Ok(Transport::Udp { socket, peer: Some(peer), listens: false })
 }
 
 fn connected(address: &str) -> IoResult<(UdpSocket, SocketAddr)> {
@@ -300,11 +294,11 @@ fn roomy(socket: UdpSocket) -> IoResult<UdpSocket> {
     Ok(socket)
 }
 
-fn connect(address: &str, patience: Duration) -> IoResult<Channel> {
+fn connect(address: &str, patience: Duration) -> IoResult<Transport> {
     let stream = TcpStream::connect_timeout(&first(address)?, CONNECT)?;
     stream.set_read_timeout(Some(patience))?;
     stream.set_nodelay(true)?;
-    Ok(Channel::Tcp(stream))
+    Ok(Transport::Tcp(stream))
 }
 
 fn first(address: &str) -> IoResult<SocketAddr> {
@@ -366,7 +360,7 @@ mod tests {
 
     #[test]
     fn a_line_whose_reads_are_empty_at_once_has_hung_up() {
-        let channel = Channel::Serial(File::open("/dev/null").unwrap(), 0);
+        let channel = Transport::Serial(File::open("/dev/null").unwrap(), 0);
         let mut link = Link { url: Url::parse("serial:///dev/null").unwrap(), channel };
         let reads = [(); 3].map(|()| link.receive(&mut [0; 8]).unwrap());
         assert_eq!(reads, [LinkEvent::Silence, LinkEvent::Silence, LinkEvent::Closed]);

@@ -139,7 +139,7 @@ impl LiveTelemetry {
                     let taken = self.framer.take(rest);
                     rest = rest.get(taken..).unwrap_or_default();
                     while let Some(packet) = self.framer.next_packet() {
-                        self.hear(&packet, host_us);
+                        self.observe(&packet, host_us);
                     }
                 }
                 self.buffer = buffer;
@@ -160,7 +160,7 @@ impl LiveTelemetry {
         self.notices.pop_front()
     }
 
-    fn hear(&mut self, packet: &Packet, host_us: Option<u64>) {
+    fn observe(&mut self, packet: &Packet, host_us: Option<u64>) {
         self.senders.count(packet);
         let Some(kind) = MessageKind::of(packet.id) else { return };
         let sender = Sender::of(packet);

@@ -198,7 +198,6 @@ impl Fields<'_> {
         f64::from(i16::from_le_bytes(self.bytes(at)))
     }
 
-    /// A number that is provided.
     fn f32(&self, at: usize) -> Option<f64> {
         let value = f32::from_le_bytes(self.bytes(at));
         (!value.is_nan()).then_some(f64::from(value))

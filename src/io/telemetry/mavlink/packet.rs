@@ -109,7 +109,7 @@ struct Unverified {
 }
 
 /// What the bytes at a marker are.
-enum Candidate {
+enum FrameCandidate {
     Incomplete,
     Good { length: usize, header: usize },
     Unverified { known: bool, length: usize },
@@ -216,15 +216,15 @@ impl Framer {
                 continue;
             }
             match judge(window) {
-                Candidate::Incomplete if !ended => return None,
-                Candidate::Incomplete => {
+                FrameCandidate::Incomplete if !ended => return None,
+                FrameCandidate::Incomplete => {
                     if in_step {
                         self.confirm_pending();
                         self.lose_step();
                     }
                     self.skip(first);
                 }
-                Candidate::Unverified { known, length } => {
+                FrameCandidate::Unverified { known, length } => {
                     if in_step {
                         self.confirm_pending();
                         let length = length as u64;
@@ -233,7 +233,7 @@ impl Framer {
                     }
                     self.skip(first);
                 }
-                Candidate::Good { length, header } => {
+                FrameCandidate::Good { length, header } => {
                     if in_step {
                         self.confirm_pending();
                     } else {
@@ -295,30 +295,30 @@ impl Framer {
 }
 
 /// What stands at the start of the bytes, the first of which is a marker.
-fn judge(bytes: &[u8]) -> Candidate {
+fn judge(bytes: &[u8]) -> FrameCandidate {
     let (header, signature, flags) = match bytes {
         [MARKER_1, ..] => (6, 0, 0),
         [MARKER_2, _, flags, ..] => (10, if flags & FLAG_SIGNED != 0 { SIGNATURE } else { 0 }, *flags),
-        _ => return Candidate::Incomplete,
+        _ => return FrameCandidate::Incomplete,
     };
-    let Some(&payload) = bytes.get(1) else { return Candidate::Incomplete };
+    let Some(&payload) = bytes.get(1) else { return FrameCandidate::Incomplete };
     let end = header + usize::from(payload);
     let length = end + 2 + signature;
-    let Some(frame) = bytes.get(..length) else { return Candidate::Incomplete };
+    let Some(frame) = bytes.get(..length) else { return FrameCandidate::Incomplete };
     if flags & !FLAG_SIGNED != 0 {
-        return Candidate::Unverified { known: true, length };
+        return FrameCandidate::Unverified { known: true, length };
     }
     let (Some(id), Some(covered), Some(&[low, high])) = (id_of(frame), frame.get(1..end), frame.get(end..end + 2)) else {
-        return Candidate::Incomplete;
+        return FrameCandidate::Incomplete;
     };
     let extra = MavMessage::extra_crc(id);
     if extra == 0 && MavMessage::default_message_from_id(id).is_none() {
-        return Candidate::Unverified { known: false, length };
+        return FrameCandidate::Unverified { known: false, length };
     }
     if mavlink::calculate_crc(covered, extra) == u16::from_le_bytes([low, high]) {
-        Candidate::Good { length, header }
+        FrameCandidate::Good { length, header }
     } else {
-        Candidate::Unverified { known: true, length }
+        FrameCandidate::Unverified { known: true, length }
     }
 }
 

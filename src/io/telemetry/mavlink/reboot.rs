@@ -7,8 +7,12 @@
 //! fresh start, it takes [`CHANGE_US`]. A series that is broken by the old clock, again and again with the same difference,
 //! is another sender of the same id.
 
-use super::clock::{AHEAD_US, CONFIRMED, LATE_US};
-
+/// A message may come so much later than the newest, us.
+pub const LATE_US: i64 = 2_000_000;
+/// A silence so long needs no confirmation, us.
+pub const AHEAD_US: i64 = 60_000_000;
+/// Stamps in a row that confirm a jump.
+pub const CONFIRMED: u32 = 3;
 /// A clock that has started afresh must run for so long while the old one is silent, us.
 pub const RESTART_US: i64 = 500_000;
 /// Any other must for so long, us.
@@ -82,7 +86,7 @@ impl RebootDetector {
     }
 
     /// Takes in a stamp that agrees; the series that it breaks was of strays or of another sender.
-    pub fn hear(&mut self, host_us: i64) {
+    pub fn observe(&mut self, host_us: i64) {
         self.heard_us = Some(self.heard_us.map_or(host_us, |heard| heard.max(host_us)));
         self.agreed = self.agreed.saturating_add(1);
         if let Some(series) = self.series.take() {
@@ -144,7 +148,7 @@ mod tests {
     /// A clock that was heard at 50 Hz for ten seconds, up to boot time 110 s and [`HOST_US`].
     fn settled() -> RebootDetector {
         let mut judge = RebootDetector::default();
-        (0..=500).for_each(|k| judge.hear(HOST_US - 10_000_000 + 20_000 * k));
+        (0..=500).for_each(|k| judge.observe(HOST_US - 10_000_000 + 20_000 * k));
         judge
     }
 
@@ -165,7 +169,7 @@ mod tests {
         assert_eq!(restarts_after(&mut settled(), 0, 0), None);
         // One stray at the very start holds up nothing.
         let mut judge = RebootDetector::default();
-        judge.hear(HOST_US);
+        judge.observe(HOST_US);
         assert_eq!(restarts_after(&mut judge, 50_000_000, 1), Some(RESTART_US));
     }
 
@@ -175,7 +179,7 @@ mod tests {
         for k in 0..1000 {
             assert_eq!(judge.contradict(k * 20_000, HOST_US + 1_000 + k), StampVerdict::Doubt);
         }
-        judge.hear(HOST_US + 20_000);
+        judge.observe(HOST_US + 20_000);
         assert!(judge.series().is_none() && !judge.sees_two());
     }
 
@@ -186,7 +190,7 @@ mod tests {
             for k in 0..2000 {
                 let host_us = HOST_US + 20_000 * k;
                 if k / burst % 2 == 0 {
-                    judge.hear(host_us);
+                    judge.observe(host_us);
                 } else {
                     assert_eq!(judge.contradict(50_000_000 + 20_000 * k, host_us), StampVerdict::Doubt);
                 }
@@ -197,7 +201,7 @@ mod tests {
         let mut judge = settled();
         for k in 0..100 {
             judge.contradict(1_000_000_000 + 10_000_000 * k, HOST_US + 20_000 * k);
-            judge.hear(HOST_US + 20_000 * k + 1);
+            judge.observe(HOST_US + 20_000 * k + 1);
         }
         assert!(!judge.sees_two());
     }

@@ -50,7 +50,7 @@ pub struct MavlinkRecording {
 
 /// What one sender could bring.
 #[derive(Default)]
-struct Candidate {
+struct SenderCandidate {
     channels: u32,
     stream: Option<Box<VehicleStream>>,
 }
@@ -66,7 +66,7 @@ impl MavlinkRecording {
         file.seek(SeekFrom::Start(0)).map_err(io)?;
         let mut reader = PacketReader::new(&mut file, framing);
         let mut senders = Senders::default();
-        let mut candidates: BTreeMap<Sender, Candidate> = BTreeMap::new();
+        let mut candidates: BTreeMap<Sender, SenderCandidate> = BTreeMap::new();
         let mut sticks = BTreeMap::new();
         while let Some(packet) = reader.next_packet().map_err(io)? {
             if let Some(gone) = senders.count(&packet) {
@@ -181,7 +181,7 @@ impl MavlinkRecording {
     }
 }
 
-impl Candidate {
+impl SenderCandidate {
     fn take(&mut self, packet: &Packet, sender: Sender, config: &MavlinkConfig) {
         let Some(reading) = MessageReading::of(packet) else { return };
         if reading.kind != MessageKind::ManualControl {

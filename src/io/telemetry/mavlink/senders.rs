@@ -12,7 +12,6 @@ use std::collections::BTreeMap;
 /// Senders that are kept apart.
 pub const SENDERS_MAX: usize = 256;
 
-/// Id of HEARTBEAT.
 const HEARTBEAT: u32 = 0;
 /// MAV_TYPE of a fixed wing.
 const FIXED_WING: u8 = 1;

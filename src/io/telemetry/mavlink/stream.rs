@@ -50,7 +50,7 @@ pub struct UnusedMessages {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Tick {
+struct HeldSample {
     time_us: i64,
     sample: Sample,
     sent_us: Option<i64>,
@@ -63,7 +63,7 @@ pub struct VehicleStream {
     mapping: Mapping,
     clock: BootClock,
     /// In order of time.
-    held: VecDeque<Tick>,
+    held: VecDeque<HeldSample>,
     ready: VecDeque<TimedSample>,
     /// Live, messages whose clock is in doubt, with their arrival.
     doubtful: VecDeque<(MessageReading, Option<u64>)>,
@@ -219,7 +219,7 @@ impl VehicleStream {
 
     /// Puts what was measured into its instant, or makes a new one.
     fn hold(&mut self, time_us: i64, measured: Sample, sent_us: Option<i64>) {
-        let fits = |tick: &&mut Tick| {
+        let fits = |tick: &&mut HeldSample| {
             let apart = (tick.time_us - time_us).abs();
             apart == 0 || (apart < INSTANT_US && tick.sample.present & measured.present == 0)
         };
@@ -237,10 +237,10 @@ impl VehicleStream {
             return;
         }
         let place = self.held.iter().rposition(|tick| tick.time_us < time_us).map_or(0, |before| before + 1);
-        self.held.insert(place, Tick { time_us, sample: measured, sent_us });
+        self.held.insert(place, HeldSample { time_us, sample: measured, sent_us });
     }
 
-    fn release(&mut self, tick: Tick) {
+    fn release(&mut self, tick: HeldSample) {
         self.released_us = self.released_us.max(tick.time_us);
         #[expect(clippy::cast_precision_loss, reason = "below 2^53 us, 285 years")]
         let time_s = tick.time_us as f64 / 1e6;

@@ -13,7 +13,6 @@ use crate::flight::signal::piecewise_linear::History;
 use crate::flight::signal::series::Series;
 use crate::simulation::control_path::ControlPath;
 
-/// Parts of a step.
 const PARTS: usize = 4;
 
 /// Place of the rotor's acceleration, rad/s^2, behind the inputs.

@@ -13,7 +13,6 @@ use nalgebra::{SMatrix, SVector};
 const WINDOW_S: f64 = 1.0;
 /// From one window to the next, s.
 const HOP_S: f64 = 0.25;
-/// Regressors of a window.
 const TERMS: usize = 5;
 /// Numbers of blades that are looked for.
 const BLADES: core::ops::RangeInclusive<u32> = 2..=8;

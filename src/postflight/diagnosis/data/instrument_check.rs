@@ -3,12 +3,12 @@
 //! Consumes the runs as they were recorded; produces the runs that are set aside, for their instruments do not agree or are not
 //! those of the others, and the instruments' errors that all others share, each with what else it may be.
 
-use super::run::RecordedRun;
 use crate::flight::effect::same_cause;
 use crate::flight::file::effect_file::DeclaredEffect;
 use crate::postflight::diagnosis::record::InstrumentDisagreement;
 use crate::postflight::reconstruction::correction::Correction;
-use crate::postflight::reconstruction::verdict::{CheckedRun, Fitness, RunVerdict, check};
+use crate::postflight::reconstruction::verdict::{Fitness, RunVerdict, check};
+use crate::postflight::recorded_run::RecordedRun;
 
 /// What the kinematics alone say.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -44,9 +44,7 @@ fn disagreement(one: &RunVerdict, usual: &RunVerdict) -> InstrumentDisagreement 
 
 /// Checks the runs together.
 pub fn check_instruments(runs: &[RecordedRun]) -> InstrumentCheck {
-    let candidate =
-        |run: &RecordedRun| CheckedRun { name: run.name.clone(), samples: run.samples.clone(), geometry: run.geometry };
-    let verdicts = check(&runs.iter().map(candidate).collect::<Vec<_>>());
+    let verdicts = check(runs);
     let fit: Vec<(usize, &RunVerdict)> =
         verdicts.iter().enumerate().filter(|(_, verdict)| verdict.fitness != Fitness::NotFit).collect();
     // The instruments of most runs; of two alike the first.

@@ -4,7 +4,6 @@ pub mod blade_input;
 pub(crate) mod blade_passing;
 pub mod instrument_check;
 pub(crate) mod rotor_speed_smoother;
-pub mod run;
 pub mod run_data;
 pub(crate) mod unit_check;
 pub(crate) mod usable_runs;

@@ -9,12 +9,11 @@
 //! third differences, in which a few steps do not count.
 
 use crate::flight::signal::series::Series;
+use crate::flight::signal::white_noise::white_noise_std_by_median;
 use nalgebra::{Matrix3, Vector3};
 
 /// T, s.
 const HALF_WIDTHS_S: [f64; 4] = [0.06, 0.125, 0.25, 0.5];
-/// Standard deviation over the median of the absolute value, of normal noise; that of a third difference is sqrt(20) as large.
-const OF_MEDIAN: f64 = 1.482_602_218_505_602;
 /// Part of the variance that (1) may be above the least: noise of the slope falls faster with a wider window than that of the
 /// value, which this is about.
 const SLACK: f64 = 0.1;
@@ -38,10 +37,9 @@ impl SmoothedRotorSpeed {
     }
 }
 
-/// Smooths a channel.
 pub(crate) fn smoothed(series: &Series) -> SmoothedRotorSpeed {
     let read: Vec<(f64, f64)> = series.samples().collect();
-    let noise_std = noise_of(series);
+    let noise_std = white_noise_std_by_median(series.values());
     let variance = noise_std * noise_std;
     let as_read = || SmoothedRotorSpeed::of(series.clone(), noise_std, series.interval_s().unwrap_or(f64::INFINITY));
     // With (1) of each, the narrowest first.
@@ -56,13 +54,6 @@ pub(crate) fn smoothed(series: &Series) -> SmoothedRotorSpeed {
     let least = tried.iter().map(|(error, _)| *error).fold(f64::INFINITY, f64::min);
     let widest = tried.into_iter().rev().find(|(error, _)| *error <= least + SLACK * variance);
     widest.map_or_else(as_read, |(_, smoothed)| smoothed)
-}
-
-/// Standard deviation of the samples' own noise.
-fn noise_of(series: &Series) -> f64 {
-    let mut differences: Vec<f64> = series.third_differences().map(libm::fabs).collect();
-    differences.sort_by(f64::total_cmp);
-    OF_MEDIAN * differences.get(differences.len() / 2).copied().unwrap_or(0.0) / libm::sqrt(20.0)
 }
 
 /// The parabolas' values at the samples, and the mean of S_ii; `None` where a window has too few samples.

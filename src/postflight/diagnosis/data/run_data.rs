@@ -1,22 +1,23 @@
 //! A run as the diagnosis takes it: outputs and inputs as lines, a uniform mesh of times, noise of each channel.
 //!
-//! Consumes samples and where instruments stand; produces the mesh (a whole number of the gyros' intervals, at most
-//! [`RATE_MAX_HZ`]) and, for a given time skew, each output's readings, those that fall to one node averaged. Vibration of the
-//! rotor's blades is taken out first (`blade_passing`), so that what is left of a channel's third differences is its noise. The
-//! rotor's speed moves slowly beside its noise, which would make what goes with it look smaller: it is `rotor_speed_smoother`.
+//! Consumes samples and where instruments stand; produces the mesh (`gyro_coverage` at [`MESH_RATE_HZ`]) and, for a given time
+//! skew, each output's readings, those that fall to one node averaged. Vibration of the rotor's blades is taken out first
+//! (`blade_passing`), so that what is left of a channel's third differences is its noise. The rotor's speed moves slowly beside
+//! its noise, which would make what correlates with it look smaller: it is smoothed (`rotor_speed_smoother`).
 
 use super::rotor_speed_smoother::smoothed;
 use crate::flight::channel::Channel;
 use crate::flight::control::{CONTROLS, Control};
 use crate::flight::run::RunGeometry;
 use crate::flight::sample::Sample;
+use crate::flight::signal::gyro_coverage::{FirstNode, GyroCoverage};
 use crate::flight::signal::readings::{Groups, Mesh, Readings};
 use crate::flight::signal::series::Series;
 use crate::postflight::diagnosis::data::blade_passing;
 use crate::postflight::diagnosis::record::{LENGTH_MIN_S, Unusable};
 
-/// The mesh is not finer than this, Hz.
-pub const RATE_MAX_HZ: f64 = 32.0;
+/// Rate of the mesh, Hz: f of [`gyro_coverage`](crate::flight::signal::gyro_coverage).
+pub const MESH_RATE_HZ: f64 = 32.0;
 /// A gap of the gyros that ends a run, s.
 pub const GAP_S: f64 = 0.5;
 /// An input moves that goes through so many times its noise.
@@ -99,9 +100,7 @@ pub struct RunData {
     pub rotor_rate_density: f64,
     /// The mesh.
     pub mesh: Mesh,
-    begin_s: f64,
-    end_s: f64,
-    interval_s: f64,
+    gyros: GyroCoverage,
     groups: Groups<OUTPUTS>,
 }
 
@@ -149,9 +148,7 @@ impl RunData {
             input_noise,
             rotor_rate_density,
             mesh: Mesh::default(),
-            begin_s: 0.0,
-            end_s: 0.0,
-            interval_s: 0.0,
+            gyros: GyroCoverage::default(),
             groups: Groups::default(),
         };
         record.on_mesh()
@@ -175,13 +172,12 @@ impl RunData {
 
     /// Lays the mesh over the time that the gyros cover.
     fn on_mesh(mut self) -> Result<Self, Unusable> {
-        let (mut first_s, mut last_s, mut interval_s) = (f64::NEG_INFINITY, f64::INFINITY, 0.0f64);
-        for (series, name) in self.outputs[RATE_OUTPUT..ATTITUDE_OUTPUT].iter().zip(["p", "q", "r"]) {
-            let Some(series) = series else { return Err(Unusable::NoRates(name)) };
-            let (from, to) = series.range_s().unwrap_or((0.0, 0.0));
-            (first_s, last_s) = (first_s.max(from), last_s.min(to));
-            interval_s = interval_s.max(series.interval_s().unwrap_or(f64::INFINITY));
+        let gyros = &self.outputs[RATE_OUTPUT..ATTITUDE_OUTPUT];
+        if let Some((_, name)) = gyros.iter().zip(["p", "q", "r"]).find(|(series, _)| series.is_none()) {
+            return Err(Unusable::NoRates(name));
         }
+        self.gyros = GyroCoverage::of(gyros.iter().flatten());
+        let GyroCoverage { first_s, last_s, interval_s } = self.gyros;
         if !(last_s - first_s >= LENGTH_MIN_S) {
             return Err(Unusable::Short((last_s - first_s).max(0.0)));
         }
@@ -197,17 +193,13 @@ impl RunData {
                 before_s = time_s;
             }
         }
-        (self.begin_s, self.end_s, self.interval_s) = (first_s, last_s, interval_s);
-        self.lay_mesh(RATE_MAX_HZ);
+        self.lay_mesh(MESH_RATE_HZ);
         Ok(self)
     }
 
-    /// Lays the mesh anew, not finer than this.
-    pub fn lay_mesh(&mut self, rate_max_hz: f64) {
-        let step_s = self.interval_s * libm::floor((1.0 / (rate_max_hz * self.interval_s) + 1e-6).max(1.0));
-        // A node stands in the middle of the gyros' samples that fall to it.
-        let first_s = self.begin_s + 0.5 * (step_s - self.interval_s);
-        self.mesh = Mesh { first_s, step_s, nodes: ((self.end_s - first_s) / step_s + 1e-6) as usize + 1 };
+    /// Lays the mesh anew at this rate, Hz.
+    pub fn lay_mesh(&mut self, rate_hz: f64) {
+        self.mesh = self.gyros.mesh(rate_hz, FirstNode::MiddleOfStep);
         self.groups = Groups::of(&self.outputs, &self.mesh, (f64::NEG_INFINITY, f64::INFINITY));
     }
 

@@ -10,7 +10,7 @@
 //! told as its factor.
 
 use super::run_data::{
-    ALPHA_OUTPUT, ALTITUDE_OUTPUT, INPUTS, OUTPUT_CHANNELS, OUTPUTS, RATE_MAX_HZ, ROTOR, RunData, input_channel,
+    ALPHA_OUTPUT, ALTITUDE_OUTPUT, INPUTS, MESH_RATE_HZ, OUTPUT_CHANNELS, OUTPUTS, ROTOR, RunData, input_channel,
 };
 use crate::flight::channel::Channel;
 use crate::flight::control::CONTROLS;
@@ -37,16 +37,16 @@ struct UnitHypothesis {
     si: f64,
 }
 
-/// Names of the channels of a run, and the unit that they read as if in.
+/// The channels of a run that read as if in another unit, and that unit.
 pub(crate) fn unit_check(
     run: &RunData,
     trim: &Trim,
     pose: &impl Fn(RunData) -> DiagnosisProblem,
-) -> Option<(String, &'static str)> {
+) -> Option<(Vec<Channel>, &'static str)> {
     if let Some((rotor, at_trim)) = run.inputs[ROTOR].as_ref().zip(trim.rotor_speed)
         && libm::fabs(RPM * rotor.average() / at_trim - 1.0) < NEAR
     {
-        return Some((Channel::RotorSpeed.name(run.geometry.controls).to_owned(), "rpm"));
+        return Some((vec![Channel::RotorSpeed], "rpm"));
     }
     let cost = |run: RunData| {
         let problem = pose(run);
@@ -63,7 +63,7 @@ pub(crate) fn unit_check(
             best = Some((there, reading));
         }
     }
-    best.map(|(_, reading)| (reading.names(run), reading.unit))
+    best.map(|(_, reading)| (reading.channels(), reading.unit))
 }
 
 /// What a run may have in another unit.
@@ -101,7 +101,7 @@ impl UnitHypothesis {
         for place in (0..OUTPUTS).filter(|place| self.outputs.contains(place)) {
             times(&mut other.outputs[place], &mut other.output_noise[place]);
         }
-        other.lay_mesh(RATE_MAX_HZ);
+        other.lay_mesh(MESH_RATE_HZ);
         other
     }
 
@@ -112,11 +112,9 @@ impl UnitHypothesis {
         (0..run.mesh.nodes).map(at).sum::<usize>() as f64
     }
 
-    fn names(&self, run: &RunData) -> String {
+    fn channels(&self) -> Vec<Channel> {
         let of_outputs = self.outputs.iter().map(|&place| OUTPUT_CHANNELS[place]);
-        let channels = self.inputs.iter().map(|&place| input_channel(place)).chain(of_outputs);
-        let names: Vec<&str> = channels.map(|channel| channel.name(run.geometry.controls)).collect();
-        names.join(", ")
+        self.inputs.iter().map(|&place| input_channel(place)).chain(of_outputs).collect()
     }
 }
 
@@ -141,7 +139,8 @@ mod tests {
         }
         let run = RunData::of("one", &samples, RunGeometry::DEFAULT).unwrap();
         let pose = |run| DiagnosisProblem::new(Aircraft::of(&model), Vec::new(), vec![run], 0.03, &[[0.0; VARIABLES]; AXES]);
-        unit_check(&run, &model.linear().trim, &pose)
+        let (channels, unit) = unit_check(&run, &model.linear().trim, &pose)?;
+        Some((channels.iter().map(|one| one.name(run.geometry.controls)).collect::<Vec<_>>().join(", "), unit))
     }
 
     fn told(names: &str, unit: &'static str) -> Option<(String, &'static str)> {

@@ -3,7 +3,6 @@
 //! Consumes a model and runs; produces the records of those that have what it asks for, each with its place among all, and of
 //! the others the reason.
 
-use super::run::RecordedRun;
 use super::run_data::RunData;
 use super::unit_check::unit_check;
 use crate::flight::control::Control;
@@ -11,13 +10,13 @@ use crate::flight::run::RunGeometry;
 use crate::postflight::diagnosis::likelihood::aircraft::Aircraft;
 use crate::postflight::diagnosis::likelihood::problem::DiagnosisProblem;
 use crate::postflight::diagnosis::record::Unusable;
+use crate::postflight::recorded_run::RecordedRun;
 use crate::postflight::validation::free_run;
 use crate::simulation::flight_model::FlightModel;
 
 /// The records with their places, and the names of the others with why.
 pub(crate) type UsableRuns = (Vec<(usize, RunData)>, Vec<(String, Unusable)>);
 
-/// Takes what can be taken.
 pub(crate) fn usable_runs(model: &FlightModel, fit: &[RecordedRun]) -> UsableRuns {
     let (mut records, mut set_aside) = (Vec::new(), Vec::new());
     // A model that knows its blades knows them for runs that do not say: their passing is no motion.
@@ -54,7 +53,7 @@ fn in_its_units(model: &FlightModel, aircraft: &Aircraft, run: RunData) -> Resul
         DiagnosisProblem::new(aircraft.clone(), model.file.own_effects(), vec![run], model.file.tolerance, &model.file.stds)
     };
     match unit_check(&run, aircraft.trim(), &pose) {
-        Some((channels, unit)) => Err(Unusable::Unit(channels, unit)),
+        Some((channels, unit)) => Err(Unusable::Unit { channels, controls: run.geometry.controls, unit }),
         None => Ok(run),
     }
 }

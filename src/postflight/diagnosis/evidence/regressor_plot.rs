@@ -183,7 +183,6 @@ fn on_axes(
     axes.into_iter().map(of).collect()
 }
 
-/// Errors of a channel.
 fn on_channel(
     flown: &[FilteredRun<'_>],
     output: usize,

@@ -74,7 +74,6 @@ pub fn discrepancy(problem: &DiagnosisProblem, searched: &SearchResult) -> [Disc
     })
 }
 
-/// Steps of a mean.
 fn steps(step_s: f64) -> usize {
     (libm::round(MEAN_S / step_s) as usize).max(1)
 }

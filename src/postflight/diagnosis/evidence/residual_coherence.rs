@@ -26,7 +26,6 @@ pub const FEWEST: usize = 8;
 pub const HIGHEST_HZ: f64 = 4.0;
 /// Chance that anything at all is called coherent where nothing is, an axis.
 pub const CHANCE: f64 = 0.01;
-/// Lines that are told.
 const STRONGEST: usize = 3;
 /// A strongest line stands out of its noise by so much, in power.
 const STANDS_OUT: f64 = 4.0;

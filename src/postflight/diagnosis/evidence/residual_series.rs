@@ -43,7 +43,6 @@ impl<'p> FilteredRun<'p> {
         self.record.mesh.step_s
     }
 
-    /// The run.
     pub(crate) fn record(&self) -> &'p RunData {
         self.record
     }

@@ -26,17 +26,14 @@ const LEAST_CURVATURE: f64 = 0.3;
 /// How far a point is followed down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Effort {
-    /// Most steps.
     pub(crate) most: usize,
     /// Change of the cost below which nothing changes any more.
     pub(crate) gain: f64,
 }
 
 impl Effort {
-    /// Until it has settled.
     pub(crate) const SETTLED: Effort = Effort { most: 14, gain: 0.3 };
 
-    /// To see what it is worth.
     pub(crate) const fn some(most: usize) -> Self {
         Effort { most, gain: 1.0 }
     }

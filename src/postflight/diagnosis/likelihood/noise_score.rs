@@ -9,9 +9,7 @@ use crate::flight::derivative::AXES;
 
 /// Densities side by side, and one that is none.
 const SIDE: usize = NOISES + 1;
-/// A number of each.
 type Side = [f32; SIDE];
-/// Of none.
 const NONE: Side = [0.0; SIDE];
 
 fn add(sum: &mut Side, part: f32, of: &Side) {

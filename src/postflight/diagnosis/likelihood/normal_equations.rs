@@ -5,7 +5,7 @@
 
 use super::filter::{FilterRequest, run_filter};
 use super::parameter::RUN_OFFSETS;
-use super::parameter::{InstrumentErrors, ParameterKind, moves_blades, parameter_kind};
+use super::parameter::{ParameterKind, RunInstrumentErrors, moves_blades, parameter_kind};
 use super::parameter_set::ParameterSet;
 use super::problem::DiagnosisProblem;
 use super::run_model::RunModel;
@@ -100,7 +100,6 @@ fn own_columns(problem: &DiagnosisProblem, point: &ParameterSet) -> (Vec<Paramet
     (columns, moved)
 }
 
-/// Noise of a run at a point.
 fn noise(problem: &DiagnosisProblem, run: &RunData, point: &ParameterSet) -> FilterNoise {
     let mut output = run.output_noise.map(|std| std * std);
     // An accelerometer feels the blades at once, so that the recorded controls' noise is in what it is compared with.
@@ -163,7 +162,7 @@ pub fn linearise(
             )
             .collect();
         let own = point.run_offsets.get(number).copied().unwrap_or([0.0; RUN_OFFSETS]);
-        let instruments = InstrumentErrors::of(record, &own, &effects);
+        let instruments = RunInstrumentErrors::of(record, &own, &effects);
         let readings = record.readings(&instruments.late_s);
         let mut constant = [0.0; AXES];
         constant.copy_from_slice(&own[..AXES]);

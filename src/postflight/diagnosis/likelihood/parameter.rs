@@ -193,7 +193,7 @@ impl RunModel<'_> {
 }
 
 /// Errors of a run's instruments: its own biases and what effects add.
-pub(crate) struct InstrumentErrors {
+pub(crate) struct RunInstrumentErrors {
     pub(crate) bias: [f64; OUTPUTS],
     pub(crate) factor: [f64; OUTPUTS],
     pub(crate) late_s: [f64; OUTPUTS],
@@ -203,7 +203,7 @@ pub(crate) struct InstrumentErrors {
     pub(crate) vane_m: [f64; 3],
 }
 
-impl InstrumentErrors {
+impl RunInstrumentErrors {
     /// Of a run with these offsets of its own, under these effects.
     pub(crate) fn of(record: &RunData, own: &[f64; RUN_OFFSETS], effects: &[Effect]) -> Self {
         let (mut bias, mut factor, mut late_s, mut lag) = ([0.0; OUTPUTS], [1.0; OUTPUTS], [0.0; OUTPUTS], None);
@@ -227,7 +227,7 @@ impl InstrumentErrors {
                 _ => {}
             }
         }
-        InstrumentErrors { bias, factor, late_s, lag, accelerometer_m, vane_m }
+        RunInstrumentErrors { bias, factor, late_s, lag, accelerometer_m, vane_m }
     }
 }
 

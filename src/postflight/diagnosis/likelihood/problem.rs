@@ -250,8 +250,8 @@ fn off_trim(trim: &Trim, runs: &[RunData]) -> Vec<Channel> {
         (ATTITUDE_OUTPUT, trim.phi, OFF_ANGLE),
         (ATTITUDE_OUTPUT + 1, trim.theta, OFF_ANGLE),
         (TAS_OUTPUT, airspeed, OFF_SPEED),
-        (ALPHA_OUTPUT, libm::atan2(trim.w, trim.u), OFF_ANGLE),
-        (BETA_OUTPUT, libm::asin((trim.v / airspeed).clamp(-1.0, 1.0)), OFF_ANGLE),
+        (ALPHA_OUTPUT, trim.incidence(), OFF_ANGLE),
+        (BETA_OUTPUT, trim.sideslip(), OFF_ANGLE),
     ];
     let mut off = Vec::new();
     for (output, at_trim, most) in outputs {

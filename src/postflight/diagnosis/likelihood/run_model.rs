@@ -11,6 +11,10 @@
 use super::aircraft::{ModifiedAircraft, Partials};
 use super::state::{ALTITUDE, ATTITUDE, FilterState, GUST, LAG, RATES, STATES, StateMatrix, VELOCITY, gust_time, triple};
 use crate::dynamics::kinematics::{Attitude, velocity_rate, velocity_rate_by_rates, velocity_rate_by_velocity};
+use crate::dynamics::sensors::{
+    AirData, centripetal_by_rates, centripetal_terms, cross, specific_force_by_angular_acceleration, specific_force_by_arm,
+    velocity_at_arm, velocity_of_air_data,
+};
 use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
 use crate::flight::model::Trim;
 use crate::flight::signal::readings::Readings;
@@ -62,6 +66,13 @@ pub struct OperatingPoint {
     pub(crate) inputs: InputVector,
 }
 
+impl OperatingPoint {
+    fn angular_acceleration(&self) -> [f64; 3] {
+        let [_, _, _, dp, dq, dr] = self.force;
+        [dp, dq, dr]
+    }
+}
+
 impl RunModel<'_> {
     pub(crate) fn deviations(&self, x: &FilterState, moved: &InputVector) -> [f64; VARIABLES] {
         deviations(self.trim, x, moved)
@@ -76,17 +87,20 @@ impl RunModel<'_> {
         force
     }
 
-    /// What an accelerometer felt along an axis that the model says nothing of, brought to the centre of mass:
-    ///     f = f_measured - w' x r - w x (w x r)                                                       (2)
-    fn measured_force_at_cg(&self, axis: usize, x: &FilterState, moved: &InputVector, [dp, dq, dr]: [f64; 3]) -> Option<f64> {
+    /// What an accelerometer felt along an axis that the model says nothing of, brought to the centre of mass by (6) of
+    /// `sensors`.
+    fn measured_force_at_cg(
+        &self,
+        axis: usize,
+        x: &FilterState,
+        moved: &InputVector,
+        angular_acceleration: [f64; 3],
+    ) -> Option<f64> {
         self.record.inputs.get(MEASURED_FORCE + axis)?.as_ref()?;
-        let ([rx, ry, rz], [p, q, r]) = (self.accelerometer_m, triple(x, RATES));
-        let arm = match axis {
-            0 => dq * rz - dr * ry + p * (q * ry + r * rz) - (q * q + r * r) * rx,
-            1 => dr * rx - dp * rz + q * (p * rx + r * rz) - (p * p + r * r) * ry,
-            _ => dp * ry - dq * rx + r * (p * rx + q * ry) - (p * p + q * q) * rz,
-        };
-        Some(moved.get(MEASURED_FORCE + axis)? - arm)
+        let arm = self.accelerometer_m;
+        let tangential = cross(angular_acceleration, arm).get(axis).copied()?;
+        let (added, taken) = centripetal_terms(triple(x, RATES), arm).get(axis).copied()?;
+        Some(moved.get(MEASURED_FORCE + axis)? - (tangential + added - taken))
     }
 
     /// Rate of change of the state.
@@ -154,34 +168,16 @@ impl RunModel<'_> {
     ) -> Option<(f64, FilterState, [f64; AXES])> {
         let mut h = [0.0; STATES];
         let mut by_force = [0.0; AXES];
-        let [p, q, r] = triple(x, RATES);
+        let rates = triple(x, RATES);
         let value = match output {
             FORCE_OUTPUT..RATE_OUTPUT => {
-                let [rx, ry, rz] = self.accelerometer_m;
-                let [dp, dq, dr] = [here.force[3], here.force[4], here.force[5]];
-                let (tangential, centripetal, by_moment, by_rate) = match output {
-                    0 => (
-                        dq * rz - dr * ry,
-                        p * (q * ry + r * rz) - (q * q + r * r) * rx,
-                        [0.0, rz, -ry],
-                        [q * ry + r * rz, p * ry - 2.0 * q * rx, p * rz - 2.0 * r * rx],
-                    ),
-                    1 => (
-                        dr * rx - dp * rz,
-                        q * (p * rx + r * rz) - (p * p + r * r) * ry,
-                        [-rz, 0.0, rx],
-                        [q * rx - 2.0 * p * ry, p * rx + r * rz, q * rz - 2.0 * r * ry],
-                    ),
-                    _ => (
-                        dp * ry - dq * rx,
-                        r * (p * rx + q * ry) - (p * p + q * q) * rz,
-                        [ry, -rx, 0.0],
-                        [r * rx - 2.0 * p * rz, r * ry - 2.0 * q * rz, p * rx + q * ry],
-                    ),
-                };
-                by_force[output] = 1.0;
-                by_force[3..].copy_from_slice(&by_moment);
-                for (j, slope) in by_rate.into_iter().enumerate() {
+                let axis = output - FORCE_OUTPUT;
+                let arm = self.accelerometer_m;
+                let tangential = cross(here.angular_acceleration(), arm)[axis];
+                let (added, taken) = centripetal_terms(rates, arm)[axis];
+                by_force[axis] = 1.0;
+                by_force[3..].copy_from_slice(&specific_force_by_angular_acceleration(arm)[axis]);
+                for (j, slope) in centripetal_by_rates(rates, arm)[axis].into_iter().enumerate() {
                     h[RATES + j] += slope;
                 }
                 for (axis, weight) in by_force.into_iter().enumerate() {
@@ -191,7 +187,7 @@ impl RunModel<'_> {
                         h.iter_mut().skip(GUST).zip(by).take(3).for_each(|(h, by)| *h -= weight * by);
                     }
                 }
-                here.force[output] + tangential + centripetal
+                here.force[axis] + tangential + (added - taken)
             }
             RATE_OUTPUT..TAS_OUTPUT => {
                 let state = RATES + output - RATE_OUTPUT;
@@ -199,29 +195,23 @@ impl RunModel<'_> {
                 x[state]
             }
             TAS_OUTPUT | ALPHA_OUTPUT | BETA_OUTPUT => {
-                let [rx, ry, rz] = if output == TAS_OUTPUT { [0.0; 3] } else { self.vane_m };
-                let u = x[VELOCITY] - x[GUST] + q * rz - r * ry;
-                let v = x[VELOCITY + 1] - x[GUST + 1] + r * rx - p * rz;
-                let w = x[VELOCITY + 2] - x[GUST + 2] + p * ry - q * rx;
-                if !(u > SPEED_MIN) {
+                let arm = if output == TAS_OUTPUT { [0.0; 3] } else { self.vane_m };
+                let velocity = velocity_at_arm(core::array::from_fn(|i| x[VELOCITY + i] - x[GUST + i]), rates, arm);
+                if !(velocity[0] > SPEED_MIN) {
                     return None;
                 }
-                let s2 = u * u + w * w;
-                let speed2 = s2 + v * v;
-                let (s, speed) = (libm::sqrt(s2), libm::sqrt(speed2));
-                let (value, [a, b, c]) = match output {
-                    TAS_OUTPUT => (speed, [u / speed, v / speed, w / speed]),
-                    ALPHA_OUTPUT => (libm::atan2(w, u), [-w / s2, 0.0, u / s2]),
-                    _ => (libm::atan2(v, s), [-v * u / (s * speed2), s / speed2, -v * w / (s * speed2)]),
+                let instrument = match output {
+                    TAS_OUTPUT => AirData::Airspeed,
+                    ALPHA_OUTPUT => AirData::Incidence,
+                    _ => AirData::Sideslip,
                 };
-                for (j, slope) in [a, b, c].into_iter().enumerate() {
+                let reading = instrument.reading(velocity);
+                for (j, slope) in reading.by_velocity.into_iter().enumerate() {
                     h[VELOCITY + j] = slope;
                     h[GUST + j] = -slope;
                 }
-                h[RATES] = c * ry - b * rz;
-                h[RATES + 1] = a * rz - c * rx;
-                h[RATES + 2] = b * rx - a * ry;
-                value
+                h[RATES..RATES + 3].copy_from_slice(&reading.by_rates(arm));
+                reading.value
             }
             _ => {
                 h[ALTITUDE] = 1.0;
@@ -233,21 +223,12 @@ impl RunModel<'_> {
 
     /// Slope of an output by the place of its sensor.
     pub(crate) fn by_sensor_position(&self, output: usize, axis: usize, x: &FilterState, here: &OperatingPoint) -> f64 {
-        let [p, q, r] = triple(x, RATES);
-        let [dp, dq, dr] = [here.force[3], here.force[4], here.force[5]];
+        let rates = triple(x, RATES);
         match output {
-            FORCE_OUTPUT..RATE_OUTPUT => {
-                let rows = [
-                    [-(q * q + r * r), p * q - dr, p * r + dq],
-                    [p * q + dr, -(p * p + r * r), q * r - dp],
-                    [p * r - dq, q * r + dp, -(p * p + q * q)],
-                ];
-                rows[output][axis]
-            }
+            FORCE_OUTPUT..RATE_OUTPUT => specific_force_by_arm(rates, here.angular_acceleration())[output - FORCE_OUTPUT][axis],
             ALPHA_OUTPUT | BETA_OUTPUT => {
                 let Some((_, h, _)) = self.predict(output, x, here) else { return 0.0 };
-                let [a, b, c] = triple(&h, VELOCITY);
-                [b * r - c * q, c * p - a * r, a * q - b * p][axis]
+                cross(triple(&h, VELOCITY), rates)[axis]
             }
             _ => 0.0,
         }
@@ -306,12 +287,10 @@ pub(crate) fn initial_state(run: &RunModel<'_>) -> Option<FilterState> {
     };
     let trim = run.trim;
     let speed = read(TAS_OUTPUT).unwrap_or(trim.airspeed()).max(3.0);
-    let alpha = read(ALPHA_OUTPUT).unwrap_or(libm::atan2(trim.w, trim.u));
-    let beta = read(BETA_OUTPUT).unwrap_or(libm::asin((trim.v / trim.airspeed().max(1.0)).clamp(-1.0, 1.0)));
-    let (sin_beta, cos_beta) = libm::sincos(beta);
-    let (sin_alpha, cos_alpha) = libm::sincos(alpha);
+    let alpha = read(ALPHA_OUTPUT).unwrap_or(trim.incidence());
+    let beta = read(BETA_OUTPUT).unwrap_or(trim.sideslip());
     let mut x = [0.0; STATES];
-    x[..3].copy_from_slice(&[speed * cos_alpha * cos_beta, speed * sin_beta, speed * sin_alpha * cos_beta]);
+    x[VELOCITY..VELOCITY + 3].copy_from_slice(&velocity_of_air_data(speed, alpha, beta));
     for (output, x) in x.iter_mut().enumerate().take(9).skip(3) {
         const THETA_OUTPUT: usize = ATTITUDE_OUTPUT + 1;
         let at_trim = match output {

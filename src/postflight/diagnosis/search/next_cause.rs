@@ -8,7 +8,7 @@ use super::hypotheses::{LibraryEntry, below_noise, effect_at_estimate, fit_prior
 use super::score_test::{HypothesisScore, score_test};
 use crate::flight::derivative::AXES;
 use crate::flight::effect::{Effect, EffectKind, same_cause};
-use crate::postflight::diagnosis::data::run_data::RATE_MAX_HZ;
+use crate::postflight::diagnosis::data::run_data::MESH_RATE_HZ;
 use crate::postflight::diagnosis::likelihood::adequacy::unexplained;
 use crate::postflight::diagnosis::likelihood::maximise::{Effort, maximise, resume};
 use crate::postflight::diagnosis::likelihood::normal_equations::{Detail, Linearisation, linearise};
@@ -222,7 +222,7 @@ fn refine_mesh(
     if close.len() < 2 || !close.iter().any(|(point, _)| point.hypotheses.last().is_some_and(|h| is_timing(&h.effect))) {
         return None;
     }
-    let finer = problem.with_mesh_rate(2.0 * RATE_MAX_HZ);
+    let finer = problem.with_mesh_rate(2.0 * MESH_RATE_HZ);
     let mut looked: Vec<(ParameterSet, Rival, f64)> = Vec::new();
     for (point, _) in close {
         let (there, local) = maximise(&finer, point.clone(), Effort::some(HEAT + 1))?;

@@ -42,9 +42,7 @@ pub fn score_test(local: &Linearisation, entries: &[LibraryEntry], usual: &[f64;
 
 /// The parameters that are free to answer.
 pub(crate) struct FreeParameters<'a> {
-    /// Of their information.
     pub(crate) factor: &'a Cholesky<f64, Dyn>,
-    /// Their own step.
     pub(crate) answer: &'a DVector<f64>,
     /// Their products with the candidates.
     pub(crate) cross: &'a DMatrix<f64>,

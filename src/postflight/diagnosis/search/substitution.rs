@@ -16,7 +16,6 @@ use nalgebra::{Cholesky, DMatrix};
 /// What a hypothesis gains, and what each entry of the library would in its place.
 #[derive(Clone, Debug)]
 pub(crate) struct Substitutes {
-    /// Its own gain.
     pub(crate) own: f64,
     /// The entries', the greatest gain first.
     pub(crate) others: Vec<HypothesisScore>,

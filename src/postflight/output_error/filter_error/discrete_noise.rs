@@ -11,7 +11,6 @@ use crate::postflight::output_error::exponential::integrals;
 
 /// One unknown's part in it.
 pub(crate) struct NoiseDerivative {
-    /// Its column.
     pub(crate) column: usize,
     /// dPhi; empty where there is none.
     pub(crate) phi: Vec<f64>,
@@ -30,7 +29,6 @@ pub(crate) struct DiscreteNoise {
 
 /// Which disturbances there are, and where their unknowns stand.
 pub(crate) struct NoiseSources<'a> {
-    /// Places of states.
     pub(crate) gusts: &'a [usize],
     /// q.
     pub(crate) densities: &'a [f64],

@@ -9,12 +9,11 @@
 //! kept as well, so the gradient is exact.
 
 use super::discrete_noise::DiscreteNoise;
-use crate::postflight::output_error::dense::dot;
+use crate::num::product::{dot, set_product, set_product_by_transpose};
 use crate::postflight::output_error::discrete::{DiscreteStep, ModelMatrices, PreparedModel, SensitivityRows};
 use crate::postflight::output_error::run_parameters::RunParameters;
 use crate::postflight::output_error::simulated_outputs::PreparedRun;
 
-/// The filter at a point.
 pub(crate) struct SensitivityFilter<'a> {
     pub(crate) prepared: &'a PreparedModel<'a>,
     pub(crate) point: &'a ModelMatrices,
@@ -39,21 +38,7 @@ pub(crate) struct ScalarInnovation<'a> {
     pub(crate) change: &'a [f64],
     /// Columns of `variance_changes`.
     pub(crate) columns: &'a [usize],
-    /// ds.
     pub(crate) variance_changes: &'a [f64],
-}
-
-/// `out = left right (transposed where said)`, n x n.
-fn product(left: &[f64], right: &[f64], n: usize, transposed: bool, out: &mut [f64]) {
-    for i in 0..n {
-        for j in 0..n {
-            let mut sum = 0.0;
-            for l in 0..n {
-                sum += left[i * n + l] * if transposed { right[j * n + l] } else { right[l * n + j] };
-            }
-            out[i * n + j] = sum;
-        }
-    }
 }
 
 impl SensitivityFilter<'_> {
@@ -199,13 +184,13 @@ impl SensitivityFilter<'_> {
                 for (at, dp) in dp.chunks_exact_mut(square.max(1)).enumerate() {
                     let change = in_spread[which][at].map(|place| &spread.changes[place]);
                     // dP <- T Phi' + Phi T' + dQ with T = Phi dP/2 + dPhi P.
-                    product(&step.phi, dp, n, false, &mut half);
+                    set_product(&step.phi, dp, n, n, &mut half);
                     half.iter_mut().for_each(|x| *x *= 0.5);
                     if let Some(change) = change.filter(|change| !change.phi.is_empty()) {
-                        product(&change.phi, &p, n, false, &mut swap);
+                        set_product(&change.phi, &p, n, n, &mut swap);
                         half.iter_mut().zip(&swap).for_each(|(sum, x)| *sum += x);
                     }
-                    product(&half, &step.phi, n, true, &mut swap);
+                    set_product_by_transpose(&half, &step.phi, n, &mut swap);
                     for i in 0..n {
                         for j in 0..n {
                             dp[i * n + j] = swap[i * n + j] + swap[j * n + i];
@@ -216,8 +201,8 @@ impl SensitivityFilter<'_> {
                     }
                 }
             }
-            product(&step.phi, &p, n, false, &mut half);
-            product(&half, &step.phi, n, true, &mut p);
+            set_product(&step.phi, &p, n, n, &mut half);
+            set_product_by_transpose(&half, &step.phi, n, &mut p);
             spread.add_to(densities(), &mut p);
             for (i, slot) in next.iter_mut().enumerate() {
                 *slot = forced[which][i]

@@ -10,7 +10,7 @@
 use super::discrete_noise::{DiscreteNoise, NoiseSources};
 use super::filter::{ScalarInnovation, SensitivityFilter};
 use super::process_noise::Disturbances;
-use crate::postflight::output_error::dense::Dense;
+use crate::num::dense::Dense;
 use crate::postflight::output_error::discrete::{DiscreteStep, ModelMatrices};
 use crate::postflight::output_error::error::OutputErrorFitError;
 use crate::postflight::output_error::information::add_squares;
@@ -19,7 +19,6 @@ use crate::postflight::output_error::run_parameters::RunParameters;
 
 const ROWS: usize = 40;
 
-/// The problem as posed.
 pub(crate) struct FilterErrorLikelihood<'a> {
     pub(crate) problem: OutputErrorProblem<'a>,
     pub(crate) disturbances: &'a Disturbances,
@@ -31,7 +30,6 @@ pub(crate) struct FilterErrorLikelihood<'a> {
     pub(crate) still: Vec<bool>,
 }
 
-/// Where the search stands.
 #[derive(Clone)]
 pub(crate) struct FilterErrorIterate {
     pub(crate) theta: Vec<f64>,
@@ -40,7 +38,6 @@ pub(crate) struct FilterErrorIterate {
     pub(crate) cost: f64,
 }
 
-/// Where a search ended.
 pub(crate) struct FilterErrorSearch {
     pub(crate) stand: FilterErrorIterate,
     pub(crate) iterations: usize,

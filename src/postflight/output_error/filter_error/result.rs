@@ -7,16 +7,16 @@
 use super::likelihood::FilterErrorLikelihood;
 use super::likelihood::FilterErrorSearch;
 use super::process_noise::{Gust, ProcessNoiseEstimate};
+use crate::num::dense::Dense;
 use crate::postflight::output_error::coloured_errors::ColouredGradient;
 use crate::postflight::output_error::covariance::{AllUnknowns, standard_errors};
-use crate::postflight::output_error::dense::Dense;
 use crate::postflight::output_error::error::OutputErrorFitError;
 use crate::postflight::output_error::fit_result::{FitEnd, FitResult, FittedRun};
 use crate::postflight::output_error::identifiability::inverse_or_names;
 use crate::postflight::output_error::simulated_outputs::simulate;
 
 /// What a run's innovations are.
-struct RunInnovations {
+struct FilterErrorInnovations {
     coloured: ColouredGradient,
     variances: Dense,
     predicted: Vec<Vec<f64>>,
@@ -57,7 +57,11 @@ pub(crate) fn result(
         }
         let Some(one) = posed.problem.runs.get(run) else { continue };
         let unit = Dense::from_fn(outputs, outputs, |i, j| f64::from(u8::from(i == j)));
-        runs.push(RunInnovations { coloured: ColouredGradient::of(one, columns, &whitened, rows, &unit), variances, predicted });
+        runs.push(FilterErrorInnovations {
+            coloured: ColouredGradient::of(one, columns, &whitened, rows, &unit),
+            variances,
+            predicted,
+        });
     }
     let mut prior = vec![0.0; size];
     for (j, parameter) in posed.problem.parameters.iter().enumerate() {
@@ -69,7 +73,7 @@ pub(crate) fn result(
     (0..size).for_each(|j| m[(j, j)] += prior[j] + f64::from(u8::from(held.contains(&j))));
     let cramer_rao = inverse_or_names(&m, &names)?;
     let corrected = unknowns.corrected(&cramer_rao, &prior, |run, cov| {
-        let Some(RunInnovations { coloured, variances, .. }) = runs.get(run) else { return Vec::new() };
+        let Some(FilterErrorInnovations { coloured, variances, .. }) = runs.get(run) else { return Vec::new() };
         let means = cov.map_or_else(|| coloured.gradient_cov(), |cov| coloured.corrected_gradient_cov(cov));
         vec![means, variances.part(0..columns, 0..columns)]
     });

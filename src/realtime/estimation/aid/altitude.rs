@@ -1,6 +1,6 @@
 //! Pressure altitude as a measurement of altitude, read as it is.
 
-use crate::realtime::estimation::aid::Prediction;
+use crate::realtime::estimation::aid::prediction::Prediction;
 use crate::realtime::estimation::config::Noise;
 use crate::realtime::estimation::process::{ALTITUDE, STATES, State};
 

@@ -1,6 +1,6 @@
 //! Attitude gyros as measurements of the Euler angles: phi, theta, psi read as they are.
 
-use crate::realtime::estimation::aid::Prediction;
+use crate::realtime::estimation::aid::prediction::Prediction;
 use crate::realtime::estimation::process::{ATTITUDE, STATES, State};
 
 /// Angle number `which` (0 phi, 1 theta, 2 psi) with its row of H.

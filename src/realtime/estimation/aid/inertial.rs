@@ -4,7 +4,7 @@
 //! and specific force are, so it has no arm.
 
 use crate::flight::channel::Channel;
-use crate::realtime::estimation::aid::Prediction;
+use crate::realtime::estimation::aid::prediction::Prediction;
 use crate::realtime::estimation::config::Noise;
 use crate::realtime::estimation::process::{ACCELEROMETER_BIAS, GYRO_BIAS, RATES, SPECIFIC_FORCE, STATES, State};
 

@@ -4,9 +4,9 @@
 //! with the kinematics. Velocity and attitude are the filter's through the kernel, and what the fixed-lag smoother has changed in
 //! them since, which is slow; through the state-variable filter they are the filter's alone.
 
+use crate::dynamics::sensors::{flow_angles_at_foot, specific_force_at_foot};
 use crate::flight::channel::Channel;
 use crate::flight::sample::Sample;
-use crate::realtime::estimation::centre_of_mass::centre_force;
 use crate::realtime::estimation::config::RegressionStates;
 use crate::realtime::estimation::consistency::flow_angle_rates;
 use crate::realtime::estimation::delay_line::Smoothed;
@@ -24,10 +24,8 @@ impl Estimator {
         let force = [value(Channel::Ax), value(Channel::Ay), value(Channel::Az)];
         // The kinematics hold where the accelerometers stand, so the vanes are brought there (small angles).
         let felt = self.ekf.as_ref().map_or(state.velocity, |ekf| core::array::from_fn(|i| ekf.state()[VELOCITY + i]));
-        let ([xv, yv, zv], [xa, ya, za]) = (self.geometry.vane_position_m, self.geometry.accelerometer_position_m);
-        let ([x, y, z], u) = ([xv - xa, yv - ya, zv - za], felt[0]);
-        let alpha = value(Channel::Alpha) - (p * y - q * x) / u;
-        let beta = value(Channel::Beta) - (r * x - p * z) / u;
+        let arm = core::array::from_fn(|i| self.geometry.vane_position_m[i] - self.geometry.accelerometer_position_m[i]);
+        let flow_angles = flow_angles_at_foot([value(Channel::Alpha), value(Channel::Beta)], [p, q, r], arm, felt[0]);
         let attitude = [state.attitude[0], state.attitude[1]];
         let kinematic = flow_angle_rates(felt, attitude, force, [p, q, r]).unwrap_or([f64::NAN; 2]);
         let controls = Channel::CONTROLS.map(value);
@@ -37,7 +35,7 @@ impl Estimator {
         row[6..8].copy_from_slice(&attitude);
         row[8..CONTROL_SIGNALS].copy_from_slice(&force);
         row[CONTROL_SIGNALS..VANE_SIGNALS].copy_from_slice(&controls);
-        row[VANE_SIGNALS..KINEMATIC_SIGNALS].copy_from_slice(&[alpha, beta]);
+        row[VANE_SIGNALS..KINEMATIC_SIGNALS].copy_from_slice(&flow_angles);
         row[KINEMATIC_SIGNALS..].copy_from_slice(&kinematic);
         self.delay.push(self.time_s, &row);
         self.through_filter(&row);
@@ -143,7 +141,7 @@ impl Estimator {
         const { assert!(S >= VANE_SIGNALS, "every signal of the regression") };
         let [u, v, w, p, q, r, phi, theta, ax, ay, az] = core::array::from_fn(|i| value[i]);
         let [dp, dq, dr] = slopes;
-        let force = centre_force([ax, ay, az], [p, q, r], [dp, dq, dr], &self.geometry);
+        let force = specific_force_at_foot([ax, ay, az], [p, q, r], [dp, dq, dr], self.geometry.accelerometer_position_m);
         let mut controls = [0.0; 4];
         let mut controls_present = [false; 4];
         for i in 0..4 {

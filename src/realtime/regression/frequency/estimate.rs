@@ -1,11 +1,11 @@
-//! Complex least squares in the band: an equation's terms once more, from transforms, with standard errors.
+//! Complex least squares in the band: an equation's terms estimated from transforms, with standard errors.
 //!
 //! Consumes the transforms X \[frequencies x terms\] and y of an equation; produces
 //!     theta = D Re(X^* y),   D = \[Re X^* X\]^-1                                                       (1)
 //!     cov = S D M D,   M = 1/2 Re(X^* K_- X + X^* K_+ X^conj)                                          (2)
 //!     S = |y - X theta|^2/(tr K_- - tr D M)                                                           (3)
-//! K_- and K_+ of `transforms` (4): an error that is white in the band, over so short a record, has transforms at neighbouring
-//! frequencies that are nearly the same number. Where the record is long enough to tell them apart (2) and (3)
+//! K_- and K_+ of `transforms` (4): over a short record, the transforms of an error that is white in the band are correlated
+//! between neighbouring frequencies. Where the record is long enough to make them independent, (2) and (3)
 //! are the usual s2 D with s2 = |y - X theta|^2/(n - p).
 //! Source: E. A. Morelli, AIAA 99-4043, 1999, for (1); (2) is ordinary least squares under a known correlation.
 //! Numerics: sums scaled to unit diagonal; a pivot below `PIVOT_MIN` refuses the terms.
@@ -13,6 +13,7 @@
 use super::band::FREQUENCIES;
 use super::transforms::{Spectrum, Transforms};
 use crate::flight::derivative::Axis;
+use crate::num::product::dot;
 use crate::num::sweep::Swept;
 use crate::realtime::regression::candidate::REGRESSORS;
 use nalgebra::Complex;
@@ -172,8 +173,4 @@ fn through(transforms: &Transforms, x: &Spectrum, count: usize) -> Spectrum {
         }
     }
     seen
-}
-
-fn dot(a: &[f64; REGRESSORS], b: &[f64; REGRESSORS]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -1,4 +1,4 @@
-//! Measured frequency responses with coherence: what a record says of input and output before any model.
+//! Measured frequency responses with coherence, from one input to one output.
 //!
 //! Consumes an input and an output on a uniform grid; produces, at each frequency w asked for, from n segments that overlap by
 //! three quarters, their means taken off, under a Hann window,
@@ -9,14 +9,14 @@
 //! and Rotorcraft System Identification, 2nd ed., 2012, ch. 7. In (2) rho_1 = 0.659, rho_2 = 1/6 are correlations of Hann
 //! segments a quarter and a half of their length apart. The squares of Hann windows a quarter apart add up to a constant, so that
 //! a sweep, which passes a frequency at one place of each, is not weighted by where that is.
-//! Numerics: a segment of L seconds tells frequencies from about 2/L on, 1/L apart; an output late by t loses about 13 (t/L)^2 of
-//! its coherence.
+//! Numerics: a segment of L seconds resolves frequencies from about 2/L on, 1/L apart; a delay t of the output lowers the
+//! coherence by about 13 (t/L)^2.
 
 use nalgebra::Complex;
 
 /// The response at one frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
+pub struct ResponsePoint {
     /// The frequency, rad/s.
     pub rad_s: f64,
     /// H, output over input.
@@ -29,34 +29,15 @@ pub struct Point {
 
 /// Why there is no response.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the message of each says what its fields are")]
 pub enum NoResponse {
-    /// Input and output are not of one length.
     #[error("expected input and output of one length, found {input} and {output} samples")]
-    Lengths {
-        /// Samples of the input.
-        input: usize,
-        /// Samples of the output.
-        output: usize,
-    },
+    Lengths { input: usize, output: usize },
     /// The record has fewer than three segments (two half-overlapped neighbours say too little), or a segment is a few samples.
     #[error("expected a segment of 8 samples or more and a record of two segments, found {segment} samples in {record}")]
-    TooShort {
-        /// Samples of a segment.
-        segment: usize,
-        /// Samples of the record.
-        record: usize,
-    },
-    /// A frequency that the segments or the grid cannot tell.
+    TooShort { segment: usize, record: usize },
     #[error("expected frequencies from {from} to {to} rad/s, found {rad_s}")]
-    Frequency {
-        /// What was asked for, rad/s.
-        rad_s: f64,
-        /// The lowest, rad/s: two cycles a segment.
-        from: f64,
-        /// The highest, rad/s: half the sampling rate.
-        to: f64,
-    },
-    /// A value is no number, or a signal does not move.
+    Frequency { rad_s: f64, from: f64, to: f64 },
     #[error("expected an input and an output that move, and are numbers")]
     Still,
 }
@@ -71,7 +52,7 @@ pub fn frequency_response(
     interval_s: f64,
     segment_s: f64,
     frequencies: &[f64],
-) -> Result<Vec<Point>, NoResponse> {
+) -> Result<Vec<ResponsePoint>, NoResponse> {
     if input.len() != output.len() {
         return Err(NoResponse::Lengths { input: input.len(), output: output.len() });
     }
@@ -108,7 +89,7 @@ pub fn frequency_response(
             }
             let coherence = (xy.norm_sqr() / (xx * yy)).min(1.0);
             let std = libm::sqrt((1.0 - coherence) / (2.0 * alone * coherence));
-            Ok(Point { rad_s, response: xy / xx, coherence, std })
+            Ok(ResponsePoint { rad_s, response: xy / xx, coherence, std })
         })
         .collect()
 }

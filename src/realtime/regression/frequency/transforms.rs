@@ -1,4 +1,4 @@
-//! Finite Fourier transforms of the regression's signals, carried from instant to instant.
+//! Finite Fourier transforms of the regression's signals, updated recursively.
 //!
 //! Consumes z_k \[17\] of `candidate` on its grid; keeps, for each frequency w of the band,
 //!     X(w) = int x(t) g(t) dt,   g(t) = exp(-(sigma - j w)(T - t))                                     (1)
@@ -8,12 +8,11 @@
 //!     b = dt (1 - f)/D,   a = dt f - b,   f = (1 - exp(-D))/D
 //! exactly. The response of a moment equation is a derivative, which needs no differentiation: by parts
 //!     int x' g dt = E + (j w - sigma) X,   E = sum over pieces of (x g at the end - x g at the start)   (3)
-//! E is what most published real-time forms leave out; in a record of a cycle or two it is as large as the rest. A stretch that
-//! was left out ends a piece and begins another: time stands still in it. The ends are values through the
-//! same kernel as everything else, which is the short fit that their noise asks for.
+//! E, which most published real-time forms omit, is as large as the rest in a record of a cycle or two. A gap ends a piece and
+//! begins another, and its length does not count. The end values are smoothed by the same kernel as every signal.
 //! The error of an equation, white with intensity S, has a transform V with
 //!     E\[V_i V_j^*\] = S K(w_i - w_j),   E\[V_i V_j\] = S K(w_i + w_j),   K(W) = int exp(-(2 sigma - j W)(T - t)) dt   (4)
-//! which is carried along like the signals.
+//! which is updated like the signals.
 //! Source: E. A. Morelli, AIAA 99-4043, 1999 (recursive Fourier transform regression); the ends as there in batch form.
 //! Numerics: |rho| <= 1, so rounding does not grow; series where D is small.
 
@@ -26,7 +25,6 @@ use nalgebra::Complex;
 pub const TRANSFORMED: usize = REGRESSORS + 3;
 /// Place of p in z.
 const ROLL_RATE: usize = 4;
-/// Sums of two frequencies.
 const SUMS: usize = 2 * FREQUENCIES - 1;
 const ZERO: Complex<f64> = Complex::new(0.0, 0.0);
 /// |D| below which the series serve.

@@ -1,4 +1,4 @@
-//! The equations from the band of frequencies alone, terms selected there too: a record after its flight.
+//! The equations estimated in the frequency band alone, with terms selected there: a record after its flight.
 //!
 //! Consumes the transforms of all excited instants; produces a [`DerivativesRecord`] of the same form as that over time. Primary
 //! terms enter whatever their F; then, one a step, the term with the largest F on its standard error in the band, while that is
@@ -41,7 +41,7 @@ impl Recursive {
                 let condition_index = condition_index(shared.gram(), &order);
                 return EquationRecord::empty(axis, Status::NotIdentifiable(Reason::Collinear { condition_index }));
             };
-            let equation = self.told(axis, &fit, &order, &offer, samples, &shared);
+            let equation = self.equation_record(axis, &fit, &order, &offer, samples, &shared);
             fits[axis.index()] = Some(fit);
             equation
         });
@@ -66,7 +66,7 @@ impl Recursive {
         let offered = |flags: &[bool; REGRESSORS]| (0..REGRESSORS).filter(|&place| flags[place]).collect::<Order>();
         let _ = order.push(BIAS);
         for place in offered(&offer.primary) {
-            // Terms that the band does not tell apart do not all come in.
+            // Terms that are collinear in the band do not all enter.
             if shared.fit(&self.transforms, axis, &with(&order, place)).is_some() {
                 let _ = order.push(place);
             }
@@ -97,7 +97,15 @@ impl Recursive {
         Some(ratio * ratio).filter(|f| f.is_finite())
     }
 
-    fn told(&self, axis: Axis, fit: &InFull, order: &Order, offer: &Offer, samples: f64, shared: &Shared) -> EquationRecord {
+    fn equation_record(
+        &self,
+        axis: Axis,
+        fit: &InFull,
+        order: &Order,
+        offer: &Offer,
+        samples: f64,
+        shared: &Shared,
+    ) -> EquationRecord {
         let mut equation = EquationRecord::empty(axis, Status::Converged);
         let parameters = order.len() as f64;
         let band = self.transforms.band();

@@ -1,23 +1,19 @@
 //! One channel of a run over time, with its white noise: values between samples, local lines, means over intervals.
 //!
 //! Consumes samples of increasing time at any rate; those that are no number or go back in time are left out.
-//! White noise is told from third differences, which a smooth motion hardly enters:
-//!     sigma^2 = mean (x_i - 3 x_(i+1) + 3 x_(i+2) - x_(i+3))^2 / 20                                  (1)
-//! of the smaller nine tenths of them, put right for what was cut off (of a normal distribution they hold 0.6230 of the mean).
 
+use super::series::Series;
+use super::white_noise::white_noise_std_trimmed;
 use crate::flight::channel::Channel;
 use crate::flight::sample::Sample;
 
 /// Fewer readings are no channel.
 const READINGS_MIN: usize = 20;
-/// Mean square of the smaller nine tenths of normal values, of the whole.
-const TRIMMED: f64 = 0.6230;
 
 /// A channel's readings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {
-    times_s: Vec<f64>,
-    values: Vec<f64>,
+    series: Series,
     noise: f64,
     interval_s: f64,
 }
@@ -43,31 +39,23 @@ impl Trace {
 
     /// Readings as such.
     pub fn through(readings: impl IntoIterator<Item = (f64, f64)>) -> Option<Trace> {
-        let (mut times_s, mut values) = (Vec::<f64>::new(), Vec::new());
-        for (time_s, value) in readings {
-            let forward = times_s.last().is_none_or(|&before_s| time_s > before_s);
-            if time_s.is_finite() && value.is_finite() && forward {
-                times_s.push(time_s);
-                values.push(value);
-            }
-        }
-        if values.len() < READINGS_MIN {
+        let series = Series::of(readings);
+        if series.len() < READINGS_MIN {
             return None;
         }
-        let mut intervals: Vec<f64> =
-            times_s.windows(2).map(|pair| pair.iter().rev().copied().reduce(|a, b| a - b)).map(|d| d.unwrap_or(0.0)).collect();
+        let mut intervals: Vec<f64> = series.times_s().array_windows().map(|[before_s, after_s]| after_s - before_s).collect();
         intervals.sort_by(f64::total_cmp);
         let interval_s = median_of_sorted(&intervals);
-        let noise = white_noise(&values);
-        Some(Trace { times_s, values, noise, interval_s })
+        let noise = white_noise_std_trimmed(series.values());
+        Some(Trace { series, noise, interval_s })
     }
 
     /// The readings.
     pub fn readings(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
-        self.times_s.iter().copied().zip(self.values.iter().copied())
+        self.series.samples()
     }
 
-    /// Standard deviation of its white noise, (1).
+    /// Standard deviation of its white noise, by the smaller nine tenths of its third differences.
     pub fn noise(&self) -> f64 {
         self.noise
     }
@@ -79,25 +67,27 @@ impl Trace {
 
     /// First and last time, s.
     pub fn range_s(&self) -> (f64, f64) {
-        (self.times_s.first().copied().unwrap_or(0.0), self.times_s.last().copied().unwrap_or(0.0))
+        self.series.range_s().unwrap_or((0.0, 0.0))
     }
 
     /// Readings from one time to another, both counted.
     pub fn within(&self, from_s: f64, to_s: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
-        let from = self.times_s.partition_point(|&time_s| time_s < from_s);
-        let to = self.times_s.partition_point(|&time_s| time_s <= to_s);
+        let times_s = self.series.times_s();
+        let from = times_s.partition_point(|&time_s| time_s < from_s);
+        let to = times_s.partition_point(|&time_s| time_s <= to_s);
         self.readings().skip(from).take(to.saturating_sub(from))
     }
 
     /// Between two readings on the straight line between them; `None` outside the record and in a gap.
     pub fn at(&self, time_s: f64) -> Option<f64> {
-        let after = self.times_s.partition_point(|&t| t < time_s);
-        let (&t1, &x1) = (self.times_s.get(after)?, self.values.get(after)?);
+        let (times_s, values) = (self.series.times_s(), self.series.values());
+        let after = times_s.partition_point(|&t| t < time_s);
+        let (&t1, &x1) = (times_s.get(after)?, values.get(after)?);
         if t1 <= time_s {
             return Some(x1);
         }
         let before = after.checked_sub(1)?;
-        let (&t0, &x0) = (self.times_s.get(before)?, self.values.get(before)?);
+        let (&t0, &x0) = (times_s.get(before)?, values.get(before)?);
         let gap = t1 - t0 > GAP_S.max(3.0 * self.interval_s);
         (!gap).then(|| x0 + (x1 - x0) * (time_s - t0) / (t1 - t0))
     }
@@ -175,19 +165,6 @@ pub fn median_of_sorted(sorted: &[f64]) -> f64 {
     let at = |place: usize| sorted.get(place).copied().unwrap_or(0.0);
     let half = sorted.len() / 2;
     if sorted.len() % 2 == 1 { at(half) } else { 0.5 * (at(half.saturating_sub(1)) + at(half)) }
-}
-
-/// (1).
-fn white_noise(values: &[f64]) -> f64 {
-    let third = |four: &[f64]| match four {
-        [a, b, c, d] => a - 3.0 * b + 3.0 * c - d,
-        _ => 0.0,
-    };
-    let mut squares: Vec<f64> = values.windows(4).map(third).map(|d| d * d).collect();
-    squares.sort_by(f64::total_cmp);
-    squares.truncate((squares.len() * 9 / 10).max(1));
-    let count = squares.len().max(1) as f64;
-    libm::sqrt(squares.iter().sum::<f64>() / (count * 20.0 * TRIMMED))
 }
 
 #[cfg(test)]

@@ -161,11 +161,6 @@ impl Dense {
     }
 }
 
-/// Scalar product, summed in order.
-pub(crate) fn dot(left: &[f64], right: &[f64]) -> f64 {
-    left.iter().zip(right).map(|(a, b)| a * b).sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -3,13 +3,15 @@
 use crate::flight::run::RunGeometry;
 use crate::flight::sample::Sample;
 
-/// A run as it was recorded.
+/// A recorded run.
 #[derive(Clone, Debug)]
 pub struct RecordedRun {
-    /// Its name.
+    /// What it is called.
     pub name: String,
-    /// Its samples.
+    /// Its samples in order of time.
     pub samples: Vec<Sample>,
-    /// Where its instruments stand.
+    /// Where its instruments are said to stand.
     pub geometry: RunGeometry,
+    /// Whether `reconstruction::screening` has taken damaged samples out already.
+    pub screened: bool,
 }

@@ -1,0 +1,54 @@
+//! The answer of a diagnosis, with the runs that it rests on.
+
+use super::args::DiagnoseArgs;
+use crate::command::terminal::output_file::write_whole;
+use sideslip::error::Failure;
+use sideslip::flight::channel::ControlNames;
+use sideslip::flight::file::effect_file::DeclaredEffect;
+use sideslip::io::outputs::words::set_aside::{no_diagnosis, reason};
+use sideslip::postflight::diagnosis::diagnose::{Diagnosis, diagnose};
+use sideslip::postflight::diagnosis::search::next_cause::SearchSettings;
+use sideslip::postflight::recorded_run::RecordedRun;
+use sideslip::simulation::flight_model::FlightModel;
+use std::path::PathBuf;
+
+/// A model, its diagnosis, and the extension that follows from it.
+pub(super) struct Answer {
+    pub(super) model: FlightModel,
+    pub(super) diagnosis: Diagnosis,
+    pub(super) extension: Vec<DeclaredEffect>,
+    pub(super) controls: ControlNames,
+    pub(super) extended: Option<PathBuf>,
+}
+
+/// The runs, for pictures.
+pub(super) struct Flights<'r> {
+    pub(super) fit: &'r [RecordedRun],
+    pub(super) holdout: &'r [RecordedRun],
+}
+
+impl Answer {
+    /// Diagnoses a model by the runs of one test point.
+    pub(super) fn of(
+        args: &DiagnoseArgs,
+        model: FlightModel,
+        (fit, holdout): (&[RecordedRun], &[RecordedRun]),
+        controls: ControlNames,
+        losses: &mut Vec<String>,
+    ) -> Result<Self, Failure> {
+        let settings = SearchSettings { causes: args.causes, ..SearchSettings::default() };
+        let diagnosis = diagnose(&model, fit, holdout, &settings).map_err(|wrong| Failure::Input(no_diagnosis(&wrong)))?;
+        losses.extend(diagnosis.set_aside.iter().map(|(name, why)| format!("{name}: set aside: {}", reason(why))));
+        let extension = diagnosis.extension();
+        let extended = args.extended.clone().filter(|_| !extension.is_empty());
+        Ok(Answer { model, diagnosis, extension, controls, extended })
+    }
+
+    /// The extended model to its file.
+    pub(super) fn write_extended(&self) -> Result<(), Failure> {
+        let Some(path) = &self.extended else { return Ok(()) };
+        let all: Vec<DeclaredEffect> = self.model.file.effects.iter().chain(&self.extension).copied().collect();
+        let text = self.model.with_effects(&all).map_err(|wrong| Failure::Running(wrong.to_string()))?;
+        write_whole(path, |file| file.write_all(text.as_bytes()))
+    }
+}

@@ -1,0 +1,50 @@
+//! The call of `sideslip diagnose`.
+
+use crate::command::options::flight_condition::FlightCondition;
+use std::path::PathBuf;
+
+const EXAMPLE: &str = "\
+Example:
+  sideslip diagnose --model puma-100kn.toml --fit 3211.csv lateral.csv doublet.csv --holdout other.csv --extended better.toml
+  sideslip diagnose --model puma --speed 51.4 --density 1.024 --fit monday/*.csv --json -
+
+Every effect that a model file can have is a hypothesis, for every axis, control and channel: derivatives, nonlinear terms, the
+path of each control to its blade, rotor speed, gusts, the instruments. A score test over all runs ranks them, with every
+derivative free within the model's own tolerance; the best are fitted with their numbers free, and after each cause that is
+accepted the search continues until the remaining residual is noise. Causes that the data do not distinguish are reported
+together. Where no hypothesis explains the residual, the answer is unknown, with the axis and the band. The improvement is that of
+free runs on hold-out runs; without improvement no model is extended. Runs should begin in the trim of the model. A Level-1 model
+whose airspeed and climb are left open is trimmed where the runs were flown; runs of several test points are diagnosed at each
+test point, and then over the flight path.
+
+Exit status: 0 done, whatever was found; 1 failed while running; 2 the call, a recording or a model is wrong; 3 done, rows were
+skipped or a run was set aside. With --json - the table goes to standard error.";
+
+/// Find what a model gets wrong, identify the cause, extend the model, and measure the improvement on hold-out runs
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLE)]
+pub(crate) struct DiagnoseArgs {
+    #[command(flatten)]
+    pub(super) condition: FlightCondition,
+    /// Recordings that are fitted, a run each
+    #[arg(long, value_name = "RUN", num_args = 1.., required = true)]
+    pub(super) fit: Vec<PathBuf>,
+    /// Hold-out recordings: the improvement is measured on them, they are not fitted
+    #[arg(long, value_name = "RUN", num_args = 1..)]
+    pub(super) holdout: Vec<PathBuf>,
+    /// Largest number of causes that is searched for
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    pub(super) causes: usize,
+    /// Which message carries which channel, for recordings of MAVLink (TOML)
+    #[arg(long, value_name = "FILE")]
+    pub(super) config: Option<PathBuf>,
+    /// Write the answer as JSON to this file, or to standard output with -
+    #[arg(long, value_name = "FILE")]
+    pub(super) json: Option<PathBuf>,
+    /// Write the extended model to this file, where there is one
+    #[arg(long, value_name = "FILE")]
+    pub(super) extended: Option<PathBuf>,
+    /// Write a report (HTML) to this file: causes and their evidence, every run beside both models, residuals, improvement
+    #[arg(long, value_name = "FILE")]
+    pub(super) html: Option<PathBuf>,
+}

@@ -1,0 +1,180 @@
+//! A run as the check takes it: channels as lines, a uniform mesh of times, readings at its nodes.
+//!
+//! Consumes samples and where instruments stand; produces the mesh (`gyro_coverage` at [`MESH_RATE_HZ`]), and for
+//! given time skews each output's readings, those that fall to one node averaged. A stretch without rates longer than
+//! [`GAP_S`] parts the run: nothing is carried over it.
+
+use super::motion::STATES;
+use super::parameter::{INPUT_CHANNELS, INPUTS, OUTPUT_CHANNELS, OUTPUTS, SCALE, Theta};
+use crate::dynamics::sensors::velocity_of_air_data;
+use crate::flight::channel::Channel;
+use crate::flight::run::RunGeometry;
+use crate::flight::sample::Sample;
+use crate::flight::signal::gyro_coverage::{FirstNode, GyroCoverage};
+use crate::flight::signal::readings::{Groups, Mesh, Readings};
+use crate::flight::signal::series::Series;
+
+/// Rate of the mesh, Hz: the motion of a rigid aircraft is slower, and what is faster (vibration, filters of
+/// the instruments) is left to the average.
+pub(crate) const MESH_RATE_HZ: f64 = 12.5;
+/// A gap that parts the run, s.
+pub(crate) const GAP_S: f64 = 0.5;
+/// Outputs are not compared so near to both ends, so that a skew moves none of them out of the run, s.
+const EDGE_S: f64 = 0.4;
+/// Fewer readings of a channel are none.
+const READINGS_MIN: usize = 20;
+
+/// Channels of a run.
+#[derive(Clone, Debug, Default)]
+pub struct RunChannels {
+    /// Accelerometers and gyros.
+    pub inputs: [Option<Series>; INPUTS],
+    /// Air data, attitude and altitude.
+    pub outputs: [Option<Series>; OUTPUTS],
+    /// Where the accelerometers are said to stand, m.
+    pub accelerometer_place: [f64; 3],
+    /// Where the vanes are said to stand, m.
+    pub vane_place: [f64; 3],
+    /// Whether velocities can be followed: there are accelerometers and an airspeed.
+    pub velocities: bool,
+    /// What a factor is taken about: zero, but the mean where only changes count.
+    pub about: [f64; OUTPUTS],
+    /// The mesh; without nodes where there are no gyros.
+    pub mesh: Mesh,
+    /// The gyros' own interval, s.
+    pub sample_s: f64,
+    anew: Vec<bool>,
+    groups: Groups<OUTPUTS>,
+}
+
+impl RunChannels {
+    /// Gathers a run's samples.
+    pub fn of(samples: &[Sample], geometry: &RunGeometry) -> RunChannels {
+        let line = |channel: Channel| {
+            let series = Series::of(samples.iter().filter_map(|sample| Some((sample.time_s, sample.get(channel)?))));
+            let still = series.samples().all(|(_, value)| (value - series.at(f64::NEG_INFINITY)).abs() < 1e-12);
+            (series.len() >= READINGS_MIN && !still).then_some(series)
+        };
+        let mut record = RunChannels {
+            inputs: INPUT_CHANNELS.map(line),
+            outputs: OUTPUT_CHANNELS.map(|channel| {
+                let series = line(channel)?;
+                Some(if matches!(channel, Channel::Psi | Channel::Phi) { series.unwrapped() } else { series })
+            }),
+            accelerometer_place: geometry.accelerometer_position_m,
+            vane_place: geometry.vane_position_m,
+            ..RunChannels::default()
+        };
+        let forces = record.inputs.iter().take(3).flatten().count();
+        record.velocities = forces == 3 && record.outputs.first().is_some_and(Option::is_some);
+        if !record.velocities {
+            // Nothing says how the velocities move, so nothing can be compared with them.
+            for (output, channel) in record.outputs.iter_mut().zip(OUTPUT_CHANNELS) {
+                if !matches!(channel, Channel::Phi | Channel::Theta | Channel::Psi) {
+                    *output = None;
+                }
+            }
+        }
+        for ((about, series), channel) in record.about.iter_mut().zip(&record.outputs).zip(OUTPUT_CHANNELS) {
+            if let (Channel::Psi | Channel::Altitude, Some(series)) = (channel, series) {
+                *about = series.at(f64::NEG_INFINITY);
+            }
+        }
+        record.lay_mesh();
+        record.group();
+        record
+    }
+
+    /// The same with one channel's sign turned.
+    #[must_use]
+    pub fn turned(&self, channel: Channel) -> RunChannels {
+        let mut other = self.clone();
+        let named = INPUT_CHANNELS.iter().zip(&mut other.inputs).chain(OUTPUT_CHANNELS.iter().zip(&mut other.outputs));
+        for (_, series) in named.filter(|(one, _)| **one == channel) {
+            *series = series.take().map(|series| Series::of(series.samples().map(|(time_s, value)| (time_s, -value))));
+        }
+        other.group();
+        other
+    }
+
+    /// The same with the two accelerometers across gravity under each other's names.
+    #[must_use]
+    pub fn exchanged(&self) -> RunChannels {
+        let mut other = self.clone();
+        other.inputs.swap(0, 1);
+        other
+    }
+
+    /// Gives the outputs' samples to the nodes.
+    fn group(&mut self) {
+        if self.mesh.nodes > 0 {
+            // Not at both ends, so that a skew moves none out of the run.
+            let (from_s, to_s) = (self.mesh.first_s, self.mesh.time_s(self.mesh.nodes.saturating_sub(1)));
+            let margin_s = EDGE_S.min(0.05 * (to_s - from_s));
+            self.groups = Groups::of(&self.outputs, &self.mesh, (from_s + margin_s, to_s - margin_s));
+        }
+    }
+
+    /// Lays the mesh over the time that the gyros cover.
+    fn lay_mesh(&mut self) {
+        let gyros = self.inputs.iter().skip(3).flatten();
+        let coverage = GyroCoverage::of(gyros.clone());
+        let GyroCoverage { first_s, last_s, interval_s } = coverage;
+        if gyros.count() < 3 || !(last_s > first_s) || !(interval_s > 0.0) {
+            return;
+        }
+        self.sample_s = interval_s;
+        self.mesh = coverage.mesh(MESH_RATE_HZ, FirstNode::FirstSample);
+        self.anew = vec![false; self.mesh.nodes];
+        for series in self.inputs.iter().flatten() {
+            let mut before_s = first_s;
+            for (time_s, _) in series.samples() {
+                if time_s - before_s > GAP_S.max(3.0 * self.mesh.step_s) {
+                    let node = ((time_s - first_s) / self.mesh.step_s).ceil() as usize;
+                    if let Some(anew) = self.anew.get_mut(node) {
+                        *anew = true;
+                    }
+                }
+                before_s = time_s;
+            }
+        }
+    }
+
+    /// A channel, where it is there.
+    pub fn series(&self, channel: Channel) -> Option<&Series> {
+        let input = INPUT_CHANNELS.iter().position(|one| *one == channel).and_then(|place| self.inputs.get(place));
+        let output = || OUTPUT_CHANNELS.iter().position(|one| *one == channel).and_then(|place| self.outputs.get(place));
+        input.or_else(output)?.as_ref()
+    }
+
+    /// Whether nothing is carried to that node from the one before.
+    pub fn starts_anew(&self, node: usize) -> bool {
+        self.anew.get(node).copied().unwrap_or(false)
+    }
+
+    /// How many gaps part the run.
+    pub fn gaps(&self) -> usize {
+        self.anew.iter().filter(|anew| **anew).count()
+    }
+
+    /// A first guess of the state at a node, by what is measured there.
+    pub fn start(&self, node: usize, theta: &Theta) -> [f64; STATES] {
+        let time_s = self.mesh.time_s(node);
+        let read = |output: usize| {
+            let series = self.outputs.get(output).and_then(Option::as_ref)?;
+            let measured = INPUTS + output;
+            let about = self.about[output];
+            let mean = series.mean(time_s, time_s + 0.2);
+            Some((mean - theta.bias(measured) - about) / (1.0 + theta.values[SCALE + measured]) + about)
+        };
+        let speed = read(0).unwrap_or(50.0).max(3.0);
+        let [alpha, beta, phi, theta, psi] = [1, 2, 3, 4, 5].map(|output| read(output).unwrap_or(0.0));
+        let [u, v, w] = velocity_of_air_data(speed, alpha, beta);
+        [u, v, w, phi, theta, psi, read(6).unwrap_or(0.0), 0.0]
+    }
+
+    /// Readings of every output by node, each at the time when it was true.
+    pub fn readings(&self, theta: &Theta) -> Readings {
+        self.groups.readings(&self.mesh, &core::array::from_fn(|output| theta.skew_s(INPUTS + output)))
+    }
+}

@@ -1,0 +1,5 @@
+//! The slow part: whole aircraft from several runs.
+
+mod banked;
+mod flights;
+mod instruments;
