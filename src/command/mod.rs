@@ -27,7 +27,7 @@ pub(crate) fn message(line: Arguments<'_>) {
     let _ = writeln!(std::io::stderr().lock(), "{line}");
 }
 
-/// Where the processes meet: as named, or the user's own place.
+/// Directory that the processes of a run share: as named, or the user's own place.
 pub(crate) fn root_path(named: Option<&PathBuf>) -> PathBuf {
     named.cloned().unwrap_or_else(sideslip::io::bus::root::BusRoot::default_path)
 }

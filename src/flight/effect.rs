@@ -172,6 +172,19 @@ pub enum Family {
     Unknown,
 }
 
+/// An error of one channel's instrument.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SensorError {
+    /// Added to the true value, in the channel's unit.
+    Bias(f64),
+    /// The true value is multiplied by it.
+    Scale(f64),
+    /// Time constant of a first-order lag, s.
+    Lag(f64),
+    /// Time skew, s; positive reads late.
+    Delay(f64),
+}
+
 macro_rules! kinds {
     ($(
         $variant:ident $name:literal $family:ident $([$fixed:ident = $axis:ident])?
@@ -299,6 +312,32 @@ impl Effect {
     /// The channel whose instrument it is on, where it is on one.
     pub fn sensor_channel(&self) -> Option<Channel> {
         self.first(|field| if let EffectField::Channel(channel) = field { Some(channel) } else { None })
+    }
+
+    /// The channel and the error of its instrument, of an effect on one channel. Every place that applies such errors matches on
+    /// [`SensorError`] in full, so that a new one is forgotten nowhere.
+    pub const fn sensor_error(&self) -> Option<(Channel, SensorError)> {
+        match *self {
+            Effect::SensorBias { channel, value } => Some((channel, SensorError::Bias(value))),
+            Effect::SensorScale { channel, factor } => Some((channel, SensorError::Scale(factor))),
+            Effect::SensorLag { channel, tau } => Some((channel, SensorError::Lag(tau))),
+            Effect::SensorDelay { channel, delay } => Some((channel, SensorError::Delay(delay))),
+            Effect::Derivative { .. }
+            | Effect::Nonlinear { .. }
+            | Effect::ControlEffectiveness { .. }
+            | Effect::ActuatorLag { .. }
+            | Effect::TransportDelay { .. }
+            | Effect::RateLimit { .. }
+            | Effect::DeadZone { .. }
+            | Effect::CrossFeed { .. }
+            | Effect::RotorSpeed { .. }
+            | Effect::RotorReaction { .. }
+            | Effect::FlightPath { .. }
+            | Effect::Turbulence { .. }
+            | Effect::SensorPosition { .. }
+            | Effect::Unknown { .. }
+            | Effect::None => None,
+        }
     }
 
     /// The axis whose force or moment it changes, where that is one.

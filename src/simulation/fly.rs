@@ -238,16 +238,11 @@ impl Flight {
     /// Refuses what cannot be flown; gives the first and the last time, s.
     fn check(&self) -> Result<(f64, f64), SimulationError> {
         for effect in &self.effects {
+            if let Some((channel, _)) = effect.sensor_error().filter(|(channel, _)| !self.gives(*channel)) {
+                return Err(SimulationError::NoChannel(channel));
+            }
             match *effect {
                 Effect::Unknown { .. } => return Err(SimulationError::NotFlown(effect.kind())),
-                Effect::SensorBias { channel, .. }
-                | Effect::SensorScale { channel, .. }
-                | Effect::SensorLag { channel, .. }
-                | Effect::SensorDelay { channel, .. }
-                    if !self.gives(channel) =>
-                {
-                    return Err(SimulationError::NoChannel(channel));
-                }
                 Effect::RotorSpeed { .. } | Effect::RotorReaction { .. } if self.model.trim.rotor_speed.is_none() => {
                     return Err(SimulationError::NoRotorSpeed);
                 }

@@ -19,7 +19,7 @@ use super::vibration::{Azimuth, Vibration};
 use crate::dynamics::sensors::{AirData, specific_force_at_arm, velocity_at_arm};
 use crate::flight::channel::{CHANNELS, Channel};
 use crate::flight::control::Control;
-use crate::flight::effect::{Effect, PositionedSensor};
+use crate::flight::effect::{Effect, PositionedSensor, SensorError};
 use crate::flight::sample::Sample;
 use crate::num::random::NormalNoise;
 
@@ -204,13 +204,12 @@ impl SimulatedChannelErrors {
             factor: instrument.factor,
             bias: instrument.bias,
         };
-        for effect in effects {
-            match *effect {
-                Effect::SensorBias { channel: c, value } if c == channel => reading.bias += value,
-                Effect::SensorScale { channel: c, factor } if c == channel => reading.factor *= factor,
-                Effect::SensorLag { channel: c, tau } if c == channel && tau > 0.0 => reading.lags_s.push(tau),
-                Effect::SensorDelay { channel: c, delay } if c == channel => reading.delay_s += delay,
-                _ => {}
+        for (_, error) in effects.iter().filter_map(Effect::sensor_error).filter(|(of, _)| *of == channel) {
+            match error {
+                SensorError::Bias(value) => reading.bias += value,
+                SensorError::Scale(factor) => reading.factor *= factor,
+                SensorError::Lag(tau) => reading.lags_s.extend((tau > 0.0).then_some(tau)),
+                SensorError::Delay(delay) => reading.delay_s += delay,
             }
         }
         reading

@@ -5,7 +5,8 @@ use sideslip::flight::effect::{Effect, PositionedSensor};
 use sideslip::flight::file::effect_file::DeclaredEffect;
 use sideslip::flight::file::run_file::RunInfo;
 use sideslip::flight::unit::DEGREE;
-use sideslip::io::outputs::tables::terminal::{Style, measured};
+use sideslip::io::outputs::number::measured_text;
+use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::io::outputs::words::instrument_words::{detection_limit, not_observable, separation, verdict_reason};
 use sideslip::postflight::reconstruction::correction::Correction;
 use sideslip::postflight::reconstruction::gross_errors::speed_unit;
@@ -36,7 +37,7 @@ pub(super) fn text(verdicts: &[RunVerdict], infos: &[&RunInfo], controls: Contro
             for one in verdict.not_observable.iter().filter(|one| detection_limit(one).is_none()) {
                 let _ = writeln!(text, "    {}", not_observable(one));
             }
-            wrapped(&mut text, "less than: ", verdict.not_observable.iter().filter_map(detection_limit));
+            wrapped(&mut text, "not detectable below: ", verdict.not_observable.iter().filter_map(detection_limit));
         }
     }
     text
@@ -81,8 +82,7 @@ fn correction(text: &mut String, one: &Correction, info: &RunInfo, controls: Con
         let _ = writeln!(text, "      distinguished by: {}", separation(*pair));
     }
     for (run, value, std) in &one.by_run {
-        let (shown, error) = measured(*value, *std);
-        let _ = writeln!(text, "      {run} alone, with the same corrections: {shown} +- {error}");
+        let _ = writeln!(text, "      {run} alone, with the same corrections: {}", measured_text(*value, *std));
     }
     if let Effect::SensorPosition { sensor, offset_m } = one.effect.effect {
         let (key, stands) = match sensor {
@@ -97,8 +97,7 @@ fn correction(text: &mut String, one: &Correction, info: &RunInfo, controls: Con
 
 /// A value and its standard error.
 fn with_error(value: f64, std: f64, unit: &str) -> String {
-    let (value, std) = measured(value, std);
-    format!("{value} +- {std} {unit}").trim_end().to_owned()
+    format!("{} {unit}", measured_text(value, std)).trim_end().to_owned()
 }
 
 fn sentence(declared: &DeclaredEffect, axis_stds_m: [Option<f64>; 3], vane: Option<Channel>, controls: ControlNames) -> String {

@@ -2,6 +2,7 @@
 
 use crate::command::compare::comparison::{ComparedRun, Comparison};
 use sideslip::flight::channel::ControlNames;
+use sideslip::io::outputs::number::decimals;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::postflight::validation::improvement::{
     ChannelImprovement, Improvement, ImprovementVerdict, IntervalEstimate, PooledImprovement,
@@ -111,7 +112,7 @@ fn number(value: f64) -> String {
     if !(size > 0.0) {
         return if size.is_nan() { "-" } else { "0" }.to_owned();
     }
-    let digits = (3.0 - libm::floor(libm::log10(size))).clamp(0.0, 8.0) as usize;
+    let digits = decimals(size, 4, 8);
     format!("{value:.digits$}")
 }
 

@@ -28,7 +28,7 @@ Example:
   sideslip demo
   sideslip demo --speed 1 --seed 3 --out trial/
 
-On a terminal the estimates are shown while they come; it ends with the table of section 4 of the paper (simulation, live
+On a terminal the estimates are shown while they come; it ends with the table of the README (simulation, live
 estimate, extended model, and the truth) and the paths of logs, numbers and pages. Everything stays on this machine (127.0.0.1).
 While a run is flown, `sideslip watch --root DIR` with the root that it names shows the same to anybody.
 

@@ -5,8 +5,9 @@ use super::test_run::FlownRun;
 use serde_json::Value;
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::derivative::{Axis, Variable};
-use sideslip::io::outputs::tables::terminal::{Style, measured};
-use sideslip::io::outputs::words::status_text::{DerivativeLabel, Digits};
+use sideslip::io::outputs::number::{Digits, measured_text};
+use sideslip::io::outputs::tables::terminal::Style;
+use sideslip::io::outputs::words::status_text::DerivativeLabel;
 use sideslip::realtime::modes::lateral;
 use sideslip::realtime::modes::record::OscillatoryMode;
 use sideslip::realtime::regression::record::{LateralDerivatives, Status};
@@ -89,13 +90,7 @@ fn plain(value: Option<f64>) -> String {
 }
 
 fn with_error(value: Option<(f64, f64)>) -> String {
-    value.map_or_else(
-        || "-".to_owned(),
-        |(value, std)| {
-            let (value, std) = measured(value, std);
-            format!("{value} +- {std}")
-        },
-    )
+    value.map_or_else(|| "-".to_owned(), |(value, std)| measured_text(value, std))
 }
 
 impl fmt::Display for ResultTable<'_> {

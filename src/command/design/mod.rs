@@ -19,7 +19,7 @@ use sideslip::flight::effect::Effect;
 use sideslip::flight::file::model_file::ModelFile;
 use sideslip::flight::model::LinearModel;
 use sideslip::io::outputs::charts::chart::svg;
-use sideslip::io::outputs::words::status_text::Digits;
+use sideslip::io::outputs::number::Digits;
 use sideslip::simulation::input_design::information::{DesignParameter, outputs};
 use sideslip::simulation::input_design::search::{Criterion, DesignLimits, DesignProblem, EvaluatedInput, LEAST_AMPLITUDE};
 use sideslip::simulation::input_design::spectrum::{energy, outline};

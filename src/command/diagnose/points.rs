@@ -196,7 +196,7 @@ fn verdict(points: &[DiagnosedPoint], varying: &[DerivativeTrend], controls: Con
             let mut verdict = of_path(one, controls);
             let (name, (slope, std)) = (format!("{}_{}", one.axis.name(), one.variable.name(controls)), one.slope);
             verdict["statement"] =
-                json!(format!("{name} changes with the flight path by {slope:.3} +- {std:.3} a radian more than the model says"));
+                json!(format!("{name} changes with the flight path by {slope:.3} +- {std:.3} per radian more than in the model"));
             verdict
         }
         None => points.first().map_or(Value::Null, |point| document(&point.answer)["verdict"].clone()),

@@ -57,7 +57,7 @@ const RUNS_KEPT: usize = 64;
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct EstimateArgs {
-    /// Directory in which the processes meet
+    /// Directory of the run: processes and readers with the same one share its data
     #[arg(long, value_name = "DIR")]
     root: Option<PathBuf>,
     /// Write an MCAP log; a further run or a restart takes the next free name

@@ -2,7 +2,8 @@
 
 use serde_json::{Value, json};
 use sideslip::error::Failure;
-use sideslip::io::outputs::tables::terminal::{Style, measured};
+use sideslip::io::outputs::number::measured;
+use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::postflight::equation_error::collinearity::Collinearity;
 use sideslip::postflight::equation_error::design::{Bias, CandidateTerm, Design};
 use sideslip::postflight::equation_error::expression::Expression;

@@ -1,6 +1,7 @@
 //! The answer for a person.
 
-use sideslip::io::outputs::tables::terminal::{Style, measured};
+use sideslip::io::outputs::number::measured;
+use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::postflight::identification::identification_model::InstrumentParameter;
 use sideslip::postflight::identification::identify::IdentificationResult;
 use sideslip::postflight::identification::roots::IdentifiedRoot;

@@ -4,7 +4,8 @@ use super::json::{modes, output_error, prediction};
 use super::test_point_result::{ComplexRoot, LateralDampingAnalysis, SimulatedModes, TestPointResult, ValueAndStd};
 use crate::command::identify::table;
 use serde_json::{Value, json};
-use sideslip::io::outputs::tables::terminal::{Style, measured};
+use sideslip::io::outputs::number::measured;
+use sideslip::io::outputs::tables::terminal::Style;
 use std::fmt::Write;
 
 /// Every test point as it would stand alone, then all beside the simulation.

@@ -27,7 +27,7 @@ pub(crate) struct IngestArgs {
     /// Which message carries which channel, for MAVLink (TOML)
     #[arg(long, value_name = "FILE")]
     pub(super) config: Option<PathBuf>,
-    /// Directory in which the processes meet
+    /// Directory of the run: processes and readers with the same one share its data
     #[arg(long, value_name = "DIR")]
     pub(super) root: Option<PathBuf>,
     /// How fast a recording comes: 1 is real time, 4 four times as fast, max as fast as the estimator takes it

@@ -6,6 +6,7 @@ use crate::command::inspect::traffic;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::derivative::Axis;
 use sideslip::flight::file::run_file::RecordingTarget;
+use sideslip::io::outputs::number::decimals;
 use sideslip::io::telemetry::recording::Recording;
 use sideslip::simulation::flight_model::CONDITION;
 use std::fmt::Write;
@@ -190,7 +191,7 @@ fn estimable_lines(recording: &Recording, estimable: &EstimableQuantities) -> Ve
         estimable.variables.iter().filter(|answer| answer.possible).map(|answer| answer.what.name(controls)).collect();
     entry("  by", listed(&with));
     for answer in estimable.variables.iter().filter(|answer| !answer.reasons.is_empty()) {
-        let title = if answer.possible { "  barely by" } else { "  not by" };
+        let title = if answer.possible { "  weakly by" } else { "  not by" };
         entry(title, vec![format!("{}: {}", answer.what.name(controls), answer.reasons.join("; "))]);
     }
     entry("Dutch roll", verdict(&estimable.dutch_roll));
@@ -226,8 +227,7 @@ fn number(value: f64) -> String {
     if !(1e-4..1e9).contains(&magnitude) {
         return format!("{value:.4e}");
     }
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and 9")]
-    let decimals = (5.0 - libm::floor(libm::log10(magnitude))).clamp(0.0, 9.0) as usize;
+    let decimals = decimals(magnitude, 6, 9);
     let text = format!("{value:.decimals$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }

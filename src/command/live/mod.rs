@@ -62,7 +62,7 @@ pub(crate) struct LiveArgs {
     /// Write the last estimates as JSON to this file at the end, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Directory in which the processes meet
+    /// Directory of the run: processes and readers with the same one share its data
     #[arg(long, value_name = "DIR")]
     root: Option<PathBuf>,
     /// How fast a recording comes: 1 is real time

@@ -78,7 +78,7 @@ pub(crate) struct SimulateArgs {
     /// Samples a second [default: 100, or the run's own times]
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = number("Hz"))]
     rate: Option<f64>,
-    /// How fast the hand moves a control, rad of blade pitch a second
+    /// Maximum rate of a control movement, rad of blade pitch per second
     #[arg(long, value_name = "RAD/S", default_value_t = HAND_RATE, conflicts_with = "controls",
         allow_negative_numbers = true, value_parser = number("rad/s"))]
     hand_rate: f64,

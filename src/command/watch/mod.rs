@@ -39,7 +39,7 @@ const SLICE: Duration = Duration::from_millis(20);
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct WatchArgs {
-    /// Directory in which the processes meet
+    /// Directory of the run: processes and readers with the same one share its data
     #[arg(long, value_name = "DIR")]
     root: Option<PathBuf>,
     /// Print a JSON object a line

@@ -11,6 +11,7 @@ pub mod html;
 pub mod json;
 #[cfg(feature = "log")]
 pub mod log;
+pub mod number;
 pub mod queue;
 pub mod record;
 pub mod tables;

@@ -6,6 +6,7 @@ use crate::command::diagnose::roots::modes;
 use crate::command::diagnose::verdict::judged;
 use sideslip::flight::file::effect_file::DeclaredEffect;
 use sideslip::io::outputs::charts::chart::{ChartError, Figure, Mark, Marks, Panel};
+use sideslip::io::outputs::number::decimals;
 use sideslip::postflight::validation::improvement::{Improvement, ImprovementVerdict, IntervalEstimate};
 use std::fmt::Write;
 
@@ -26,7 +27,7 @@ fn number(value: f64) -> String {
     } else if size >= 1e4 {
         format!("{value:.1e}")
     } else {
-        let digits = (2.0 - libm::floor(libm::log10(size.max(1e-6)))).clamp(0.0, 6.0) as usize;
+        let digits = decimals(size.max(1e-6), 3, 6);
         format!("{value:.digits$}")
     }
 }

@@ -10,7 +10,7 @@
 //!       "oscillation": T {"plane": "lateral", "omega": M, "zeta": M, "from": s, "to": s, "cycles": n, "explained": 0..1,
 //!                  "channels": {"r": size at `from`}, "control_motion": part of the travel,
 //!                  "decrement": {"omega": M, "zeta": M} or null, "earlier": {"from": s, "zeta": M} or null},
-//!       "sensitivity": {"r": {"acceleration": M or null (rad/s^2 a rad), "rate": M (rad/s a rad), "peak": M, "after": s,
+//!       "sensitivity": {"r": {"acceleration": M or null (rad/s^2 per rad), "rate": M (rad/s per rad), "peak": M, "after": s,
 //!                  "significant": bool}},
 //!       "coupling": T {"on_axis": "r", "ratio": {"p": {"value", "std", "significant", "exceeds_after": s or null}},
 //!                  "level": 0.25},

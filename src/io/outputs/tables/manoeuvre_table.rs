@@ -1,8 +1,8 @@
 //! The interpretation for a person: tables of at most [`WIDTH`] columns, then the sentences.
 
 use crate::flight::channel::{Channel, ControlNames};
+use crate::io::outputs::number::short_measured_text;
 use crate::io::outputs::words::manoeuvre_sentences::{self, point_words, side_words};
-use crate::io::outputs::words::measured_text::shown;
 use crate::postflight::manoeuvres::record::{
     Interpretation, LineTest, Linearity, Manoeuvre, Measured, NotEstimable, Plane, RUNS_A_POINT, Response, RunInterpretation,
     TestPoint, on_axis,
@@ -84,9 +84,10 @@ fn run_lines(run: &RunInterpretation) -> Vec<String> {
     }
     let titles = ["s", "control", "shape", "first, rad", "m/s", "climb", "kg/m^3", "p q r in trim, rad/s", "trim"];
     lines.extend(rows(run.manoeuvres.iter().map(|one| manoeuvre_cells(one, run.controls)), &titles));
-    let titles = ["s", "after", "plane", "omega, rad/s", "zeta", "zeta by peaks", "free from, to s", "cycles", "explained"];
+    let titles = ["s", "after", "plane", "omega, rad/s", "zeta", "zeta by peaks", "free response, s", "cycles", "explained"];
     lines.extend(rows(run.manoeuvres.iter().map(|one| oscillation_cells(one, run.controls)), &titles));
-    let titles = ["s", "to", "axis", "rad/s^2 a rad", "rad/s a rad", "peak after", "over on-axis", "passes 0.25 after"];
+    let titles =
+        ["s", "response to", "axis", "rad/s^2 per rad", "rad/s per rad", "peak after", "ratio to on-axis", "exceeds 0.25 after"];
     let answers = run.manoeuvres.iter().flat_map(|one| answer_cells(one, run.controls));
     lines.extend(rows(answers, &titles));
     lines.extend(manoeuvre_sentences::of_run(run).iter().flat_map(|sentence| wrapped(sentence, "  ")));
@@ -119,9 +120,9 @@ fn oscillation_cells(one: &Manoeuvre, controls: ControlNames) -> Vec<String> {
     let mut cells = vec![format!("{:.1}", one.start_s), name, Plane::of(one.control).word().to_owned()];
     match &one.oscillation {
         Ok(found) => cells.extend([
-            shown(found.omega),
-            shown(found.zeta),
-            found.decrement.map_or("-".to_owned(), |(_, zeta)| shown(zeta)),
+            short_measured_text(found.omega),
+            short_measured_text(found.zeta),
+            found.decrement.map_or("-".to_owned(), |(_, zeta)| short_measured_text(zeta)),
             format!("{:.1} to {:.1}", found.from_s, found.to_s),
             format!("{:.1}", found.cycles),
             format!("{:.0} %", 100.0 * found.explained),
@@ -150,14 +151,14 @@ fn answer_cells(one: &Manoeuvre, controls: ControlNames) -> Vec<Vec<String>> {
             format!("{:.1}", one.start_s),
             one.control.name(controls).to_owned(),
             channel.name(controls).to_owned(),
-            sensitivity.acceleration.map_or("-".to_owned(), |value| mark(shown(value))),
-            mark(shown(sensitivity.rate)),
+            sensitivity.acceleration.map_or("-".to_owned(), |value| mark(short_measured_text(value))),
+            mark(short_measured_text(sensitivity.rate)),
             if sensitivity.significant { format!("{:.2} s", sensitivity.after_s) } else { "-".to_owned() },
             match coupling {
                 None if channel == on => "on-axis".to_owned(),
                 None => "-".to_owned(),
-                Some(axis) if axis.significant => shown(axis.ratio),
-                Some(axis) => format!("({})", shown(axis.ratio)),
+                Some(axis) if axis.significant => short_measured_text(axis.ratio),
+                Some(axis) => format!("({})", short_measured_text(axis.ratio)),
             },
             coupling.and_then(|axis| axis.exceeds_after_s).map_or("-".to_owned(), |after_s| format!("{after_s:.2} s")),
         ])
@@ -191,10 +192,12 @@ fn line_cells(one: &Linearity, controls: ControlNames) -> Vec<String> {
     let mut cells = vec![what, response, format!("{:.4} to {:.4}", one.amplitudes.0, one.amplitudes.1), one.runs.to_string()];
     if let Ok(line) = &one.line {
         let test = |test: Option<LineTest>, plus: f64| {
-            test.map_or("-".to_owned(), |test| shown(Measured { value: test.found.value + plus, std: test.found.std }))
+            test.map_or("-".to_owned(), |test| {
+                short_measured_text(Measured { value: test.found.value + plus, std: test.found.std })
+            })
         };
-        cells.push(shown(line.slope));
-        cells.push(shown(line.growth));
+        cells.push(short_measured_text(line.slope));
+        cells.push(short_measured_text(line.growth));
         cells.push(test(line.offset, 0.0));
         cells.push(test(line.asymmetry, 1.0));
         cells.push(if line.nonlinear { "not linear".to_owned() } else { "linear".to_owned() });

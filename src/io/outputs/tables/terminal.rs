@@ -5,9 +5,10 @@
 
 use crate::flight::channel::ControlNames;
 use crate::io::outputs::event_ring::{FoldedEvent, FoldedText};
+use crate::io::outputs::number::{Digits, measured};
 use crate::io::outputs::record::EventKind;
 use crate::io::outputs::words::event_text::{Severity, event_severity};
-use crate::io::outputs::words::status_text::{DerivativeLabel, Digits, StatusText, derivative_unit};
+use crate::io::outputs::words::status_text::{DerivativeLabel, StatusText, derivative_unit};
 use crate::realtime::modes::record::{ModesRecord, OscillatoryMode, RealRoot};
 use crate::realtime::regression::record::{DerivativesRecord, EquationRecord, RegressionEvent, Status};
 use std::f64::consts::{LN_2, TAU};
@@ -73,7 +74,7 @@ impl fmt::Display for EstimateTable<'_> {
             self.modes(f, modes)?;
         }
         if let Some(derivatives) = self.derivatives {
-            let excited = if derivatives.excited { ", being excited" } else { "" };
+            let excited = if derivatives.excited { ", excited" } else { "" };
             self.heading(
                 f,
                 0,
@@ -116,7 +117,7 @@ impl EstimateTable<'_> {
             let name = DerivativeLabel { axis: equation.axis, variable: Some(variable), controls: self.controls };
             let agrees = if apart.abs() <= APART { "agrees" } else { "DISAGREES" };
             let apart = format!("{:.1}", apart.abs());
-            writeln!(f, "     frequency domain {agrees}: at most {apart} combined standard errors apart, in {name}")?;
+            writeln!(f, "     frequency domain {agrees}: differs by up to {apart} combined standard errors, in {name}")?;
         }
         let rows: Vec<_> = equation.terms.iter().map(|term| (term, measured(term.value, term.std))).collect();
         let wide = |text: fn(&(String, String)) -> &String| rows.iter().map(|(_, pair)| text(pair).len()).max().unwrap_or(0);
@@ -227,18 +228,6 @@ fn status_in_words(status: Status, controls: ControlNames) -> String {
         Status::Converging | Status::Converged | Status::NotIdentifiable(_) => "",
     };
     format!("{}{more}", StatusText { status, controls })
-}
-
-/// A number and its standard error: two significant digits of the error, the number to the same decimal place.
-pub fn measured(value: f64, std: f64) -> (String, String) {
-    let plain = |size: f64| size == 0.0 || (1e-7..1e6).contains(&size);
-    if !(std > 0.0 && std.is_finite() && plain(std) && plain(libm::fabs(value))) {
-        return (Digits(value, 4).to_string(), Digits(std, 2).to_string());
-    }
-    // Of an error just below a power of ten the rounding may bring a third digit.
-    let magnitude = libm::floor(libm::log10(std * 1.005)) as i32;
-    let decimals = usize::try_from(1 - magnitude).unwrap_or(0);
-    (format!("{value:.decimals$}"), format!("{std:.decimals$}"))
 }
 
 fn oscillation(f: &mut fmt::Formatter<'_>, name: &str, pair: &OscillatoryMode) -> fmt::Result {
@@ -361,20 +350,6 @@ mod tests {
             assert!(text.contains(expected), "{expected}\n\n{text}");
         }
         assert!(!text.contains("the filter has a state"), "what is merely worth knowing has no place here");
-    }
-
-    #[test]
-    fn an_error_has_two_digits_and_sets_those_of_its_number() {
-        let cases = [
-            (1.8349, 0.0123, "1.835", "0.012"),
-            (-0.5, 0.099_7, "-0.50", "0.10"),
-            (12_345.6, 250.0, "12346", "250"),
-            (3.0, f64::NAN, "3.000", "-"),
-            (2.0, 0.0, "2.000", "0.0"),
-        ];
-        for (value, std, shown, error) in cases {
-            assert_eq!(measured(value, std), (shown.to_owned(), error.to_owned()));
-        }
     }
 
     #[test]

@@ -4,16 +4,8 @@ use crate::flight::channel::ControlNames;
 use crate::flight::derivative::Axis;
 use crate::flight::effect::{Effect, EffectKind, Family, PositionedSensor};
 use crate::flight::model::LinearModel;
+use crate::io::outputs::number::estimate_text;
 use crate::postflight::diagnosis::record::{RankedCause, UnexplainedAxis};
-
-/// A value with its error, both to the error's second figure.
-pub fn value(value: f64, std: f64) -> String {
-    if !(std.is_finite() && std > 0.0) {
-        return format!("{value:.4}");
-    }
-    let places = (1.0 - libm::floor(libm::log10(std))).clamp(0.0, 9.0) as usize;
-    format!("{value:.places$} +- {std:.places$}")
-}
 
 fn axis_in_words(axis: Axis) -> &'static str {
     match axis {
@@ -28,12 +20,12 @@ fn axis_in_words(axis: Axis) -> &'static str {
 
 /// One sentence for a person.
 pub fn statement(cause: &RankedCause, model: &LinearModel, naming: ControlNames) -> String {
-    let with = |number: f64| value(number, cause.std);
+    let with = |number: f64| estimate_text(number, cause.std);
     match cause.effect {
         Effect::Derivative { axis, variable, delta } => {
             let name = format!("{}_{}", axis.name(), variable.name(naming));
             let was = model.derivative(axis, variable);
-            let now = value(was + delta, cause.std);
+            let now = estimate_text(was + delta, cause.std);
             if was == 0.0 {
                 format!("the model lacks {name}: flight shows {now}")
             } else if libm::fabs(was + delta) < 2.0 * cause.std {
@@ -84,7 +76,7 @@ pub fn statement(cause: &RankedCause, model: &LinearModel, naming: ControlNames)
         }
         Effect::CrossFeed { from, to, gain } => {
             format!(
-                "{} moves {} too, {} rad a radian: an interlink is missing in the model",
+                "{} moves {} too, {} rad per rad: an interlink is missing in the model",
                 from.name(naming),
                 to.name(naming),
                 with(gain)
@@ -92,7 +84,7 @@ pub fn statement(cause: &RankedCause, model: &LinearModel, naming: ControlNames)
         }
         Effect::RotorSpeed { axis, coefficient } => {
             format!(
-                "the {} depends on the rotor's speed, which the model omits: {} a rad/s",
+                "the {} depends on the rotor's speed, which the model omits: {} per rad/s",
                 axis_in_words(axis),
                 with(coefficient)
             )
@@ -125,7 +117,7 @@ pub fn statement(cause: &RankedCause, model: &LinearModel, naming: ControlNames)
         Effect::SensorLag { channel, tau } => format!("{} is measured with a lag of {} s", channel.name(naming), with(tau)),
         Effect::SensorDelay { channel, delay } => {
             let late = if delay >= 0.0 { "late" } else { "early" };
-            format!("{} is measured {} s {late}", channel.name(naming), value(libm::fabs(delay), cause.std))
+            format!("{} is measured {} s {late}", channel.name(naming), estimate_text(libm::fabs(delay), cause.std))
         }
         Effect::SensorPosition { sensor, offset_m: [x, y, z] } => {
             let what = match sensor {

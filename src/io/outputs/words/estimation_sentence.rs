@@ -1,7 +1,8 @@
 //! What the state estimation noticed, each kind of event as a sentence for a person.
 
-use super::status_text::{Digits, aid_name};
+use super::status_text::aid_name;
 use crate::flight::channel::ControlNames;
+use crate::io::outputs::number::Digits;
 use crate::realtime::estimation::record::{Aid, EstimationEvent};
 use core::fmt::{self, Display, Formatter};
 

@@ -1,7 +1,7 @@
 //! What matters of a first look, a sentence each.
 
 use crate::flight::channel::{Channel, ControlNames};
-use crate::io::outputs::words::measured_text::shown;
+use crate::io::outputs::number::short_measured_text;
 use crate::postflight::manoeuvres::record::{
     Coupling, FreeOscillation, Interpretation, Linearity, Manoeuvre, Measured, NotEstimable, Plane, RUNS_A_POINT, Response,
     ResponseLine, RunInterpretation, TestPoint, on_axis,
@@ -71,7 +71,7 @@ fn of_manoeuvre(manoeuvre: &Manoeuvre, controls: ControlNames) -> Vec<String> {
 }
 
 fn coupling_words(coupling: &Coupling, controls: ControlNames) -> String {
-    format!("{} responds {} times as much", coupling.channel.name(controls), shown(coupling.ratio))
+    format!("{} responds {} times as much", coupling.channel.name(controls), short_measured_text(coupling.ratio))
 }
 
 fn of_oscillation(found: &FreeOscillation, what: &str, manoeuvre: &Manoeuvre, controls: ControlNames) -> Vec<String> {
@@ -79,8 +79,8 @@ fn of_oscillation(found: &FreeOscillation, what: &str, manoeuvre: &Manoeuvre, co
     let (omega, zeta) = (found.omega, found.zeta);
     let mut said = vec![format!(
         "After {what} the {plane} oscillation has omega {} rad/s, zeta {} (free from {:.1} s, {:.1} cycles seen).",
-        shown(omega),
-        shown(zeta),
+        short_measured_text(omega),
+        short_measured_text(zeta),
         found.from_s,
         found.cycles
     )];
@@ -118,7 +118,7 @@ pub fn of_all(all: &Interpretation) -> Vec<String> {
     let complete = all.points.iter().filter(|point| point.members.len() >= RUNS_A_POINT).count();
     if complete < all.points.len() {
         let points = all.points.len();
-        said.push(format!("{complete} of {points} test points have the {RUNS_A_POINT} runs that a test point takes."));
+        said.push(format!("{complete} of {points} test points have the {RUNS_A_POINT} runs required."));
     }
     said.extend(all.linearity.iter().filter_map(|one| of_line(one, controls)));
     said
@@ -211,7 +211,7 @@ fn growth_words(line: &ResponseLine, amplitudes: (f64, f64)) -> String {
     format!(
         "response grows {how} than the input: {:.4} rad gives {} of what {:.4} rad predicts",
         amplitudes.1,
-        shown(line.growth),
+        short_measured_text(line.growth),
         amplitudes.0
     )
 }

@@ -6,7 +6,6 @@ pub mod event_text;
 pub mod finding_text;
 pub mod instrument_words;
 pub mod manoeuvre_sentences;
-pub(crate) mod measured_text;
 pub mod noise_text;
 pub mod output_error_text;
 pub mod set_aside;

@@ -3,8 +3,8 @@
 //! Only channels that the run brings are told. JSON: a channel's `std` in its SI unit, and, for gyros and accelerometers, the
 //! `walk` of what drives them: of the angular acceleration (rad/s^2 per sqrt(s)) or of the specific force (m/s^2 per sqrt(s)).
 
-use super::status_text::Digits;
 use crate::flight::channel::Channel;
+use crate::io::outputs::number::Digits;
 use crate::realtime::estimation::record::{Aid, Instrumentation, NoiseRecord};
 use core::fmt;
 use serde::ser::{Serialize, SerializeMap, Serializer};

@@ -2,7 +2,8 @@
 
 use super::status_text::{DerivativeLabel, derivative_unit};
 use crate::flight::channel::ControlNames;
-use crate::io::outputs::tables::terminal::{Style, measured};
+use crate::io::outputs::number::measured;
+use crate::io::outputs::tables::terminal::Style;
 use crate::postflight::output_error::record::OutputErrorRecord;
 use crate::realtime::modes::record::OscillatoryMode;
 use std::fmt;

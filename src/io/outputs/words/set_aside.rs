@@ -1,9 +1,9 @@
 //! Why a run is set aside by the diagnosis, and why there is none, in words.
 
-use super::cause_sentence::value;
 use super::instrument_words::verdict_reason;
 use crate::flight::channel::ControlNames;
 use crate::flight::file::effect_file::DeclaredEffect;
+use crate::io::outputs::number::estimate_text;
 use crate::postflight::diagnosis::record::{DiagnosisError, InstrumentDisagreement, LENGTH_MIN_S, Unusable};
 
 /// Why a run is not used.
@@ -55,7 +55,7 @@ fn disagree(disagreement: &InstrumentDisagreement) -> String {
 fn error(declared: &DeclaredEffect) -> String {
     let DeclaredEffect { effect, std } = declared;
     let channel = effect.sensor_channel().map(|channel| channel.name(ControlNames::Rotorcraft).to_owned());
-    let number = effect.main_number().map(|number| value(number, std.unwrap_or(0.0)));
+    let number = effect.main_number().map(|number| estimate_text(number, std.unwrap_or(0.0)));
     let parts = [Some(effect.kind().name().to_owned()), channel, number];
     parts.into_iter().flatten().collect::<Vec<_>>().join(" ")
 }

@@ -5,6 +5,7 @@
 
 use crate::flight::channel::ControlNames;
 use crate::flight::derivative::{Axis, Variable};
+use crate::io::outputs::number::Digits;
 use crate::realtime::estimation::record::Aid;
 use crate::realtime::regression::record::{Reason, Status};
 use core::fmt::{self, Display, Formatter};
@@ -52,28 +53,6 @@ impl Display for DerivativeLabel {
         f.write_str(self.axis.name())?;
         f.write_str("_")?;
         f.write_str(self.variable.map_or("0", |variable| variable.name(self.controls)))
-    }
-}
-
-/// A number to that many significant digits, plain between 1e-4 and 1e6 in size; `-` where it is not finite.
-#[derive(Clone, Copy, Debug)]
-pub struct Digits(pub f64, pub u8);
-
-impl Display for Digits {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let Digits(value, digits) = *self;
-        if !value.is_finite() {
-            return f.write_str("-");
-        }
-        let digits = i32::from(digits.clamp(1, 17));
-        let size = libm::fabs(value);
-        if size > 0.0 && !(1e-4..1e6).contains(&size) {
-            let decimals = usize::try_from(digits - 1).unwrap_or(0);
-            return write!(f, "{value:.decimals$e}");
-        }
-        let magnitude = if size > 0.0 { libm::floor(libm::log10(size)) as i32 } else { 0 };
-        let decimals = usize::try_from(digits - 1 - magnitude).unwrap_or(0);
-        write!(f, "{value:.decimals$}")
     }
 }
 
@@ -149,24 +128,6 @@ impl Display for ReasonText {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_have_that_many_digits() {
-        let cases = [
-            (0.0, "0.00"),
-            (1.814_9, "1.81"),
-            (-0.087_26, "-0.0873"),
-            (0.000_123_4, "0.000123"),
-            (12_345.6, "12346"),
-            (0.000_012_34, "1.23e-5"),
-            (9.0e7, "9.00e7"),
-            (f64::NAN, "-"),
-            (f64::NEG_INFINITY, "-"),
-        ];
-        for (value, text) in cases {
-            assert_eq!(Digits(value, 3).to_string(), text);
-        }
-    }
 
     #[test]
     fn controls_are_called_as_the_run_calls_them() {

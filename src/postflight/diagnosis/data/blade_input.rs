@@ -7,7 +7,7 @@
 use super::run_data::{INPUTS, MEASURED_FORCE, ROTOR, RunData, input_channel};
 use crate::dynamics::linear::Turning;
 use crate::flight::control::{CONTROLS, Control};
-use crate::flight::effect::Effect;
+use crate::flight::effect::{Effect, SensorError};
 use crate::flight::model::Trim;
 use crate::flight::signal::piecewise_linear::History;
 use crate::flight::signal::series::Series;
@@ -41,19 +41,18 @@ pub struct BladeInput {
 fn corrected(series: &Series, input: usize, effects: &[Effect]) -> Vec<(f64, f64)> {
     let channel = input_channel(input);
     let mut points: Vec<(f64, f64)> = series.samples().collect();
-    for effect in effects {
-        match *effect {
-            Effect::SensorBias { channel: c, value } if c == channel => points.iter_mut().for_each(|(_, x)| *x -= value),
-            Effect::SensorScale { channel: c, factor } if c == channel => points.iter_mut().for_each(|(_, x)| *x /= factor),
-            Effect::SensorDelay { channel: c, delay } if c == channel => points.iter_mut().for_each(|(t, _)| *t -= delay),
-            Effect::SensorLag { channel: c, tau } if c == channel => {
+    for (_, error) in effects.iter().filter_map(Effect::sensor_error).filter(|(of, _)| *of == channel) {
+        match error {
+            SensorError::Bias(value) => points.iter_mut().for_each(|(_, x)| *x -= value),
+            SensorError::Scale(factor) => points.iter_mut().for_each(|(_, x)| *x /= factor),
+            SensorError::Delay(delay) => points.iter_mut().for_each(|(t, _)| *t -= delay),
+            SensorError::Lag(tau) => {
                 let line = Series::of(points.iter().copied());
                 let half_s = line.interval_s().unwrap_or(0.02);
                 for (time_s, value) in &mut points {
                     *value += tau * (line.at(*time_s + half_s) - line.at(*time_s - half_s)) / (2.0 * half_s);
                 }
             }
-            _ => {}
         }
     }
     points

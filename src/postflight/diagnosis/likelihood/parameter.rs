@@ -6,7 +6,7 @@
 use super::run_model::{OperatingPoint, RunModel};
 use crate::flight::channel::Channel;
 use crate::flight::derivative::{AXES, Axis, Variable};
-use crate::flight::effect::{Effect, PositionedSensor};
+use crate::flight::effect::{Effect, PositionedSensor, SensorError};
 use crate::flight::term::Term;
 use crate::postflight::diagnosis::data::blade_input::{INPUT_LENGTH, InputVector, ROTOR_ACCELERATION};
 use crate::postflight::diagnosis::data::run_data::{OUTPUT_CHANNELS, OUTPUTS, ROTOR, RunData};
@@ -74,11 +74,11 @@ pub fn parameter_kind(effect: &Effect, component: usize) -> ParameterKind {
         Effect::SensorPosition { sensor, .. } => ParameterKind::Place(sensor, component),
         _ => {
             let output = output_of(effect).unwrap_or(0);
-            match effect {
-                Effect::SensorScale { .. } => ParameterKind::Scale(output),
-                Effect::SensorDelay { .. } => ParameterKind::Timing(output),
-                Effect::SensorLag { .. } => ParameterKind::Lag,
-                _ => ParameterKind::Bias(output),
+            match effect.sensor_error() {
+                Some((_, SensorError::Scale(_))) => ParameterKind::Scale(output),
+                Some((_, SensorError::Delay(_))) => ParameterKind::Timing(output),
+                Some((_, SensorError::Lag(_))) => ParameterKind::Lag,
+                Some((_, SensorError::Bias(_))) | None => ParameterKind::Bias(output),
             }
         }
     }
@@ -218,13 +218,12 @@ impl RunInstrumentErrors {
                 };
                 place.iter_mut().zip(offset_m).for_each(|(place, offset)| *place += offset);
             }
-            let Some(output) = output_of(effect) else { continue };
-            match *effect {
-                Effect::SensorBias { value, .. } => bias[output] += value,
-                Effect::SensorScale { factor: by, .. } => factor[output] *= by,
-                Effect::SensorDelay { delay, .. } => late_s[output] += delay,
-                Effect::SensorLag { tau, .. } => lag = Some((output, tau)),
-                _ => {}
+            let Some((output, (_, error))) = output_of(effect).zip(effect.sensor_error()) else { continue };
+            match error {
+                SensorError::Bias(value) => bias[output] += value,
+                SensorError::Scale(by) => factor[output] *= by,
+                SensorError::Delay(delay) => late_s[output] += delay,
+                SensorError::Lag(tau) => lag = Some((output, tau)),
             }
         }
         RunInstrumentErrors { bias, factor, late_s, lag, accelerometer_m, vane_m }
@@ -233,11 +232,13 @@ impl RunInstrumentErrors {
 
 /// What an instrument makes of true values at equal steps: effects on that channel, in their order; of a rate of change no bias.
 pub(crate) fn as_read(mut values: Vec<f64>, step_s: f64, channel: Channel, effects: &[Effect], is_rate: bool) -> Vec<f64> {
-    for effect in effects.iter().filter(|effect| effect.sensor_channel() == Some(channel) && output_of(effect).is_some()) {
-        match *effect {
-            Effect::SensorBias { value, .. } if !is_rate => values.iter_mut().for_each(|x| *x += value),
-            Effect::SensorScale { factor, .. } => values.iter_mut().for_each(|x| *x *= factor),
-            Effect::SensorDelay { delay, .. } => {
+    for effect in effects.iter().filter(|effect| output_of(effect).is_some()) {
+        let Some((_, error)) = effect.sensor_error().filter(|(of, _)| *of == channel) else { continue };
+        match error {
+            SensorError::Bias(_) if is_rate => {}
+            SensorError::Bias(value) => values.iter_mut().for_each(|x| *x += value),
+            SensorError::Scale(factor) => values.iter_mut().for_each(|x| *x *= factor),
+            SensorError::Delay(delay) => {
                 let last = values.len().saturating_sub(1) as f64;
                 let at = |k: usize| {
                     let place = (k as f64 - delay / step_s).clamp(0.0, last);
@@ -247,7 +248,7 @@ pub(crate) fn as_read(mut values: Vec<f64>, step_s: f64, channel: Channel, effec
                 };
                 values = (0..values.len()).map(at).collect();
             }
-            Effect::SensorLag { tau, .. } => {
+            SensorError::Lag(tau) => {
                 let part = 1.0 - libm::exp(-step_s / tau.max(1e-9));
                 let (mut before, mut read) = (values.first().copied().unwrap_or(0.0), values.first().copied().unwrap_or(0.0));
                 for x in &mut values {
@@ -256,7 +257,6 @@ pub(crate) fn as_read(mut values: Vec<f64>, step_s: f64, channel: Channel, effec
                     *x = read;
                 }
             }
-            _ => {}
         }
     }
     values

@@ -1,0 +1,106 @@
+//! Numbers as text: significant digits, and a value rounded by its standard error.
+//!
+//! Three roundings of "value +- error" differ where the error is just below a power of ten, or very small; each output keeps its own:
+//! [`measured`] (tables of estimates), [`estimate_text`] (sentences of causes), [`short_measured_text`] (sentences and tables of
+//! manoeuvres, at most four decimals).
+
+use crate::postflight::manoeuvres::record::Measured;
+use std::fmt::{self, Display, Formatter};
+
+/// A number to that many significant digits, plain between 1e-4 and 1e6 in size; `-` where it is not finite.
+#[derive(Clone, Copy, Debug)]
+pub struct Digits(pub f64, pub u8);
+
+impl Display for Digits {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Digits(value, digits) = *self;
+        if !value.is_finite() {
+            return f.write_str("-");
+        }
+        let digits = i32::from(digits.clamp(1, 17));
+        let size = libm::fabs(value);
+        if size > 0.0 && !(1e-4..1e6).contains(&size) {
+            let decimals = usize::try_from(digits - 1).unwrap_or(0);
+            return write!(f, "{value:.decimals$e}");
+        }
+        let magnitude = if size > 0.0 { libm::floor(libm::log10(size)) as i32 } else { 0 };
+        let decimals = usize::try_from(digits - 1 - magnitude).unwrap_or(0);
+        write!(f, "{value:.decimals$}")
+    }
+}
+
+/// A number and its standard error: two significant digits of the error, the number to the same decimal place.
+pub fn measured(value: f64, std: f64) -> (String, String) {
+    let plain = |size: f64| size == 0.0 || (1e-7..1e6).contains(&size);
+    if !(std > 0.0 && std.is_finite() && plain(std) && plain(libm::fabs(value))) {
+        return (Digits(value, 4).to_string(), Digits(std, 2).to_string());
+    }
+    // Of an error just below a power of ten the rounding may bring a third digit.
+    let magnitude = libm::floor(libm::log10(std * 1.005)) as i32;
+    let decimals = usize::try_from(1 - magnitude).unwrap_or(0);
+    (format!("{value:.decimals$}"), format!("{std:.decimals$}"))
+}
+
+/// [`measured`] as one text, `value +- error`.
+pub fn measured_text(value: f64, std: f64) -> String {
+    let (value, std) = measured(value, std);
+    format!("{value} +- {std}")
+}
+
+/// A value with its standard error, both to the error's second digit; the value alone to four decimals where there is no error.
+pub fn estimate_text(value: f64, std: f64) -> String {
+    if !(std.is_finite() && std > 0.0) {
+        return format!("{value:.4}");
+    }
+    let places = (1.0 - libm::floor(libm::log10(std))).clamp(0.0, 9.0) as usize;
+    format!("{value:.places$} +- {std:.places$}")
+}
+
+/// A value with its standard error, to the error's two leading digits, at most four decimals.
+pub fn short_measured_text(one: Measured) -> String {
+    let places = if one.std > 0.0 && one.std.is_finite() { 1 - libm::floor(libm::log10(one.std)) as i32 } else { 3 };
+    let places = usize::try_from(places.clamp(0, 4)).unwrap_or(0);
+    format!("{:.places$} +- {:.places$}", one.value, one.std)
+}
+
+/// Decimals that show `digits` significant digits of a number of that size, at most `most`.
+pub fn decimals(size: f64, digits: u8, most: u8) -> usize {
+    (f64::from(digits) - 1.0 - libm::floor(libm::log10(size))).clamp(0.0, f64::from(most)) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_that_many_digits() {
+        let cases = [
+            (0.0, "0.00"),
+            (1.814_9, "1.81"),
+            (-0.087_26, "-0.0873"),
+            (0.000_123_4, "0.000123"),
+            (12_345.6, "12346"),
+            (0.000_012_34, "1.23e-5"),
+            (9.0e7, "9.00e7"),
+            (f64::NAN, "-"),
+            (f64::NEG_INFINITY, "-"),
+        ];
+        for (value, text) in cases {
+            assert_eq!(Digits(value, 3).to_string(), text);
+        }
+    }
+
+    #[test]
+    fn an_error_has_two_digits_and_sets_those_of_its_number() {
+        let cases = [
+            (1.8349, 0.0123, "1.835", "0.012"),
+            (-0.5, 0.099_7, "-0.50", "0.10"),
+            (12_345.6, 250.0, "12346", "250"),
+            (3.0, f64::NAN, "3.000", "-"),
+            (2.0, 0.0, "2.000", "0.0"),
+        ];
+        for (value, std, shown, error) in cases {
+            assert_eq!(measured(value, std), (shown.to_owned(), error.to_owned()));
+        }
+    }
+}
