@@ -1,6 +1,6 @@
 //! The delayed reading of an instrument: a pure delay, a first-order lag, or a mixture of both.
 //!
-//! Consumes an output y of the model [samples], a delay tau (s) and the share s of it that is a lag; produces the reading
+//! Consumes an output y of the model \[samples\], a delay tau (s) and the share s of it that is a lag; produces the reading
 //!     y_read = y + s (lag y - y) + (1 - s) (delay y - y)                                               (1)
 //!     lag:  tau y_lag' = y - y_lag,  y_lag(0) = y(0)     delay:  y(t - tau), y(0) before the start
 //! exactly for y linear between samples, and (1) linearised about (tau0, s0) as three inputs of a linear model,

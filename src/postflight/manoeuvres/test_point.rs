@@ -5,7 +5,7 @@
 //!     scatter^2 = mean over time of var over runs of (x_i - trim_i) A / a_i                            (1)
 //! with a_i the run's signed amplitude and A the group's mean size, so that left and right are compared; beside it the scatter of
 //! white noise alone. Times are relative to half the first pulse's level; readings are averaged over a tenth of a second.
-//! Source: ours. Returns [`NotEstimable`] for fewer than [`RUNS_A_POINT`] runs.
+//! Source: ours. Returns [`NotEstimable`] for fewer than `RUNS_A_POINT` runs.
 
 use super::channels::{Channels, Rest};
 use super::coupling::stretch;
