@@ -311,7 +311,7 @@ impl Effect {
 
     /// The channel whose instrument it is on, where it is on one.
     pub fn sensor_channel(&self) -> Option<Channel> {
-        self.first(|field| if let EffectField::Channel(channel) = field { Some(channel) } else { None })
+        self.sensor_error().map(|(channel, _)| channel)
     }
 
     /// The channel and the error of its instrument, of an effect on one channel. Every place that applies such errors matches on

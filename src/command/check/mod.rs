@@ -54,7 +54,7 @@ pub(crate) struct CheckArgs {
     json: Option<PathBuf>,
 }
 
-/// Reads every run, checks them together and says what came of it.
+/// Reads every run, checks them together and reports the verdicts.
 pub(crate) fn run(args: &CheckArgs) -> Result<Outcome, Failure> {
     if let Some(json) = args.json.as_ref().filter(|json| json.as_os_str() != "-") {
         refuse_to_overwrite("--json", json, &args.files)?;

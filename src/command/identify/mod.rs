@@ -138,7 +138,7 @@ fn method(text: &str) -> Result<FitMethod, String> {
     }
 }
 
-/// Reads the runs, identifies, and says what came of it.
+/// Reads the runs, identifies, and reports the result.
 pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
     if !(args.trim_window > 0.0 && args.trim_window.is_finite()) {
         let found = args.trim_window;

@@ -68,7 +68,7 @@ pub struct Diagnosis {
     pub none: (f64, Vec<RankedCause>),
     /// By axis, of those that the model says something of.
     pub discrepancy: Vec<Discrepancy>,
-    /// Axes that it says nothing of.
+    /// Axes that the model does not cover.
     pub unmodelled: Vec<Axis>,
     /// The signals that the residuals correlate with, by axis.
     pub spectra: Vec<AxisSpectrum>,

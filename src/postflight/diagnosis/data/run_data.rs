@@ -57,7 +57,7 @@ pub const OUTPUT_CHANNELS: [Channel; OUTPUTS] = [
     Channel::Beta,
     Channel::Altitude,
 ];
-/// What moves the aircraft: four controls, the rotor's speed, what accelerometers felt on axes that the model says nothing of.
+/// What moves the aircraft: four controls, the rotor's speed, what accelerometers felt on axes without a model.
 pub const INPUTS: usize = CONTROLS + 4;
 /// Place of the rotor's speed among the inputs.
 pub const ROTOR: usize = CONTROLS;
@@ -160,7 +160,7 @@ impl RunData {
         self.inputs.get(place).and_then(Option::as_ref).is_some_and(|series| span(series) > STILL * noise.max(1e-6))
     }
 
-    /// Takes the accelerometer along an axis that the model says nothing of for what moved the aircraft along it.
+    /// Takes the accelerometer along an axis without a model for what moved the aircraft along it.
     pub fn use_measured_force(&mut self, axis: usize) {
         let (Some(output), Some(input)) = (self.outputs.get_mut(axis), self.inputs.get_mut(MEASURED_FORCE + axis)) else {
             return;

@@ -34,7 +34,7 @@ pub enum Regressor {
     True,
     /// What the cause adds.
     Added,
-    /// Time, s: a bias goes with nothing.
+    /// Time, s: a bias correlates with nothing.
     Time,
 }
 

@@ -3,7 +3,7 @@
 //! Consumes the problem and where the search ended; produces by axis, all runs together, the density (2) of `spectrum` of the
 //! residual before and after, that of the instruments' own noise, white in the reading,
 //!     N_k = 2 dt sigma^2/n (forces)     N_k = 2 dt sigma^2/n (2 - 2 cos 2 pi f_k dt)/dt^2 (moments)        (1)
-//! with n samples a step, and the coherence with each signal. A signal goes with the residual in a band where the coherence
+//! with n samples a step, and the coherence with each signal. A signal correlates with the residual in a band where the coherence
 //! passes what chance passes once in 1/[`CHANCE`] such pictures, however many lines and signals they have.
 //! Segments are [`SEGMENT_S`] long, less where the runs are so short that there would be fewer than [`FEWEST`].
 

@@ -27,7 +27,7 @@ use crate::postflight::diagnosis::data::run_data::{
 const LEAST_DENSITY: [f64; AXES] = [1e-6, 1e-6, 1e-6, 1e-8, 1e-8, 1e-8];
 /// Where the density begins, before the innovations say better.
 const FIRST_DENSITY: [f64; AXES] = [1e-2, 1e-2, 1e-2, 1e-4, 1e-4, 1e-4];
-/// Where it begins on an axis that the model says nothing of: with an accelerometer, without one, and of moments.
+/// Where it begins on an axis without a model: with an accelerometer, without one, and of moments.
 const UNMODELLED_DENSITY: (f64, f64, f64) = (1e-2, 1.0, 1e-2);
 /// Standard deviation of what an accelerometer there is off by, m/s^2, and of a force and a moment that nothing says, m/s^2 and
 /// rad/s^2.
@@ -43,7 +43,7 @@ const WINDOW_S: f64 = 1.0;
 /// A channel is off the trim by more than this: m/s, and rad of attitude, flow and controls.
 const OFF_SPEED: f64 = 1.0;
 const OFF_ANGLE: f64 = 0.006;
-/// An airspeed so far off, m/s, is another trim by itself: what the air does goes with its square.
+/// An airspeed so far off, m/s, is another trim by itself: aerodynamic forces vary with its square.
 const FAR_SPEED: f64 = 5.0;
 /// Of a uniform distribution, half width to standard deviation.
 const UNIFORM: f64 = 0.577_350_269_189_625_8;
@@ -61,7 +61,7 @@ pub struct DiagnosisProblem {
     pub derivative_tolerances: Vec<(Axis, Variable, f64)>,
     /// Noise of forces and moments that the controls' own noise makes.
     pub noise_floor: [f64; AXES],
-    /// Axes that the model says nothing of.
+    /// Axes without a model.
     pub unmodelled: [bool; AXES],
     /// What of each run does not begin in the model's trim.
     pub off_trim: Vec<Channel>,
@@ -213,7 +213,7 @@ impl DiagnosisProblem {
     }
 }
 
-/// Whether every run has what an accelerometer felt along an axis that the model says nothing of.
+/// Whether every run has what an accelerometer felt along an axis without a model.
 fn has_measured_force(runs: &[RunData], axis: usize) -> bool {
     runs.iter().all(|run| run.inputs.get(MEASURED_FORCE + axis).is_some_and(Option::is_some))
 }
@@ -227,7 +227,7 @@ fn input_density(runs: &[RunData], place: usize) -> f64 {
     density.fold(0.0, f64::max)
 }
 
-/// Of an axis that the model says nothing of: a force that is felt, one that is not, a moment.
+/// Of an axis without a model: a force that is felt, one that is not, a moment.
 fn of_unmodelled(axis: usize, felt: bool, (felt_one, force, moment): (f64, f64, f64)) -> f64 {
     match axis {
         0..3 if felt => felt_one,

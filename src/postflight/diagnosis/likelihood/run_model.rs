@@ -5,7 +5,7 @@
 //! motion are those of `simulation::motion`; gusts take from the velocity through the air, and their rates are
 //!     g' = -g/tau                                                                                     (1)
 //! with tau the scale length over the airspeed along the flight, and two thirds of it across.
-//! Along an axis that the model says nothing of, the force is what the accelerometer felt there; where none stands, and about
+//! Along an axis without a model, the force is what the accelerometer felt there; where none stands, and about
 //! such an axis, it is noise, and the motion follows its instruments.
 
 use super::aircraft::{ModifiedAircraft, Partials};
@@ -87,7 +87,7 @@ impl RunModel<'_> {
         force
     }
 
-    /// What an accelerometer felt along an axis that the model says nothing of, brought to the centre of mass by (6) of
+    /// What an accelerometer felt along an axis without a model, brought to the centre of mass by (6) of
     /// `sensors`.
     fn measured_force_at_cg(
         &self,
