@@ -3,7 +3,7 @@
 use crate::support::uniform::Uniform;
 use nalgebra::{DMatrix, DVector};
 use sideslip::flight::derivative::{Axis, Variable};
-use sideslip::realtime::estimation::record::{AIDS, Instrumentation, SmoothedRecord, TrimRecord};
+use sideslip::realtime::estimation::record::{AIDS, Instrumentation, SignalNoise, SmoothedRecord, TrimRecord};
 use sideslip::realtime::regression::candidate::{BIAS, REGRESSORS, SIGNALS, regressor, response, signals};
 use sideslip::realtime::regression::coloured_errors;
 use sideslip::realtime::regression::config::RegressionConfig;
@@ -298,6 +298,7 @@ fn instruments() -> Instrumentation {
         trusted: [true; AIDS],
         as_expected: [true; AIDS],
         vanes_disagree: [false; 2],
+        noise: SignalNoise::NONE,
     }
 }
 

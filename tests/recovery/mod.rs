@@ -1,5 +1,6 @@
 //! Recovery: a simulated aircraft whose derivatives are known gives them back inside their own standard errors.
 
+mod gusts;
 mod live_output_error;
 mod pilot;
 mod puma_100kn;

@@ -32,7 +32,7 @@ fn flight(knots: f64, inputs: &[&str], duration_s: f64) -> (Flight, FlightModel)
     (with_inputs(model.flight(), inputs, duration_s), model)
 }
 
-fn with_inputs(mut flight: Flight, inputs: &[&str], duration_s: f64) -> Flight {
+pub(super) fn with_inputs(mut flight: Flight, inputs: &[&str], duration_s: f64) -> Flight {
     flight.times_s = uniform_times(0.0, duration_s, 100.0).unwrap();
     for input in inputs {
         let spec = InputSpec::parse(input).unwrap();

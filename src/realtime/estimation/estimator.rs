@@ -22,8 +22,8 @@ use super::process::{
     VELOCITY,
 };
 use super::record::{
-    AIDS, Aid, EstimationEvent, Innovation, Instrumentation, LaggedRecord, NoiseRecord, SmoothedRecord, StateRecord, StateSet,
-    TrimRecord,
+    AIDS, Aid, EstimationEvent, Innovation, Instrumentation, LaggedRecord, NoiseRecord, SignalNoise, SmoothedRecord, StateRecord,
+    StateSet, TrimRecord,
 };
 use super::state_variable::StateVariable;
 use super::trim::TrimWindow;
@@ -126,6 +126,7 @@ pub struct Estimator {
     trim: TrimWindow,
     consistency: [Consistency; 2],
     disagreement_said: [bool; 2],
+    signal_noise: SignalNoise,
     output: EstimationOutput,
 }
 
@@ -164,6 +165,7 @@ impl Estimator {
             trim: TrimWindow::new(config.trim_window_s),
             consistency: [Consistency::NEW; 2],
             disagreement_said: [false; 2],
+            signal_noise: SignalNoise::NONE,
             output: EstimationOutput::EMPTY,
             config,
             geometry,
@@ -177,6 +179,7 @@ impl Estimator {
             as_expected: self.health.map(|health| health.is_as_expected()),
             // A disagreement is kept: quiet flight afterwards only adds noise to the comparison.
             vanes_disagree: self.disagreement_said,
+            noise: self.signal_noise,
             ..self.latest.instrumentation(self.ekf.is_some())
         }
     }

@@ -4,7 +4,7 @@
 //! for at most the hold time; then the channel counts as silent.
 
 use super::process::{ATTITUDE, State};
-use super::record::{AIDS, Aid, Instrumentation};
+use super::record::{AIDS, Aid, Instrumentation, SignalNoise};
 use crate::flight::channel::{CHANNELS, Channel};
 use crate::flight::sample::Sample;
 use crate::flight::unit::STANDARD_GRAVITY as G0;
@@ -138,6 +138,7 @@ impl Latest {
             trusted: [true; AIDS],
             as_expected: [true; AIDS],
             vanes_disagree: [false; 2],
+            noise: SignalNoise::NONE,
         }
     }
 }

@@ -151,6 +151,25 @@ pub struct TrimRecord {
     pub controls: [f64; 4],
 }
 
+/// Standard deviations of what the instruments' white noise leaves in a [`SmoothedRecord`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SignalNoise {
+    /// Of u v w, m/s.
+    pub velocity: [f64; 3],
+    /// Of p q r, rad/s.
+    pub rates: [f64; 3],
+    /// Of ax ay az, m/s^2.
+    pub specific_force: [f64; 3],
+    /// Of p-dot q-dot r-dot, rad/s^2.
+    pub angular_acceleration: [f64; 3],
+}
+
+impl SignalNoise {
+    /// No noise, or none known yet.
+    pub const NONE: SignalNoise =
+        SignalNoise { velocity: [0.0; 3], rates: [0.0; 3], specific_force: [0.0; 3], angular_acceleration: [0.0; 3] };
+}
+
 /// Which instruments the estimator found, and what that leaves open.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Instrumentation {
@@ -170,6 +189,8 @@ pub struct Instrumentation {
     pub as_expected: [bool; AIDS],
     /// Whether the incidence and the sideslip vane have been found to disagree with the kinematics.
     pub vanes_disagree: [bool; 2],
+    /// Noise of the smoothed signals, as of the last instant of the grid.
+    pub noise: SignalNoise,
 }
 
 /// What the estimator noticed. Repeats are counted by whoever keeps them.

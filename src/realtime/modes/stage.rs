@@ -1,6 +1,10 @@
 //! The modes stage: derivatives in, modes out, with a status of their own.
+//!
+//! A mode has numbers where its standard errors tell it: its frequency to [`TOLD`] of itself, its damping ratio to [`TOLD`], a
+//! real root to its own size. One that comes out unstable has them from two standard errors on: what cannot be told from a
+//! stable mode is not reported as unstable.
 
-use super::record::ModesRecord;
+use super::record::{ModesRecord, OscillatoryMode, RealRoot};
 use crate::flight::derivative::{Axis, Variable};
 use crate::realtime::modes::{coupled, lateral};
 use crate::realtime::regression::record::{DerivativesRecord, LateralDerivatives, Reason, SixAxisDerivatives, Status};
@@ -10,11 +14,16 @@ const OMEGA_KNOWN: f64 = 0.05;
 /// Standard error of zeta below which the Dutch roll is known.
 const ZETA_KNOWN: f64 = 0.02;
 
+/// Standard error of zeta, and of omega relative to itself, above which a pair has no numbers.
+const TOLD: f64 = 0.3;
+/// Standard errors from which on an unstable mode is one.
+const UNSTABLE: f64 = 2.0;
+
 /// The modes of these derivatives; `six_axis` where all six equations have what the whole aircraft's need.
 pub fn step(derivatives: &DerivativesRecord, six_axis: Option<&SixAxisDerivatives>) -> ModesRecord {
     let time_s = derivatives.time_s;
     let status = match (least(derivatives), lacking(derivatives)) {
-        (Status::Converging | Status::Converged | Status::Stale, Some(reason)) => Status::NotIdentifiable(reason),
+        (status, Some(reason)) if status.rank() >= Status::Stale.rank() => Status::NotIdentifiable(reason),
         (status, _) => status,
     };
     let record = derivatives.lateral.as_ref().and_then(|lateral| lateral::modes(time_s, status, lateral));
@@ -24,6 +33,14 @@ pub fn step(derivatives: &DerivativesRecord, six_axis: Option<&SixAxisDerivative
     if let (Some(six_axis), Some(lateral), Some(alone)) = (six_axis, &derivatives.lateral, &record.dutch_roll) {
         record.coupled = coupled::dutch_roll(six_axis, lateral, alone);
     }
+    if record.status.rank() >= Status::Stale.rank() && record.dutch_roll.is_some_and(|pair| !is_told(&pair)) {
+        record.status = Status::NotIdentifiable(Reason::Unresolved);
+    }
+    record.dutch_roll = record.dutch_roll.filter(is_told);
+    record.coupled = record.coupled.filter(is_told);
+    record.lateral_phugoid = record.lateral_phugoid.filter(is_told);
+    record.roll = record.roll.filter(root_is_told);
+    record.spiral = record.spiral.filter(root_is_told);
     if record.status == Status::Converged {
         let known = record.dutch_roll.is_some_and(|pair| pair.std_omega < OMEGA_KNOWN * pair.omega && pair.std_zeta < ZETA_KNOWN);
         if !known {
@@ -33,9 +50,27 @@ pub fn step(derivatives: &DerivativesRecord, six_axis: Option<&SixAxisDerivative
     record
 }
 
+/// Whether the standard errors of the pair tell it.
+fn is_told(pair: &OscillatoryMode) -> bool {
+    let unclear = pair.zeta < 0.0 && -pair.zeta < UNSTABLE * pair.std_zeta;
+    pair.std_omega < TOLD * pair.omega && pair.std_zeta < TOLD && !unclear
+}
+
+/// Whether the standard error of the root tells it.
+fn root_is_told(root: &RealRoot) -> bool {
+    let unclear = if root.value > 0.0 { UNSTABLE * root.std } else { root.std };
+    unclear > 0.0 && unclear < root.value.abs()
+}
+
 /// The first derivative that the modes need and no equation has.
 fn lacking(derivatives: &DerivativesRecord) -> Option<Reason> {
-    let lacks = |&(axis, variable): &(Axis, Variable)| derivatives.equations[axis.index()].term(variable).is_none();
+    if derivatives.lateral.is_some() {
+        return None;
+    }
+    let lacks = |&(axis, variable): &(Axis, Variable)| {
+        let equation = &derivatives.equations[axis.index()];
+        equation.term(variable).is_none() && !equation.unresolved_variables().any(|other| other == variable)
+    };
     let (axis, variable) = LateralDerivatives::NEEDED.into_iter().find(lacks)?;
     Some(Reason::NotExcited { axis, variable })
 }

@@ -7,7 +7,7 @@
 //! other term is selected by its F.
 
 use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
-use crate::realtime::estimation::record::{SmoothedRecord, TrimRecord};
+use crate::realtime::estimation::record::{SignalNoise, SmoothedRecord, TrimRecord};
 
 /// Length of z, (1).
 pub const SIGNALS: usize = 1 + VARIABLES + AXES;
@@ -72,6 +72,18 @@ pub fn signals(record: &SmoothedRecord, trim: &TrimRecord) -> Option<[f64; SIGNA
         }
     }
     z.iter().all(|entry| entry.is_finite()).then_some(z)
+}
+
+/// Variances of what the instruments' noise leaves in z; the controls' recording is taken as exact.
+pub fn noise_variances(noise: &SignalNoise) -> [f64; SIGNALS] {
+    let mut variances = [0.0; SIGNALS];
+    for i in 0..3 {
+        variances[1 + i] = noise.velocity[i] * noise.velocity[i];
+        variances[4 + i] = noise.rates[i] * noise.rates[i];
+        variances[REGRESSORS + i] = noise.specific_force[i] * noise.specific_force[i];
+        variances[REGRESSORS + 3 + i] = noise.angular_acceleration[i] * noise.angular_acceleration[i];
+    }
+    variances
 }
 
 #[cfg(test)]

@@ -35,7 +35,7 @@ pub fn residual_covariance(
 }
 
 /// Weight of a lag in (1).
-fn taper(lag: usize) -> f64 {
+pub(crate) fn taper(lag: usize) -> f64 {
     1.0 - lag as f64 / (LAGS + 1) as f64
 }
 

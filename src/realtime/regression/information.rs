@@ -136,6 +136,17 @@ impl<const N: usize> Information<N> {
         products
     }
 
+    /// Entry of (2) for z_i of `lag_i` instants ago and z_j of `lag_j` instants ago, as if the signals were stationary; zero
+    /// where they are more than [`LAGS`] apart.
+    pub fn shifted(&self, i: usize, lag_i: usize, j: usize, lag_j: usize) -> f64 {
+        let (newer, older, apart) = if lag_j >= lag_i { (i, j, lag_j - lag_i) } else { (j, i, lag_i - lag_j) };
+        match apart {
+            0 => self.squared[i][j],
+            1..=LAGS => self.scale2() * self.lagged[newer][older].0[apart - 1],
+            _ => 0.0,
+        }
+    }
+
     /// a' G_l b for every lag, over the places where a and b are not zero.
     pub fn forms(&self, a: &[f64; N], b: &[f64; N]) -> [f64; LAGS + 1] {
         let mut now = 0.0;

@@ -8,10 +8,13 @@
 pub mod candidate;
 pub mod coloured_errors;
 pub mod config;
+pub mod curvature;
+pub mod endogeneity;
 pub mod error_autocovariance;
 pub mod excitation;
 pub mod frequency;
 pub mod information;
+pub mod instrumental;
 pub mod record;
 pub mod recursive;
 pub mod status;

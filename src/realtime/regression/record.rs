@@ -56,6 +56,8 @@ pub enum Reason {
         /// Its variable.
         variable: Variable,
     },
+    /// The standard error is as large as the value, or does not tell a stable mode from an unstable one.
+    Unresolved,
     /// Another equation that this answer needs has no number.
     Equation {
         /// Which.
@@ -74,6 +76,10 @@ pub enum Status {
     Converging,
     /// The numbers have settled within their standard errors.
     Converged,
+    /// There are numbers; the frequency domain gives others, further away than both standard errors allow.
+    Disagree,
+    /// There are numbers, of this amplitude of motion: they shift with it by more than their standard errors.
+    DependsOnAmplitude,
     /// There are numbers, from before: nothing new has come for a while.
     Stale,
     /// There will be no number from these data, because ...
@@ -81,15 +87,18 @@ pub enum Status {
 }
 
 impl Status {
-    /// How far along: none to come 0, waiting 1, exciting 2, stale 3, converging 4, converged 5.
+    /// How far along: none to come 0, waiting 1, exciting 2, and with numbers: stale 3, depends on amplitude 4, disagree 5,
+    /// converging 6, converged 7.
     pub const fn rank(&self) -> u8 {
         match self {
             Status::NotIdentifiable(_) => 0,
             Status::Waiting => 1,
             Status::Exciting => 2,
             Status::Stale => 3,
-            Status::Converging => 4,
-            Status::Converged => 5,
+            Status::DependsOnAmplitude => 4,
+            Status::Disagree => 5,
+            Status::Converging => 6,
+            Status::Converged => 7,
         }
     }
 }
@@ -160,9 +169,15 @@ pub struct EquationRecord {
     pub residual_std: f64,
     /// Largest condition index of the regressors (unit-length columns).
     pub condition_index: f64,
+    /// Variables in the equation whose derivative has no number, because its standard error is as large as itself and not
+    /// small: a bit each, by `Variable::index()`.
+    pub unresolved: u16,
 }
 
 impl EquationRecord {
+    /// Combined standard errors by which time and frequency domain may differ and still agree.
+    pub const AGREE_WITHIN: f64 = 3.0;
+
     /// An equation without numbers.
     pub fn empty(axis: Axis, status: Status) -> Self {
         EquationRecord {
@@ -174,7 +189,14 @@ impl EquationRecord {
             samples: 0.0,
             residual_std: 0.0,
             condition_index: 0.0,
+            unresolved: 0,
         }
+    }
+
+    /// The variables of [`EquationRecord::unresolved`].
+    pub fn unresolved_variables(&self) -> impl Iterator<Item = Variable> {
+        let marked = self.unresolved;
+        Variable::ALL.into_iter().filter(move |variable| marked & (1 << variable.index()) != 0)
     }
 
     /// The term of that variable, where it is in the equation.

@@ -4,16 +4,19 @@
 //! asked, with a status where there is no number.
 
 mod in_band;
+mod joint;
 
-use super::candidate::{BIAS, REGRESSORS, SIGNALS, STILL, UNMOVED, is_primary, regressor, response};
+use super::candidate::{BIAS, REGRESSORS, SIGNALS, STILL, UNMOVED, is_primary, noise_variances, regressor, response};
 use super::config::RegressionConfig;
+use super::curvature::Curvature;
+use super::endogeneity;
 use super::excitation::Excitation;
 use super::frequency::estimate::Shared;
 use super::frequency::transforms::Transforms;
 use super::information::{Information, LAGS};
+use super::instrumental::Instruments;
 use super::record::{
-    DerivativesRecord, EquationRecord, FrequencyTerm, LATERAL, LateralDerivatives, MOTION, Reason, RegressionEvent,
-    SixAxisDerivatives, Status, TermRecord,
+    DerivativesRecord, EquationRecord, FrequencyTerm, Reason, RegressionEvent, SixAxisDerivatives, Status, TermRecord,
 };
 use super::status::Settling;
 use super::stepwise::{Fit, Offer, Thresholds, fit};
@@ -31,6 +34,18 @@ pub const EVENTS: usize = AXES + 6;
 
 /// Silence of an instrument after which the equations that need it are not identifiable, s.
 const PATIENCE_S: f64 = 2.0;
+
+/// Independent samples that an equation needs besides one for each term: with fewer the terms absorb any disturbance.
+const LEFT_OVER: f64 = 1.0;
+
+/// Independent samples for each term without which an equation has not converged.
+const SETTLED_PER_TERM: f64 = 2.0;
+
+/// Excited time after which the instruments of the equations are computed anew, s.
+const INSTRUMENTS_S: f64 = 0.5;
+
+/// Standard error of a term, as part of the response's deviation, above which a term that is not known from zero has no number.
+const SMALL_CONTRIBUTION: f64 = 0.1;
 
 const ACCELEROMETERS: [Channel; 3] = [Channel::Ax, Channel::Ay, Channel::Az];
 
@@ -59,18 +74,23 @@ pub struct Recursive {
     config: RegressionConfig,
     trim: Option<TrimRecord>,
     information: Information<SIGNALS>,
+    curvature: Curvature,
     transforms: Transforms,
     excitation: Excitation,
     excited: bool,
     excited_s: f64,
     quiet_s: f64,
     newest_s: Option<f64>,
+    /// Interval of the grid, s.
+    interval_s: f64,
     /// Time without a record, s.
     silent_s: f64,
     age_s: f64,
     settling: [Settling; AXES],
     statuses: [Status; AXES],
     six_axis: Option<SixAxisDerivatives>,
+    /// Instrumental variables and the excited time that they are of.
+    instruments: Option<(Instruments, f64)>,
     /// Channels whose absence has been reported, a bit each.
     reported: u32,
     events: Vec<RegressionEvent, EVENTS>,
@@ -91,17 +111,20 @@ impl Recursive {
         Recursive {
             trim: None,
             information: Information::EMPTY,
+            curvature: Curvature::EMPTY,
             transforms: Transforms::new(config.band, config.forgetting_s),
             excitation: Excitation::START,
             excited: false,
             excited_s: 0.0,
             quiet_s: 0.0,
             newest_s: None,
+            interval_s: 0.0,
             silent_s: 0.0,
             age_s: 0.0,
             settling: [Settling::new(config.settled_s); AXES],
             statuses: [Status::Waiting; AXES],
             six_axis: None,
+            instruments: None,
             reported: 0,
             events: Vec::new(),
             config,
@@ -136,6 +159,9 @@ impl Recursive {
             Some(_) => LAGS as f64,
             None => 0.0,
         };
+        if missed > 0.0 {
+            self.excitation.skip(missed * record.interval_s);
+        }
         for _ in 0..missed.clamp(0.0, LAGS as f64) as usize {
             self.information.skip();
             self.transforms.hole();
@@ -145,18 +171,22 @@ impl Recursive {
         let Some(z) = candidate::signals(record, &trim) else {
             self.information.skip();
             self.transforms.hole();
+            self.excitation.skip(record.interval_s);
             self.quiet_s += record.interval_s;
             self.missing(record, &trim);
             return;
         };
         let interval_s = record.interval_s;
+        self.interval_s = interval_s;
         let excited = self.excitation.step(&z, interval_s);
         if excited != self.excited {
             self.excited = excited;
             self.notice(if excited { RegressionEvent::ExcitationBegan } else { RegressionEvent::ExcitationEnded });
         }
         if excited {
-            self.information.add(&z, libm::exp(-interval_s / self.config.forgetting_s));
+            let forget = libm::exp(-interval_s / self.config.forgetting_s);
+            self.information.add(&z, forget);
+            self.curvature.add(&z, forget);
             self.transforms.add(&z, interval_s);
             self.excited_s += interval_s;
             self.quiet_s = 0.0;
@@ -213,7 +243,7 @@ impl Recursive {
             fits[axis.index()] = fit;
             equation
         });
-        self.add_frequency_estimates(&mut equations);
+        self.add_frequency_estimates(&mut equations, &fits);
         for (i, axis) in Axis::ALL.into_iter().enumerate() {
             let status = equations[i].status;
             if core::mem::discriminant(&status) != core::mem::discriminant(&self.statuses[i]) {
@@ -221,13 +251,13 @@ impl Recursive {
             }
             self.statuses[i] = status;
         }
-        let lateral = self.lateral(&fits);
-        self.six_axis = self.trim.as_ref().and_then(|trim| six_axis(trim, &fits, &equations));
+        let lateral = self.trim.as_ref().and_then(|trim| joint::lateral(&self.information, trim, &fits));
+        self.six_axis = self.trim.as_ref().and_then(|trim| joint::six_axis(trim, &fits, &equations));
         DerivativesRecord { time_s, equations, lateral, excited: self.excited }
     }
 
     /// Adds the frequency-domain estimates of the terms of every equation.
-    fn add_frequency_estimates(&self, equations: &mut [EquationRecord; AXES]) {
+    fn add_frequency_estimates(&self, equations: &mut [EquationRecord; AXES], fits: &[Option<Fit>; AXES]) {
         let mut wanted = [false; REGRESSORS];
         let place = |term: &TermRecord| term.variable.map_or(BIAS, regressor);
         equations.iter().flat_map(|equation| &equation.terms).for_each(|term| wanted[place(term)] = true);
@@ -238,9 +268,17 @@ impl Recursive {
         for equation in equations {
             let order: Vec<usize, REGRESSORS> = equation.terms.iter().map(place).collect();
             let Some(estimate) = shared.fit(&self.transforms, equation.axis, &order) else { continue };
+            let bias_var = fits[equation.axis.index()].as_ref().map_or([0.0; REGRESSORS], |fit| fit.bias_var);
             for term in &mut equation.terms {
                 let place = place(term);
-                term.frequency = Some(FrequencyTerm { value: estimate.theta[place], std: estimate.std[place] });
+                // Least squares in the band has the bias of least squares over time.
+                let std = libm::sqrt(estimate.std[place] * estimate.std[place] + bias_var[place]);
+                term.frequency = Some(FrequencyTerm { value: estimate.theta[place], std });
+            }
+            let apart =
+                equation.disagreement().is_some_and(|(_, standard_errors)| standard_errors.abs() > EquationRecord::AGREE_WITHIN);
+            if apart && equation.status.rank() > Status::Disagree.rank() {
+                equation.status = Status::Disagree;
             }
         }
     }
@@ -309,9 +347,17 @@ impl Recursive {
         }
         let offer = self.offer(axis, instruments);
         let thresholds = Thresholds { f_enter: self.config.f_enter, f_remove: self.config.f_remove };
-        let Some(fit) = fit(&self.information, response(axis), &offer, &thresholds) else {
+        let Some(mut fit) = fit(&self.information, response(axis), &offer, &thresholds) else {
             return (EquationRecord::empty(axis, Status::Exciting), None);
         };
+        let samples = self.information.effective_samples();
+        if endogeneity::independent_samples(samples, self.interval_s) < fit.order.len() as f64 + LEFT_OVER {
+            return (EquationRecord::empty(axis, Status::Exciting), None);
+        }
+        let residual = coloured_errors::residual_covariance(&self.information, &fit.residual, &fit.residual, fit.order.len());
+        let speed = self.trim.map_or(0.0, |trim| trim.velocity[0]);
+        let depends_on_amplitude = self.curvature.account_for(axis, &mut fit, speed, residual[0]);
+        self.account_for_disturbance(axis, &mut fit, residual[0], &noise_variances(&instruments.noise));
         let mut equation = self.written(axis, &fit, &offer);
         let doubtful = self.unobserved_motion(instruments)
             || instruments.vanes_disagree[usize::from(is_lateral(axis))]
@@ -319,12 +365,34 @@ impl Recursive {
         equation.status = match self.status(&equation, time_s) {
             // Settled, about a motion that may not be the aircraft's.
             Status::Converged if doubtful => Status::Converging,
+            Status::Converging | Status::Converged if depends_on_amplitude => Status::DependsOnAmplitude,
             status => status,
         };
         (equation, Some(fit))
     }
 
-    /// The fit as a record; the status is still to come.
+    /// Least squares holds while the disturbance of the equation is the instruments' noise; what exceeds it may move the
+    /// aircraft.
+    fn account_for_disturbance(&mut self, axis: Axis, fit: &mut Fit, residual_var: f64, noise: &[f64; SIGNALS]) {
+        let disturbance_var =
+            endogeneity::disturbance_variance(fit, residual_var, noise, self.information.effective_samples(), self.interval_s);
+        if disturbance_var > 0.0 {
+            let age_s = self.instruments.as_ref().map_or(f64::INFINITY, |(_, of_s)| self.excited_s - of_s);
+            if age_s >= INSTRUMENTS_S {
+                self.instruments = Instruments::new(&self.information).map(|instruments| (instruments, self.excited_s));
+            }
+        }
+        let instruments = self.instruments.as_ref().map(|(instruments, _)| instruments);
+        endogeneity::account_for(fit, response(axis), &self.information, instruments, disturbance_var);
+    }
+
+    /// Whether the data tell the term: from zero, or that it hardly matters.
+    fn is_resolved(&self, axis: Axis, place: usize, value: f64, std: f64) -> bool {
+        let contribution = std * self.information.deviation(place) / self.information.deviation(response(axis));
+        place == BIAS || std < value.abs() || contribution < SMALL_CONTRIBUTION
+    }
+
+    /// The fit as a record, without the terms that are not resolved; the status is still to come.
     fn written(&self, axis: Axis, fit: &Fit, offer: &Offer) -> EquationRecord {
         let information = &self.information;
         let parameters = fit.order.len();
@@ -349,7 +417,14 @@ impl Recursive {
                 primary: offer.primary[place],
                 frequency: None,
             };
-            let _ = equation.terms.push(term);
+            match term.variable {
+                Some(variable) if !self.is_resolved(axis, place, term.value, term.std) => {
+                    equation.unresolved |= 1 << variable.index();
+                }
+                _ => {
+                    let _ = equation.terms.push(term);
+                }
+            }
         }
         equation
     }
@@ -369,77 +444,9 @@ impl Recursive {
             let contribution = term.std * self.information.deviation(regressor(variable)) / deviation;
             term.std < self.config.known_relative * term.value.abs() || contribution < self.config.known_contribution
         });
-        if settled && known { Status::Converged } else { Status::Converging }
+        let resolved = equation.unresolved_variables().all(|variable| !is_primary(equation.axis, variable));
+        let samples = endogeneity::independent_samples(equation.samples, self.interval_s);
+        let enough = samples >= SETTLED_PER_TERM * equation.terms.len() as f64;
+        if settled && known && resolved && enough { Status::Converged } else { Status::Converging }
     }
-
-    /// The lateral derivatives with their joint covariance, where Y, L and N all have numbers.
-    fn lateral(&self, fits: &[Option<Fit>; AXES]) -> Option<LateralDerivatives> {
-        let trim = self.trim.as_ref()?;
-        let inside = |(axis, variable): (Axis, Variable)| {
-            fits[axis.index()].as_ref().is_some_and(|fit| fit.order.contains(&regressor(variable)))
-        };
-        if !LateralDerivatives::NEEDED.into_iter().all(inside) {
-            return None;
-        }
-        let mut values = [0.0; LATERAL];
-        let mut cov = [[0.0; LATERAL]; LATERAL];
-        let axes = [Axis::Y, Axis::L, Axis::N];
-        for (a, axis_a) in axes.into_iter().enumerate() {
-            let fit_a = fits[axis_a.index()].as_ref()?;
-            for (b, axis_b) in axes.into_iter().enumerate().skip(a) {
-                let fit_b = fits[axis_b.index()].as_ref()?;
-                if a == b {
-                    continue;
-                }
-                let parameters = fit_a.order.len().max(fit_b.order.len());
-                let ahead = coloured_errors::residual_covariance(&self.information, &fit_a.residual, &fit_b.residual, parameters);
-                let behind =
-                    coloured_errors::residual_covariance(&self.information, &fit_b.residual, &fit_a.residual, parameters);
-                let block = coloured_errors::covariance(&self.information, &fit_a.dispersion, &fit_b.dispersion, &ahead, &behind);
-                for i in 0..3 {
-                    for j in 0..3 {
-                        let (row, column) = (LateralDerivatives::NAMES[3 * a + i].1, LateralDerivatives::NAMES[3 * b + j].1);
-                        cov[3 * a + i][3 * b + j] = block[regressor(row)][regressor(column)];
-                        // The same where a is b: the block of one equation is symmetric.
-                        cov[3 * b + j][3 * a + i] = block[regressor(row)][regressor(column)];
-                    }
-                }
-            }
-            for i in 0..3 {
-                for j in 0..3 {
-                    let (row, column) = (LateralDerivatives::NAMES[3 * a + i].1, LateralDerivatives::NAMES[3 * a + j].1);
-                    cov[3 * a + i][3 * a + j] = fit_a.cov[regressor(row)][regressor(column)];
-                }
-                values[3 * a + i] = fit_a.theta[regressor(LateralDerivatives::NAMES[3 * a + i].1)];
-            }
-        }
-        let [u0, _, w0] = trim.velocity;
-        let [phi0, theta0] = trim.attitude;
-        let trim_std = [trim.velocity_std[0], trim.velocity_std[2]];
-        Some(LateralDerivatives { values, cov, u0, w0, trim_std, phi0, theta0 })
-    }
-}
-
-/// The derivatives of every equation, where each has numbers and the longitudinal ones that the coupling needs are among them.
-fn six_axis(trim: &TrimRecord, fits: &[Option<Fit>; AXES], equations: &[EquationRecord; AXES]) -> Option<SixAxisDerivatives> {
-    let has_numbers = |equation: &EquationRecord| equation.status.rank() >= Status::Stale.rank();
-    let missing = |&(axis, variable): &(Axis, Variable)| equations[axis.index()].term(variable).is_none();
-    if !equations.iter().all(has_numbers) || SixAxisDerivatives::NEEDED.iter().any(missing) {
-        return None;
-    }
-    let [_, v0, _] = trim.velocity;
-    let [_, v0_std, _] = trim.velocity_std;
-    let (values, cov) = ([[0.0; MOTION]; AXES], [[[0.0; MOTION]; MOTION]; AXES]);
-    let mut six_axis = SixAxisDerivatives { values, cov, v0, v0_std };
-    for ((fit, values), cov) in fits.iter().zip(&mut six_axis.values).zip(&mut six_axis.cov) {
-        let fit = fit.as_ref()?;
-        for i in 0..MOTION {
-            let row = regressor(Variable::ALL[i]);
-            values[i] = fit.theta[row];
-            for (entry, variable) in cov[i].iter_mut().zip(Variable::ALL) {
-                *entry = fit.cov[row][regressor(variable)];
-            }
-        }
-    }
-    Some(six_axis)
 }

@@ -56,6 +56,8 @@ pub struct Fit {
     pub dispersion: [[f64; REGRESSORS]; REGRESSORS],
     /// Covariance of the estimates by place, corrected for coloured residuals and (3) for the selection.
     pub cov: [[f64; REGRESSORS]; REGRESSORS],
+    /// Variance of the bias of least squares, by place, where the disturbance may move the aircraft.
+    pub bias_var: [f64; REGRESSORS],
     /// The residual over z.
     pub residual: Coefficients,
     /// Weighted sum of squared residuals.
@@ -297,6 +299,7 @@ impl<'a> SweptSelection<'a> {
         let residual = self.residual();
         Fit {
             cov: coloured_errors::equation_covariance(self.information, &self.order, &dispersion, &residual),
+            bias_var: [0.0; REGRESSORS],
             residual,
             theta,
             dispersion,

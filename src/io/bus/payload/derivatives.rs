@@ -31,7 +31,7 @@ pub struct TermBody {
 /// One axis' equation, with the meaning of [`EquationRecord`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("sideslip.Equation.2")]
+#[type_name("sideslip.Equation.3")]
 #[expect(missing_docs, reason = "the fields are those of the record")]
 pub struct EquationBody {
     pub axis: u32,
@@ -44,12 +44,13 @@ pub struct EquationBody {
     pub samples: f64,
     pub residual_std: f64,
     pub condition_index: f64,
+    pub unresolved: u64,
 }
 
 /// All equations at one time; `time_s` of the header is the record's.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("sideslip.Derivatives.2")]
+#[type_name("sideslip.Derivatives.3")]
 pub struct DerivativesPayload {
     /// Its header.
     pub header: MessageHeader,
@@ -62,7 +63,7 @@ pub struct DerivativesPayload {
     /// The lateral derivatives; zeros where they are not there.
     pub lateral: LateralDerivatives,
 }
-service!(DerivativesPayload, "sideslip/derivatives", "sideslip.Derivatives.2", buffer 64, history 1);
+service!(DerivativesPayload, "sideslip/derivatives", "sideslip.Derivatives.3", buffer 64, history 1);
 
 impl EquationBody {
     fn new(record: &EquationRecord) -> Self {
@@ -88,6 +89,7 @@ impl EquationBody {
             samples: record.samples,
             residual_std: record.residual_std,
             condition_index: record.condition_index,
+            unresolved: record.unresolved.into(),
         }
     }
 
@@ -119,6 +121,12 @@ impl EquationBody {
         record.samples = self.samples;
         record.residual_std = self.residual_std;
         record.condition_index = self.condition_index;
+        record.unresolved = u16::try_from(self.unresolved).map_err(|_| BusError::Payload {
+            schema: SCHEMA,
+            field: "unresolved",
+            expected: "a bit for each variable",
+            found: self.unresolved,
+        })?;
         Ok(record)
     }
 }

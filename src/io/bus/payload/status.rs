@@ -36,6 +36,8 @@ impl From<Status> for StatusBody {
             Status::Converging => return plain(2),
             Status::Converged => return plain(3),
             Status::Stale => return plain(4),
+            Status::Disagree => return plain(6),
+            Status::DependsOnAmplitude => return plain(7),
             Status::NotIdentifiable(reason) => reason,
         };
         let (code, places, numbers) = match reason {
@@ -48,6 +50,7 @@ impl From<Status> for StatusBody {
             Reason::Equation { axis } => (6, [place(axis.index()), ABSENT], [0.0; 2]),
             Reason::NoTrim { channel } => (7, [place(channel.index()), ABSENT], [0.0; 2]),
             Reason::AidRejected { channel } => (8, [place(channel.index()), ABSENT], [0.0; 2]),
+            Reason::Unresolved => (9, [ABSENT; 2], [0.0; 2]),
         };
         StatusBody { reason: code, places, numbers, ..plain(5) }
     }
@@ -80,12 +83,15 @@ impl StatusBody {
                 6 => Reason::Equation { axis: axis(first)? },
                 7 => Reason::NoTrim { channel: channel(first)? },
                 8 => Reason::AidRejected { channel: channel(first)? },
+                9 => Reason::Unresolved,
                 found => {
-                    return Err(BusError::Payload { schema: SCHEMA, field: "reason", expected: "0 to 8", found: found.into() });
+                    return Err(BusError::Payload { schema: SCHEMA, field: "reason", expected: "0 to 9", found: found.into() });
                 }
             }),
+            (6, _) => Status::Disagree,
+            (7, _) => Status::DependsOnAmplitude,
             (found, _) => {
-                return Err(BusError::Payload { schema: SCHEMA, field: "code", expected: "0 to 5", found: found.into() });
+                return Err(BusError::Payload { schema: SCHEMA, field: "code", expected: "0 to 7", found: found.into() });
             }
         })
     }

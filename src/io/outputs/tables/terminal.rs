@@ -18,9 +18,6 @@ use std::io::IsTerminal;
 /// The widest line, columns.
 pub const WIDTH: usize = 100;
 
-/// Combined standard errors by which time and frequency domain may differ and still agree.
-const APART: f64 = 3.0;
-
 /// Whether text is coloured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Style {
@@ -115,7 +112,7 @@ impl EstimateTable<'_> {
         )?;
         if let Some((variable, apart)) = equation.disagreement() {
             let name = DerivativeLabel { axis: equation.axis, variable: Some(variable), controls: self.controls };
-            let agrees = if apart.abs() <= APART { "agrees" } else { "DISAGREES" };
+            let agrees = if apart.abs() <= EquationRecord::AGREE_WITHIN { "agrees" } else { "DISAGREES" };
             let apart = format!("{:.1}", apart.abs());
             writeln!(f, "     frequency domain {agrees}: differs by up to {apart} combined standard errors, in {name}")?;
         }
@@ -140,6 +137,15 @@ impl EstimateTable<'_> {
             let line = format!("     {:<14} {value:<value_width$} +- {std:<std_width$}  {unit:<11}{entered}", name.to_string());
             writeln!(f, "{}", line.trim_end())?;
         }
+        let unresolved: Vec<String> = equation
+            .unresolved_variables()
+            .map(|variable| {
+                DerivativeLabel { axis: equation.axis, variable: Some(variable), controls: self.controls }.to_string()
+            })
+            .collect();
+        if !unresolved.is_empty() {
+            writeln!(f, "     not resolved (standard error above the value): {}", unresolved.join(" "))?;
+        }
         Ok(())
     }
 
@@ -162,7 +168,7 @@ impl EstimateTable<'_> {
     fn modes(&self, f: &mut fmt::Formatter<'_>, modes: &ModesRecord) -> fmt::Result {
         let status = status_in_words(modes.status, self.controls);
         self.heading(f, 0, &format!("Lateral modes at {:.2} s: {status}", modes.time_s))?;
-        let numbers = matches!(modes.status, Status::Converging | Status::Converged | Status::Stale);
+        let numbers = modes.status.rank() >= Status::Stale.rank();
         if modes.dutch_roll.is_some() || modes.roll.is_some() {
             writeln!(f, "  (of the lateral subsystem v p phi r, unless marked whole)")?;
         }
@@ -225,6 +231,8 @@ fn status_in_words(status: Status, controls: ControlNames) -> String {
         Status::Waiting => ": the aircraft has not been excited enough",
         Status::Exciting => ": not enough data yet",
         Status::Stale => ": no new excitation for a while",
+        Status::Disagree => ": the frequency domain gives other numbers",
+        Status::DependsOnAmplitude => ": the numbers hold for this amplitude of motion",
         Status::Converging | Status::Converged | Status::NotIdentifiable(_) => "",
     };
     format!("{}{more}", StatusText { status, controls })

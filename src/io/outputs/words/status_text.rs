@@ -72,6 +72,8 @@ impl Display for StatusText {
             Status::Exciting => f.write_str("exciting"),
             Status::Converging => f.write_str("converging"),
             Status::Converged => f.write_str("converged"),
+            Status::Disagree => f.write_str("disagree"),
+            Status::DependsOnAmplitude => f.write_str("depends on amplitude"),
             Status::Stale => f.write_str("stale"),
             Status::NotIdentifiable(reason) => {
                 write!(f, "not identifiable: {}", ReasonText { reason, controls: self.controls })
@@ -120,6 +122,7 @@ impl Display for ReasonText {
                 let name = variable.name(self.controls);
                 write!(f, "{}_{name} is not identified: {name} hardly moved", axis.name())
             }
+            Reason::Unresolved => f.write_str("the standard errors are too large to tell it, or whether it is stable"),
             Reason::Equation { axis } => write!(f, "the {} equation has no numbers", axis.name()),
         }
     }

@@ -14,8 +14,10 @@ use crate::realtime::estimation::record::Instrumentation;
 use crate::realtime::regression::candidate;
 use crate::realtime::regression::candidate::{BIAS, REGRESSORS, regressor};
 use crate::realtime::regression::frequency::estimate::{InFull, Shared};
-use crate::realtime::regression::record::{DerivativesRecord, EquationRecord, LateralDerivatives, Reason, Status, TermRecord};
-use crate::realtime::regression::recursive::{LATERAL, Recursive, is_lateral};
+use crate::realtime::regression::record::{
+    DerivativesRecord, EquationRecord, LATERAL, LateralDerivatives, Reason, Status, TermRecord,
+};
+use crate::realtime::regression::recursive::{Recursive, is_lateral};
 use crate::realtime::regression::stepwise::Offer;
 use heapless::Vec;
 
