@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Between looks at the estimates.
+/// Polling interval of the estimates.
 const LOOK: Duration = Duration::from_millis(10);
 /// Between two pictures on the terminal.
 const PICTURE: Duration = Duration::from_millis(250);
@@ -65,7 +65,7 @@ pub(super) fn fly_run(
     Ok(FlownRun { flight, estimate, log: live.recording(), numbers, outcome })
 }
 
-/// Looks on until the flight is over; the reader, and the newest estimate that it saw.
+/// Reads estimates until the flight is over; the reader, and the newest estimate.
 fn watch(
     bus: &Bus,
     (name, run, flight): (&str, &RunPlan, &TestFlight),

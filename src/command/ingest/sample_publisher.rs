@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 /// Samples that may be under way where none may be lost; the estimator's place holds twice as many.
 const IN_FLIGHT: u64 = 512;
-/// Between looks at what the estimator has taken.
+/// Polling interval of the estimator's acknowledgement.
 const LOOK: Duration = Duration::from_micros(50);
 /// Silence after which it is said that nobody takes the samples.
 const SAY_WAITING: Duration = Duration::from_secs(3);

@@ -35,7 +35,7 @@ again; the log then goes on in a file of its own (flight-2.mcap).
 Exit status: 0 done; 1 failed while running; 2 the call or the recording is wrong, or the root is in use; 3 done, with
 data lost or skipped (said how much).";
 
-/// Between looks at the children.
+/// Polling interval of the children.
 const LOOK: Duration = Duration::from_millis(5);
 /// The longest wait for the processes of a supervisor that was killed.
 const ORPHANS: Duration = Duration::from_secs(15);

@@ -1,4 +1,4 @@
-//! A process of this program that is kept alive: started, looked at, started again after a pause, ended by its input.
+//! A supervised process of this program: started, polled, restarted after a pause, ended by closing its input.
 
 use crate::command::message;
 use sideslip::error::Failure;

@@ -20,7 +20,7 @@ use std::time::{Duration, Instant};
 const LOOK: Duration = Duration::from_micros(50);
 /// How long a process that has said the end of the run may take to end itself.
 const ENDING: Duration = Duration::from_secs(5);
-/// Between looks at whether the other process lives.
+/// Interval of the check whether the other process lives.
 const ALIVE: Duration = Duration::from_millis(50);
 
 /// The other process, and this one's place on the bus.

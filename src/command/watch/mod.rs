@@ -32,7 +32,7 @@ With --json each line holds age (s), sequence, incarnation, missed, status, vali
 derivatives.json. All but `missed`, `status` and `valid` are null before
 the first estimate. It ends with ctrl-C, or when nobody reads it any more.";
 
-/// Between two looks at whether it was stopped.
+/// Interval of the check whether it was stopped.
 const SLICE: Duration = Duration::from_millis(20);
 
 /// Show the latest estimates of a running estimator, once a second

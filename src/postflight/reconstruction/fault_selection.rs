@@ -22,7 +22,7 @@ use crate::flight::signal::series::Series;
 /// Entered above this F: 0.02 % of healthy parameters by chance.
 pub(crate) const ENTER: f64 = 16.0;
 pub(crate) const LEAVE: f64 = 12.0;
-/// Evidence within which two explanations are not told apart: odds of e^6, for the residuals are not quite white.
+/// Evidence within which two explanations are not separable: odds of e^6, for the residuals are not quite white.
 pub(crate) const RIVAL: f64 = 12.0;
 /// Spectral density of unexplained acceleration above which the air is rough, m^2/s^3: gusts of about 0.3 m/s.
 const GUSTY: f64 = 0.05;

@@ -21,7 +21,7 @@ use crate::flight::signal::series::Series;
 
 /// What may leak from one axis into another: twice what is normal among healthy gyros.
 const LEAK: f64 = 0.04;
-/// Part of the busiest axis' motion that turns a vane enough for its arm alone, the other vane's not, to be told.
+/// Part of the busiest axis' motion that turns a vane enough for its arm alone, without the other vane's, to be estimated.
 const ARM_PART: f64 = 0.4;
 /// Interval over which the rate of change of a motion is taken, s.
 const SLOPE_S: f64 = 0.2;

@@ -1,8 +1,8 @@
-//! Charts as SVG text: curves and points with error bars over a common axis, panels below each other.
+//! Charts as SVG: curves and points with error bars over a common axis, panels below each other.
 //!
-//! Consumes numbers with names and units; produces one self-contained SVG, no fonts, no scripts, no network; or one [`figure`]
-//! for a page of `page`, whose style sheet gives it its font and, on a dark ground, its colours. What is not finite is left out
-//! of a curve. The colours differ in lightness too, for eyes and printers that see no hue (after Okabe and Ito).
+//! Consumes numbers with names and units; produces a self-contained SVG without fonts, scripts or network access, or a [`figure`]
+//! for a page, whose style sheet sets font and colours. Values that are not finite are left out of a curve. The colours differ in
+//! lightness too (after Okabe and Ito), for readers and printers that do not distinguish hues.
 
 use crate::io::outputs::html::page::escaped;
 use plotters::prelude::*;

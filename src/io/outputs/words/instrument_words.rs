@@ -1,4 +1,4 @@
-//! The check of instruments in words: why a run is fit or not, what is not observable, what distinguishes two explanations.
+//! The check of instruments in words: why a run is fit or not, what is not observable, what separates two explanations.
 
 use crate::flight::channel::{Channel, ControlNames};
 use crate::postflight::reconstruction::record::{
