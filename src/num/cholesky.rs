@@ -3,7 +3,7 @@
 //! Consumes A [n x n], of which the lower half is read; leaves L in it, the upper half zero:
 //!     L L' = A,   L_jj = sqrt(d_j),   d_j = A_jj - sum_(k<j) L_jk^2                                    (1)
 //! and solves L L' x = y. A pivot counts if d_j > tau A_jj; tau is the caller's, for only he knows how exact A is.
-//! Source: G. H. Golub and C. F. Van Loan, Matrix Computations, 4th ed., 2013, section 4.2.
+//! Source: the factorisation by columns, as in textbooks of numerical linear algebra.
 //! Numerics: sums run upward from zero. Entries that are no numbers are refused at their pivot.
 
 /// The row whose pivot is not above the least part of its diagonal entry.

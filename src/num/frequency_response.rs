@@ -91,7 +91,7 @@ pub fn frequency_response(
 mod tests {
     use super::*;
 
-    /// A sequence that looks random, uniform about zero, of variance one.
+    /// A pseudo-random sequence, uniform about zero, of variance one.
     fn noise(seed: u64, count: usize) -> Vec<f64> {
         let mut state = seed;
         let step = |_| {

@@ -211,7 +211,7 @@ mod tests {
 
     #[test]
     fn chance_passes_its_level_as_often_as_it_says() {
-        let (mut passed, mut looked) = (0, 0);
+        let (mut passed, mut tested) = (0, 0);
         for seed in 0..60 {
             let (x, y) = (white(100 + 2 * seed, 2560), white(101 + 2 * seed, 2560));
             let (x, y) = (cut().segments(&x, STEP_S), cut().segments(&y, STEP_S));
@@ -220,9 +220,9 @@ mod tests {
             // Every other line: neighbours share their noise under the window.
             let coherence = cut().coherence(&x, &y);
             passed += coherence.iter().step_by(2).filter(|found| **found > level).count();
-            looked += coherence.len() / 2;
+            tested += coherence.len() / 2;
         }
-        let part = passed as f64 / looked as f64;
+        let part = passed as f64 / tested as f64;
         assert!((0.035..0.065).contains(&part), "{part}");
         assert!((coherence_by_chance(2, 0.05) - 1.0).abs() < 0.15 && coherence_by_chance(1, 0.05) >= 1.0);
         // Too short for one segment.

@@ -40,9 +40,9 @@ Exit status: 0 done; 1 failed while running; 2 the call is wrong, or another est
 lost (said how much).";
 
 /// Polling interval of the bus while samples come: the largest part of the latency, and some percent of a core.
-const LOOK: Duration = Duration::from_micros(100);
+const POLL: Duration = Duration::from_micros(100);
 /// The same where nothing has come for [`QUIET`].
-const LOOK_QUIET: Duration = Duration::from_millis(1);
+const POLL_QUIET: Duration = Duration::from_millis(1);
 const QUIET: Duration = Duration::from_millis(250);
 
 /// The longest wait for a terminal that takes the answer slowly.
@@ -133,7 +133,7 @@ impl EstimatorProcess<'_> {
                 }
                 None => {
                     self.publisher.meet()?;
-                    std::thread::sleep(if heard.elapsed() < QUIET { LOOK } else { LOOK_QUIET });
+                    std::thread::sleep(if heard.elapsed() < QUIET { POLL } else { POLL_QUIET });
                 }
             }
         }

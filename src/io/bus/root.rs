@@ -139,7 +139,7 @@ impl BusRoot {
         self.swept
     }
 
-    /// Removes the whole root when this process leaves it: for one that nobody else will look for.
+    /// Removes the whole root when this process leaves it: for a private one.
     pub(super) fn remove_at_the_end(&mut self) {
         self.remove = true;
     }

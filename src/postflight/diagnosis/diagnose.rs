@@ -132,7 +132,7 @@ pub fn diagnose(
     let gusty = first.as_ref().is_some_and(|(_, searched, _)| searched.point.gust.0 > 0.0);
     let (apart, same_instruments): (Vec<_>, Vec<_>) =
         records.into_iter().partition(|(place, _)| !gusty && unlike.iter().any(|(there, _)| there == place));
-    let looked = if apart.is_empty() && known.is_empty() {
+    let result = if apart.is_empty() && known.is_empty() {
         first
     } else {
         for (place, record) in apart {
@@ -142,7 +142,7 @@ pub fn diagnose(
         let problem = pose(model, same_instruments.into_iter().map(|(_, record)| record).collect(), &set_aside)?;
         search_with_observed_noise(problem, &known, settings)
     };
-    let Some((problem, searched, unknown)) = looked else {
+    let Some((problem, searched, unknown)) = result else {
         return Err(DiagnosisError::Diverged);
     };
     let mut findings = findings(&problem, &searched);

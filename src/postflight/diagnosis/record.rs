@@ -114,7 +114,7 @@ pub enum FindingStatus {
     Found,
     /// It held before; the newest manoeuvres do not show it.
     Retracted,
-    /// The last look came to nothing, for the reason that the statement gives; findings before it stand as they did.
+    /// The last diagnosis had no result, for the reason in the statement; earlier findings remain.
     Failed,
 }
 

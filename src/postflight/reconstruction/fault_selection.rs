@@ -133,7 +133,7 @@ fn lag_flag(point: &mut ParameterPoint, place: usize) -> Option<&mut bool> {
     point.lag.get_mut((place + PER_RUN).checked_sub(TIMING)?)
 }
 
-/// Whether both are the bias of one channel, standing or a run's own.
+/// Whether both are the bias of one channel, shared or of one run.
 fn same_bias(a: usize, b: usize) -> bool {
     let of = |place: usize| {
         Some(parameter_at(place).0).filter(|one| one.kind == InstrumentErrorKind::Bias).and_then(|one| one.measured)
@@ -196,7 +196,7 @@ fn try_name(
     if !(name.lag && value > LONG_LAG_S) {
         return near;
     }
-    // A long lag looks shorter from afar than it is.
+    // Far from the optimum a long lag is underestimated.
     let far = from(&with(point, name, (2.0 * value).min(1.5)));
     near.into_iter().chain(far).min_by(|a, b| a.0.total_cmp(&b.0))
 }

@@ -120,9 +120,9 @@ pub(crate) fn undetectable(found: &FaultSearch, number: usize) -> Vec<NotObserva
             rough = true;
             continue;
         }
-        let standing =
+        let shared =
             parameter.kind == InstrumentErrorKind::Bias && found.point.free.contains(&place_of(number, SHARED_BIAS + index));
-        if found.point.free.contains(&place) || standing {
+        if found.point.free.contains(&place) || shared {
             continue;
         }
         // Of a sensor that is known to stand elsewhere nothing is missing.

@@ -102,7 +102,7 @@ pub enum VerdictReason {
         /// The least that is needed, s.
         least_s: f64,
         /// A channel that stands still, whose samples were taken out.
-        standing: Option<Channel>,
+        frozen: Option<Channel>,
     },
     /// These angular rates are not recorded.
     NoRates(Vec<Channel>),
@@ -130,7 +130,7 @@ pub enum VerdictReason {
         /// In so long a run, s.
         length_s: f64,
         /// A channel that stands still, whose samples were taken out.
-        standing: Option<Channel>,
+        frozen: Option<Channel>,
     },
     /// The largest rms of an angular rate, rad/s, is too small.
     NoExcitation(f64),

@@ -224,15 +224,15 @@ fn in_run(found: &FaultSearch, number: usize, fault: &Fault) -> Option<(f64, f64
     let Some(measured) = parameter.measured.filter(|_| parameter.kind == InstrumentErrorKind::Bias) else {
         return Some((fault.value, fault.std));
     };
-    let (standing, own) = (place_of(number, SHARED_BIAS + measured), place_of(number, BIAS + measured));
-    if !found.point.free.contains(&standing) {
+    let (shared, own) = (place_of(number, SHARED_BIAS + measured), place_of(number, BIAS + measured));
+    if !found.point.free.contains(&shared) {
         return Some((fault.value, fault.std));
     }
-    let places = [standing, own];
+    let places = [shared, own];
     let minimum = found.local.minimum(&found.point);
     let value = places.iter().map(|&place| minimum.get(place).copied().unwrap_or(0.0)).sum();
     let variance = found.local.colour(&found.runs, &places) * found.local.variance_of(&places);
-    (fault.name.place == standing).then_some((value, libm::sqrt(variance)))
+    (fault.name.place == shared).then_some((value, libm::sqrt(variance)))
 }
 
 fn spread(record: &RunChannels, output: usize) -> f64 {

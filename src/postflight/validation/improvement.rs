@@ -2,7 +2,7 @@
 //!
 //! Consumes pairs of free runs of the same recordings, before and after a change of the model; produces for each channel, over
 //! all runs, with the prediction error e, and measurement z and prediction y as deviations from the run's own trim, the measures
-//! of [`metrics`](super::metrics) and the ratio of the rms after to that before; pooled over channels, each over its noise
+//! of `metrics` and the ratio of the rms after to that before; pooled over channels, each over its noise
 //! standard deviation sigma,
 //!     P = sqrt(mean over channels of mean e^2/sigma^2)                                                  (1)
 //! and the ratio of P. Altitude and airspeed, whose errors accumulate with time, are pooled separately. A channel without noise

@@ -1,7 +1,7 @@
 //! Measures of prediction of one output: rms error, VAF, Theil's coefficient, whiteness and spectral lines of the residual.
 //!
 //! Consumes a measured series z and a predicted series y at the same times; produces, with e = z - y, the measures of
-//! [`metrics`](super::metrics), the whiteness of e by Ljung and Box, Q = N (N + 2) sum_k rho_k^2/(N - k) against chi-square, and
+//! `metrics`, the whiteness of e by Ljung and Box, Q = N (N + 2) sum_k rho_k^2/(N - k) against chi-square, and
 //! spectral lines: I_k, relative to the mean estimated from the median of its neighbours, is in noise one exponential over the
 //! mean of K of them, so for m frequencies
 //!     Pr(any above x) < m (1 + x/K)^-K                                                                 (1)

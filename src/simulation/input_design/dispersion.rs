@@ -9,8 +9,6 @@
 //! whose inverse is their block of F^-1. Others that nothing moves, or that only imitate one another, take nothing away and
 //! are passed over.
 
-#![expect(clippy::needless_range_loop, reason = "indices are those of the matrix")]
-
 use super::information::{DesignParameter, InputInformation};
 use crate::num::cholesky::VanishedPivot;
 use crate::num::dense::Dense;
@@ -120,6 +118,7 @@ mod tests {
     use crate::simulation::instrument::InstrumentSet;
 
     #[test]
+    #[expect(clippy::needless_range_loop, reason = "indices are those of the matrix")]
     fn dispersion_is_the_inverse_and_information_adds() {
         let model = puma();
         let parameters = LATERAL.map(|(axis, variable)| DesignParameter { axis, variable });

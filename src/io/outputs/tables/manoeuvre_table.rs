@@ -40,7 +40,7 @@ pub fn text(all: &Interpretation) -> String {
     if !sentences.is_empty() {
         lines.push(String::new());
     }
-    lines.extend(sentences.iter().flat_map(item_lines));
+    lines.extend(sentences.iter().flat_map(|sentence| item_lines(sentence)));
     let mut text = String::new();
     for line in lines {
         let _ = writeln!(text, "{}", line.trim_end());
@@ -58,7 +58,7 @@ fn rows(cells: impl Iterator<Item = Vec<String>>, titles: &[&str]) -> Vec<String
 }
 
 /// A sentence on as many lines as it takes.
-fn item_lines(sentence: &String) -> Vec<String> {
+fn item_lines(sentence: &str) -> Vec<String> {
     let lines = wrapped(sentence, WIDTH - 4).into_iter().enumerate();
     lines.map(|(place, line)| format!("  {} {line}", if place == 0 { '-' } else { ' ' })).collect()
 }
@@ -81,7 +81,7 @@ fn run_lines(run: &RunInterpretation) -> Vec<String> {
         ["s", "response to", "axis", "rad/s^2 per rad", "rad/s per rad", "peak after", "ratio to on-axis", "exceeds 0.25 after"];
     let answers = run.manoeuvres.iter().flat_map(|one| answer_cells(one, run.controls));
     lines.extend(rows(answers, &titles));
-    lines.extend(manoeuvre_sentences::of_run(run).iter().flat_map(item_lines));
+    lines.extend(manoeuvre_sentences::of_run(run).iter().flat_map(|sentence| item_lines(sentence)));
     lines
 }
 

@@ -3,7 +3,7 @@
 //! Consumes samples and where instruments stand; produces the mesh (`gyro_coverage` at [`MESH_RATE_HZ`]) and, for a given time
 //! skew, each output's readings, those that fall to one node averaged. Vibration of the rotor's blades is taken out first
 //! (`blade_passing`), so that what is left of a channel's third differences is its noise. The rotor's speed moves slowly beside
-//! its noise, which would make what correlates with it look smaller: it is smoothed (`rotor_speed_smoother`).
+//! its noise, which would bias what correlates with it towards zero: it is smoothed (`rotor_speed_smoother`).
 
 use super::rotor_speed_smoother::smoothed;
 use crate::flight::channel::Channel;

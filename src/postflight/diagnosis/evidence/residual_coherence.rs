@@ -193,14 +193,14 @@ fn of_axis(
         .map(|(signal, own)| SignalCoherence { signal: *signal, before: with(&before, own), after: with(&after, own) })
         .collect();
     let count = before.iter().map(Vec::len).sum();
-    let looks = (cut.hz.len() * residual_coherence.len()).max(1) as f64;
+    let tests = (cut.hz.len() * residual_coherence.len()).max(1) as f64;
     AxisSpectrum {
         axis,
         hz: cut.hz.clone(),
         before: cut.density(&before.concat()),
         after: cut.density(&after.concat()),
         noise: cut.hz.iter().map(|&hz| noise_density(problem, axis, hz)).collect(),
-        level: coherence_by_chance(count, CHANCE / looks),
+        level: coherence_by_chance(count, CHANCE / tests),
         signals: residual_coherence,
         segments: count,
     }

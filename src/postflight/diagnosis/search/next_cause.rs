@@ -223,16 +223,16 @@ fn refine_mesh(
         return None;
     }
     let finer = problem.with_mesh_rate(2.0 * MESH_RATE_HZ);
-    let mut looked: Vec<(ParameterSet, Rival, f64)> = Vec::new();
+    let mut refined: Vec<(ParameterSet, Rival, f64)> = Vec::new();
     for (point, _) in close {
         let (there, local) = maximise(&finer, point.clone(), Effort::some(HEAT + 1))?;
         let effect = there.hypotheses.last()?.effect;
         let std = local.std(there.place_of(there.hypotheses.len() - 1));
-        looked.push((there, Rival { effect, std, odds: leading, fitted: true }, local.evidence() - worth(&effect)));
+        refined.push((there, Rival { effect, std, odds: leading, fitted: true }, local.evidence() - worth(&effect)));
     }
-    let least = looked.iter().map(|look| look.2).fold(f64::INFINITY, f64::min);
+    let least = refined.iter().map(|one| one.2).fold(f64::INFINITY, f64::min);
     let mut better = None;
-    for (point, rival, evidence) in looked {
+    for (point, rival, evidence) in refined {
         let odds = leading - (evidence - least);
         if let Some(there) = ranked.iter_mut().find(|there| same_cause(&there.effect, &rival.effect)) {
             *there = Rival { odds, ..rival };
