@@ -1,5 +1,6 @@
 //! Measures of a prediction y of a measured output z, e = z - y: rms error, Theil's coefficient, variance accounted for.
 //!
+//! Consumes pairs of z and y; produces
 //!     rms = sqrt(mean e^2)     VAF = 1 - var(e)/var(z)                                                 (1)
 //!     TIC = rms(e)/(rms(z) + rms(y))     0 exact, 1 worst                                              (2)
 //! Source: H. Theil, Economic Forecasts and Policy, 1961, for (2).
