@@ -32,7 +32,7 @@ pub(crate) fn root_path(named: Option<&PathBuf>) -> PathBuf {
     named.cloned().unwrap_or_else(sideslip::io::bus::root::BusRoot::default_path)
 }
 
-/// How long a process that was started again waits for its role: its predecessor may be ending. A person is told at once.
+/// How long a restarted process waits for its role, because its predecessor may be ending; others are refused at once.
 pub(crate) fn patience(supervised: bool) -> std::time::Duration {
     std::time::Duration::from_secs(if supervised { 10 } else { 0 })
 }

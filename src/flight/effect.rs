@@ -13,6 +13,7 @@ use super::term::Term;
 
 /// One effect with its numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "variants are what their names say")]
 pub enum Effect {
     /// Adds `delta` to a derivative; one that the model lacks counts as zero.
     Derivative {
@@ -29,44 +30,30 @@ pub enum Effect {
         axis: Axis,
         /// A nonlinear term.
         term: Term,
-        /// Its coefficient.
         coefficient: f64,
     },
     /// Multiplies all derivatives with respect to a control.
-    ControlEffectiveness {
-        /// The control.
-        control: Control,
-        /// The factor.
-        factor: f64,
-    },
+    ControlEffectiveness { control: Control, factor: f64 },
     /// First-order lag between control and blade.
     ActuatorLag {
-        /// The control.
         control: Control,
         /// Time constant, s.
         tau: f64,
     },
     /// Pure delay between control and blade.
     TransportDelay {
-        /// The control.
         control: Control,
         /// Delay, s.
         delay: f64,
     },
     /// The blade moves no faster than this.
     RateLimit {
-        /// The control.
         control: Control,
         /// Rate, rad/s.
         rate: f64,
     },
     /// Deviations within the half width about trim move nothing; beyond it the blade follows less the half width.
-    DeadZone {
-        /// The control.
-        control: Control,
-        /// Half width, rad.
-        half_width: f64,
-    },
+    DeadZone { control: Control, half_width: f64 },
     /// The deviation of one control also moves another.
     CrossFeed {
         /// The control that the pilot moves.
@@ -109,28 +96,20 @@ pub enum Effect {
     },
     /// An instrument reads that much more.
     SensorBias {
-        /// The channel.
         channel: Channel,
         /// Bias in the channel's unit.
         value: f64,
     },
     /// An instrument reads that many times the true value.
-    SensorScale {
-        /// The channel.
-        channel: Channel,
-        /// Factor.
-        factor: f64,
-    },
+    SensorScale { channel: Channel, factor: f64 },
     /// First-order lag of an instrument.
     SensorLag {
-        /// The channel.
         channel: Channel,
         /// Time constant, s.
         tau: f64,
     },
     /// Time skew of an instrument; positive reads late.
     SensorDelay {
-        /// The channel.
         channel: Channel,
         /// Delay, s.
         delay: f64,
@@ -145,10 +124,7 @@ pub enum Effect {
     /// The model explains the data within their noise and its own tolerance.
     None,
     /// Something is there on that axis, and no other effect explains it.
-    Unknown {
-        /// The axis.
-        axis: Axis,
-    },
+    Unknown { axis: Axis },
 }
 
 /// What sort of cause an effect is.
@@ -359,7 +335,7 @@ impl Effect {
 }
 
 impl EffectKind {
-    /// The kind of that name; of two that share it the first, the other is told by its keys.
+    /// The kind of that name; of two that share it the first; the other is distinguished by its keys.
     pub fn from_name(name: &str) -> Option<EffectKind> {
         EffectKind::ALL.iter().copied().find(|kind| kind.name() == name)
     }

@@ -8,8 +8,8 @@ use super::term::Term;
 
 /// A field's value.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "variants are what their names say")]
 pub enum EffectField {
-    /// An axis.
     Axis(Axis),
     /// An axis that every effect of the kind has.
     FixedAxis(Axis),
@@ -17,13 +17,10 @@ pub enum EffectField {
     Variable(Variable),
     /// A nonlinear term.
     Term(Term),
-    /// A control.
     Control(Control),
-    /// A channel.
     Channel(Channel),
     /// A sensor whose position matters.
     Sensor(PositionedSensor),
-    /// A number.
     Number(f64),
     /// Three numbers, body axes.
     Vector([f64; 3]),

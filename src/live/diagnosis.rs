@@ -15,7 +15,6 @@ use crate::flight::file::effect_file::DeclaredEffect;
 use crate::flight::run::RunGeometry;
 use crate::flight::sample::Sample;
 use crate::io::outputs::words::cause_sentence::{statement, unknown};
-use crate::io::outputs::words::set_aside::no_diagnosis;
 use crate::postflight::diagnosis::diagnose::{Diagnosis, Finding, diagnose, held_out};
 use crate::postflight::diagnosis::record::{FindingRecord, FindingStatus};
 use crate::postflight::diagnosis::search::next_cause::SearchSettings;
@@ -112,7 +111,7 @@ impl LiveDiagnosis {
             model.file.effects.extend(known);
             let fit: Vec<RecordedRun> =
                 runs.into_iter().enumerate().filter(|(place, _)| places.contains(place)).map(|(_, run)| run).collect();
-            let diagnosis = diagnose(&model, &fit, &[], &SearchSettings::default()).map_err(|wrong| no_diagnosis(&wrong))?;
+            let diagnosis = diagnose(&model, &fit, &[], &SearchSettings::default()).map_err(|wrong| wrong.to_string())?;
             let used = fit.len().saturating_sub(diagnosis.set_aside.len());
             Ok(finding_records(&diagnosis, &model, geometry.controls, time_s, used))
         });

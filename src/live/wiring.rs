@@ -97,7 +97,7 @@ impl<F: Task> Schedule<F> {
 
 impl Task for diagnosis::LiveDiagnosis {
     type Record = FindingRecord;
-    const THREAD: &'static str = "sideslip-diagnosis";
+    const THREAD: &'static str = "sideslip-search";
     const WAITING: usize = 32_768;
     const RECORDS: usize = 32;
 

@@ -61,7 +61,7 @@ pub trait Task: Send + 'static {
 
 impl Task for LiveOutputError {
     type Record = OutputErrorRecord;
-    const THREAD: &'static str = "sideslip-output-error";
+    const THREAD: &'static str = "sideslip-fit";
     const WAITING: usize = 4096;
     const RECORDS: usize = 8;
 

@@ -1,7 +1,8 @@
 //! A small dense matrix of any size: Cholesky factors, inverses and eigenvalues of symmetric ones.
 //!
-//! Numerics: `cholesky` refuses a pivot below [`PIVOT`] of its own diagonal entry, so what it factors is told from singular.
+//! Numerics: `cholesky` refuses a pivot below [`PIVOT`] of its own diagonal entry (`num::cholesky`).
 
+use crate::num::cholesky::{self, VanishedPivot};
 use crate::num::symmetric::diagonalise;
 use core::ops::{Index, IndexMut};
 
@@ -94,50 +95,26 @@ impl Dense {
 
     /// Lower factor L with L L' = the matrix; none where it is not positive definite to working precision.
     pub fn cholesky(&self) -> Option<Dense> {
-        let n = self.rows;
-        let mut l = Dense::zeros(n, n);
-        for j in 0..n {
-            let mut pivot = self[(j, j)];
-            for k in 0..j {
-                pivot -= l[(j, k)] * l[(j, k)];
-            }
-            if !(pivot > PIVOT * self[(j, j)]) || !pivot.is_finite() {
-                return None;
-            }
-            let root = libm::sqrt(pivot);
-            l[(j, j)] = root;
-            for i in j + 1..n {
-                let mut sum = self[(i, j)];
-                for k in 0..j {
-                    sum -= l[(i, k)] * l[(j, k)];
-                }
-                l[(i, j)] = sum / root;
-            }
-        }
-        Some(l)
+        self.cholesky_above(PIVOT).ok()
+    }
+
+    /// The same with another least pivot, over the diagonal entry that it comes from.
+    ///
+    /// # Errors
+    /// The first row whose pivot is not above it.
+    pub(crate) fn cholesky_above(&self, least_part: f64) -> Result<Dense, VanishedPivot> {
+        let mut l = self.clone();
+        cholesky::factor(&mut l.data, self.rows, least_part)?;
+        Ok(l)
     }
 
     /// Solves L L' X = `right` for a lower factor L.
     pub fn solve_factored(&self, right: &Dense) -> Dense {
-        let n = self.rows;
-        let mut x = right.clone();
-        for column in 0..x.columns {
-            for i in 0..n {
-                let mut sum = x[(i, column)];
-                for k in 0..i {
-                    sum -= self[(i, k)] * x[(k, column)];
-                }
-                x[(i, column)] = sum / self[(i, i)];
-            }
-            for i in (0..n).rev() {
-                let mut sum = x[(i, column)];
-                for k in i + 1..n {
-                    sum -= self[(k, i)] * x[(k, column)];
-                }
-                x[(i, column)] = sum / self[(i, i)];
-            }
+        let mut columns = right.transposed();
+        for column in columns.data.chunks_exact_mut(self.rows.max(1)) {
+            cholesky::solve(&self.data, self.rows, column);
         }
-        x
+        columns.transposed()
     }
 
     /// Inverse of a positive definite matrix, symmetric to the bit.

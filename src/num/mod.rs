@@ -4,10 +4,14 @@
 //! Assumed: finite input. Refused: a variance that is not positive, a pivot that has vanished; nothing is repaired.
 
 #[cfg(feature = "std")]
+pub(crate) mod cholesky;
+#[cfg(feature = "std")]
 pub mod dense;
 pub mod eigen;
 #[cfg(feature = "std")]
 pub mod fft;
+#[cfg(feature = "std")]
+pub mod frequency_response;
 pub mod kernel;
 pub(crate) mod product;
 #[cfg(feature = "std")]
@@ -18,4 +22,4 @@ pub mod sweep;
 pub mod symmetric;
 pub mod ud;
 #[cfg(feature = "std")]
-pub mod welch;
+pub(crate) mod welch;

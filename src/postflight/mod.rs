@@ -11,4 +11,5 @@ pub mod manoeuvres;
 pub mod output_error;
 pub mod reconstruction;
 pub mod recorded_run;
+mod start_state;
 pub mod validation;

@@ -30,7 +30,7 @@ pub(crate) struct DropoutLink {
 }
 
 impl DropoutLink {
-    /// In reception at that time; links are told apart by their number.
+    /// In reception at that time; links are distinguished by their number.
     pub(crate) fn new(dropouts: Dropouts, number: u64, start_s: f64, seed: u64) -> Self {
         let mut link =
             DropoutLink { dropouts, draws: NormalNoise::new(seed, FIRST_STREAM + number), lost: false, until_s: start_s };

@@ -6,7 +6,8 @@
 //!
 //! `--set` writes `key=value` into the `[level1]` table, the key dotted (`main_rotor.shaft_tilt=0.05`); that of an option may
 //! stand alone (`hub=exact`). A value that is no TOML is taken as a text. The key must be there already, but for
-//! `engine.torque_limit`, which a model may do without. What is flown can be told to a run: see [`FlightModel::flown`].
+//! `engine.torque_limit`, which a model may do without. The condition flown can be written into a run: see
+//! [`FlightModel::flown`].
 
 use super::fly::Flight;
 use super::level1::file::{DeclaredAircraft, OPTIONS, TORQUE_LIMIT, read};

@@ -230,7 +230,7 @@ fn dropouts(table: &TomlTable<'_>) -> Result<Option<Dropouts>, TomlError> {
     Ok(Some(Dropouts { rate: rate.positive()?, mean_length_s: table.require("mean_length")?.positive()? }))
 }
 
-const _: () = assert!(CHANNELS < 100, "streams of noise are told apart by channel");
+const _: () = assert!(CHANNELS < 100, "streams of noise are numbered by channel");
 
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "values are carried, or exact in binary")]

@@ -101,7 +101,7 @@ struct Moment {
     rotor: Option<TrueRotor>,
     inner_rates: InternalStates,
     memory_rate: f64,
-    /// Where the next instant's inflows are looked for.
+    /// Start of the next instant's inflow iterations.
     guess: InflowGuess,
 }
 
@@ -238,7 +238,7 @@ impl MotionDrive<'_> {
         step(from).or_else(last).map_or(0.0, |(t0, t1)| (history.at(t1) - history.at(t0)) / (t1 - t0))
     }
 
-    /// Everything that holds at a node, within the step from a mesh point, for this state; the inflows are looked for from
+    /// Everything that holds at a node, within the step from a mesh point, for this state; inflow iterations start from
     /// `guess` on.
     fn moment(&self, (node, from): (usize, usize), state: &IntegrationState, guess: InflowGuess) -> Option<Moment> {
         let [u, v, w, p, q, r, ..] = state.motion;

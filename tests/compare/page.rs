@@ -21,7 +21,7 @@ fn flown(folder: &Path, name: &str, model: &Path, input: &str, seed: &str) -> Pa
     file
 }
 
-/// Diagnoses two flights of an aircraft, one kept back, and gives the page and the answer.
+/// Diagnoses two flights of an aircraft, one of them a hold-out run, and gives the page and the answer.
 fn diagnosed(folder: &Path, aircraft: &Path) -> (String, Value) {
     let model = own("replay/models/puma-like.toml");
     let fit = flown(folder, "fit.csv", aircraft, "pedal:3211:0.02:0.7", "1");

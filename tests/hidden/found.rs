@@ -39,7 +39,7 @@ fn as_recorded(runs: &[super::case::Recorded]) -> Vec<RecordedRun> {
     runs.iter().map(one).collect()
 }
 
-/// Error on the runs kept back with what was hidden over that without, pooled.
+/// Error on the hold-out runs with what was hidden over that without, pooled.
 fn ratio_at_best(case: &Case) -> Option<f64> {
     let model = FlightModel::parse(&case.model_text, &FlightRequest::default()).unwrap();
     let (_, (gain, _)) = held_out(&model, &case.hidden, &as_recorded(&case.holdout)).ok()?;
@@ -56,14 +56,14 @@ struct Scored {
     named: bool,
     /// And nothing else.
     only: bool,
-    /// The one hidden cause is in the class that is told.
+    /// The one hidden cause is in the class that is reported.
     in_class: bool,
     family: bool,
     /// Error of the size in standard errors, and the standard error over the size.
     size: Option<(f64, f64)>,
     probability: f64,
     gained: Option<bool>,
-    /// Error on the runs kept back over that of the model, pooled.
+    /// Error on the hold-out runs over that of the model, pooled.
     ratio: Option<f64>,
     /// That of the hidden cause itself, where what was found does not make it lower.
     at_best: Option<f64>,

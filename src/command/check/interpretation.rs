@@ -1,4 +1,4 @@
-//! The first look at the runs: what was flown, how it answered, and whether it answers alike and in proportion.
+//! Preliminary interpretation of the runs: manoeuvres, responses, repeatability and linearity.
 
 use crate::command::check::read_run::ReadRun;
 use serde_json::Value;
@@ -7,7 +7,7 @@ use sideslip::io::outputs::tables::manoeuvre_table;
 use sideslip::postflight::manoeuvres::record::Interpretation;
 use sideslip::postflight::manoeuvres::{Run, interpret};
 
-/// Looks at every run and at all of them together.
+/// Interprets every run, and all of them together.
 pub(super) fn of(read: &[ReadRun]) -> Interpretation {
     let runs: Vec<Run<'_>> = read
         .iter()

@@ -82,14 +82,14 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Outcome, Failure> {
     let controls = candidates.first().map_or(ControlNames::Rotorcraft, |one| one.geometry.controls);
     let style = if args.json.is_some() { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
     let infos: Vec<&RunInfo> = read.iter().map(|one| &one.info).collect();
-    let looked = interpretation::of(&read);
-    let text = table::text(&verdicts, &infos, controls, style) + &interpretation::text(&looked);
+    let interpreted = interpretation::of(&read);
+    let text = table::text(&verdicts, &infos, controls, style) + &interpretation::text(&interpreted);
     match &args.json {
         None => print(&text)?,
         Some(path) => {
             message(format_args!("{}", text.trim_end()));
             let mut document = json::document(&verdicts, controls);
-            document["interpretation"] = interpretation::document(&looked);
+            document["interpretation"] = interpretation::document(&interpreted);
             write_json(path, &format!("{document:#}\n"))?;
         }
     }

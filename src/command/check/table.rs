@@ -7,6 +7,7 @@ use sideslip::flight::file::run_file::RunInfo;
 use sideslip::flight::unit::DEGREE;
 use sideslip::io::outputs::number::measured_text;
 use sideslip::io::outputs::tables::terminal::Style;
+use sideslip::io::outputs::tables::wrapped::wrapped_list;
 use sideslip::io::outputs::words::instrument_words::{detection_limit, not_observable, separation, verdict_reason};
 use sideslip::postflight::reconstruction::correction::Correction;
 use sideslip::postflight::reconstruction::gross_errors::speed_unit;
@@ -37,28 +38,16 @@ pub(super) fn text(verdicts: &[RunVerdict], infos: &[&RunInfo], controls: Contro
             for one in verdict.not_observable.iter().filter(|one| detection_limit(one).is_none()) {
                 let _ = writeln!(text, "    {}", not_observable(one));
             }
-            wrapped(&mut text, "not detectable below: ", verdict.not_observable.iter().filter_map(detection_limit));
+            let mut limits: Vec<String> = verdict.not_observable.iter().filter_map(detection_limit).collect();
+            if let Some(first) = limits.first_mut() {
+                first.insert_str(0, "not detectable below: ");
+                for (place, line) in wrapped_list(&limits, WIDTH - 6).into_iter().enumerate() {
+                    let _ = writeln!(text, "{}{line}", if place == 0 { "    " } else { "      " });
+                }
+            }
         }
     }
     text
-}
-
-/// Items with commas between, lines of at most [`WIDTH`].
-fn wrapped(text: &mut String, head: &str, items: impl Iterator<Item = String>) {
-    let mut line = String::new();
-    for item in items {
-        if line.is_empty() {
-            line = format!("    {head}{item}");
-        } else if line.len() + item.len() + 2 > WIDTH {
-            let _ = writeln!(text, "{line},");
-            line = format!("      {item}");
-        } else {
-            let _ = write!(line, ", {item}");
-        }
-    }
-    if !line.is_empty() {
-        let _ = writeln!(text, "{line}");
-    }
 }
 
 fn correction(text: &mut String, one: &Correction, info: &RunInfo, controls: ControlNames) {

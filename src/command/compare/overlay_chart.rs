@@ -5,7 +5,7 @@ use crate::command::recordings::free_run_curves::{controls, overlay};
 use sideslip::io::outputs::charts::chart::{ChartError, Panel, svg_with_marks};
 use sideslip::postflight::validation::free_run::FreeRunPrediction;
 
-/// Most points of a curve; more cannot be told apart on the page.
+/// Most points of a curve; more are not resolved on the page.
 const MOST_POINTS: usize = 1500;
 
 /// Every run's panels, one below the other.

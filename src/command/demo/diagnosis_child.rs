@@ -11,8 +11,8 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Between looks whether it has ended.
-const LOOK: Duration = Duration::from_millis(50);
+/// Polling interval of its end.
+const POLL: Duration = Duration::from_millis(50);
 
 pub(super) struct DiagnosisFiles {
     pub(super) answer: Value,
@@ -40,7 +40,7 @@ pub(super) fn diagnosed(fit: &[PathBuf], kept: &[PathBuf], out: &Path, stop: &At
         told = told.max(points.len());
         match process.0.try_wait().map_err(failed)? {
             Some(status) => break status,
-            None => std::thread::sleep(LOOK),
+            None => std::thread::sleep(POLL),
         }
     };
     // 3: rows were skipped or a run was set aside, which is said in its text.

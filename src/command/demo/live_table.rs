@@ -56,7 +56,7 @@ impl LiveTableRow {
 
 fn mode_lines(truth: &ModesRecord, estimate: Option<&NewestEstimate>) -> Vec<LiveTableRow> {
     let found = estimate.map(|estimate| &estimate.modes);
-    // What it had come to when it was new; that it grows old says the heading.
+    // Its status when it was new; the heading says its age.
     let status = found.map_or(Status::Waiting, |modes| modes.status);
     let line = |name: &str, unit, truth: Option<f64>, found: Option<(f64, f64)>| {
         Some(LiveTableRow { name: name.to_owned(), unit, truth: truth?, found, status })

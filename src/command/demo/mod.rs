@@ -1,9 +1,9 @@
 //! `sideslip demo`: the main job on this machine, nothing to set up.
 //!
-//! A simulated helicopter whose derivatives are known flies test inputs at three test points and sends MAVLink over the
-//! loopback, as its radio would; `live` takes it up in processes of its own and estimates, and this process looks on through
-//! shared memory, as any reader can. Then `diagnose` says what a Level-1 simulation of such a helicopter gets wrong in those
-//! flights, and the table of section 4 of Padfield et al. 1987 has simulation, estimate, extended model and truth side by side.
+//! A simulated helicopter whose derivatives are known flies test inputs at three test points and sends MAVLink over the loopback,
+//! as its radio would; `live` takes it up in processes of its own and estimates, and this process reads the estimates from shared
+//! memory, as any reader can. Then `diagnose` says what a Level-1 simulation of such a helicopter gets wrong in those flights,
+//! and the table of section 4 of Padfield et al. 1987 has simulation, estimate, extended model and truth side by side.
 
 mod child_guard;
 mod diagnosis_child;

@@ -13,7 +13,7 @@ use sideslip::realtime::modes::record::OscillatoryMode;
 use sideslip::realtime::regression::record::{LateralDerivatives, Status};
 use std::fmt;
 
-/// Lateral derivatives that are told.
+/// Lateral derivatives that are printed.
 const SHOWN: [(Axis, Variable); 7] = [
     (Axis::N, Variable::V),
     (Axis::N, Variable::P),

@@ -44,7 +44,7 @@ pub(super) const RUNS: [RunPlan; 2] = [
     RunPlan { name: "kept", inputs: ["pedal:doublet:-0.012:0.8:2", "lat_cyclic:doublet:-0.006:0.6:8"], duration_s: 14.0 },
 ];
 pub(super) const RATE_HZ: f64 = 50.0;
-/// Between looks for somebody who calls.
+/// Polling interval of a caller.
 const LISTEN: Duration = Duration::from_millis(5);
 
 /// A flight and what is true of it.
@@ -108,7 +108,7 @@ impl SimulatedVehicle {
             send(link, &samples, speed, &flying);
             flying.landed.store(true, Ordering::Relaxed);
         };
-        std::thread::Builder::new().name("sideslip-vehicle".to_owned()).spawn(fly).map_err(|error| failed(&error))?;
+        std::thread::Builder::new().name("sideslip-flight".to_owned()).spawn(fly).map_err(|error| failed(&error))?;
         Ok(SimulatedVehicle { url: format!("udpout://{address}"), shared })
     }
 

@@ -1,4 +1,4 @@
-//! One run of a test point: flown, telemetered, estimated by `live`, looked on at through shared memory.
+//! One run of a test point: flown, telemetered, estimated by `live`, read through shared memory.
 
 use super::child_guard::stopped_early;
 use super::live_child::LiveChild;
@@ -15,8 +15,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Between looks at the estimates.
-const LOOK: Duration = Duration::from_millis(10);
+/// Polling interval of the estimates.
+const POLL: Duration = Duration::from_millis(10);
 /// Between two pictures on the terminal.
 const PICTURE: Duration = Duration::from_millis(250);
 /// After the flight, until the last sample has been estimated and seen.
@@ -65,7 +65,7 @@ pub(super) fn fly_run(
     Ok(FlownRun { flight, estimate, log: live.recording(), numbers, outcome })
 }
 
-/// Looks on until the flight is over; the reader, and the newest estimate that it saw.
+/// Reads estimates until the flight is over; the reader, and the newest estimate.
 fn watch(
     bus: &Bus,
     (name, run, flight): (&str, &RunPlan, &TestFlight),
@@ -100,7 +100,7 @@ fn watch(
                 bus.root().path().display()
             ))?;
         }
-        std::thread::sleep(LOOK);
+        std::thread::sleep(POLL);
     }
     if on_terminal {
         print("\x1b[H\x1b[2J")?;

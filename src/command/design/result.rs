@@ -1,4 +1,4 @@
-//! What a design comes to: a table for a person, JSON for a program, a picture.
+//! The result of a design: a table for people, JSON for programs, a chart.
 
 use serde_json::{Value, json};
 use sideslip::flight::channel::ControlNames;

@@ -5,7 +5,7 @@ use crate::command::terminal::output_file::write_whole;
 use sideslip::error::Failure;
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::file::effect_file::DeclaredEffect;
-use sideslip::io::outputs::words::set_aside::{no_diagnosis, reason};
+use sideslip::io::outputs::words::set_aside::reason;
 use sideslip::postflight::diagnosis::diagnose::{Diagnosis, diagnose};
 use sideslip::postflight::diagnosis::search::next_cause::SearchSettings;
 use sideslip::postflight::recorded_run::RecordedRun;
@@ -37,7 +37,7 @@ impl Answer {
         losses: &mut Vec<String>,
     ) -> Result<Self, Failure> {
         let settings = SearchSettings { causes: args.causes, ..SearchSettings::default() };
-        let diagnosis = diagnose(&model, fit, holdout, &settings).map_err(|wrong| Failure::Input(no_diagnosis(&wrong)))?;
+        let diagnosis = diagnose(&model, fit, holdout, &settings).map_err(|wrong| Failure::Input(wrong.to_string()))?;
         losses.extend(diagnosis.set_aside.iter().map(|(name, why)| format!("{name}: set aside: {}", reason(why))));
         let extension = diagnosis.extension();
         let extended = args.extended.clone().filter(|_| !extension.is_empty());

@@ -3,6 +3,7 @@
 use super::roots::dutch_roll;
 use super::verdict::{borne_out, judged};
 use crate::command::diagnose::answer::Answer;
+use sideslip::io::outputs::number::band_text;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::io::outputs::words::cause_sentence::{manoeuvre, statement, unknown};
 use sideslip::postflight::diagnosis::evidence::residual_coherence::{AxisSpectrum, DominantSignal};
@@ -64,12 +65,12 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
     let _ = writeln!(text, "\n  axis  residual rms   after   noise  explained  mostly in");
     for one in &diagnosis.discrepancy {
         let unit = if one.axis.is_force() { "m/s^2" } else { "rad/s^2" };
-        let (low, high) = one.band_hz;
+        let band = band_text(one.band_hz);
         let explained =
             if one.rms > 0.2 * one.noise { format!("{:6.0} %", 100.0 * one.explained) } else { "       -".to_owned() };
         let _ = writeln!(
             text,
-            "  {:<4} {:9.4} {:9.4} {:7.4} {explained:>10}  {low:.2}-{high:.2} Hz  {unit}",
+            "  {:<4} {:9.4} {:9.4} {:7.4} {explained:>10}  {band} Hz  {unit}",
             one.axis.name(),
             one.rms,
             one.rms_after,
@@ -82,7 +83,11 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
         }
     }
     if let Some((gain, pairs)) = &diagnosis.gain {
-        if let Some(pooled) = &gain.pooled {
+        if let Some(pooled) = &gain.pooled
+            && diagnosis.findings.is_empty()
+        {
+            let _ = writeln!(text, "\nHold-out runs, free run: error over noise {:.2}", pooled.rms[0].value);
+        } else if let Some(pooled) = &gain.pooled {
             let [before, after] = &pooled.rms;
             let [low, high] = pooled.ratio.interval;
             let _ = writeln!(
@@ -123,8 +128,8 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
 /// `residual N correlates with pedal (coherence 0.93, 0.25-1.50 Hz); after the causes with nothing`.
 fn companion(answer: &Answer, own: &AxisSpectrum) -> Option<String> {
     let said = |one: &DominantSignal| {
-        let (low, high) = one.band_hz;
-        format!("{} (coherence {:.2}, {low:.2}-{high:.2} Hz)", one.signal.name(answer.controls), one.coherence)
+        let (name, band) = (one.signal.name(answer.controls), band_text(one.band_hz));
+        format!("{name} (coherence {:.2}, {band} Hz)", one.coherence)
     };
     let axis = own.axis.name();
     match (own.dominant_signal(false), own.dominant_signal(true)) {

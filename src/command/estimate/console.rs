@@ -36,7 +36,7 @@ impl ConsoleThread {
                 }
             }
         };
-        let started = std::thread::Builder::new().name("sideslip-console".to_owned()).spawn(speak);
+        let started = std::thread::Builder::new().name("sideslip-term".to_owned()).spawn(speak);
         let thread = started.map_err(|error| Failure::Running(format!("no thread could be started: {error}")))?;
         Ok(ConsoleThread { lines, thread })
     }

@@ -39,10 +39,10 @@ again at an earlier time; the next one gets a log of its own, flight-2.mcap. No 
 Exit status: 0 done; 1 failed while running; 2 the call is wrong, or another estimator is in this root; 3 done, with data
 lost (said how much).";
 
-/// Between looks at the bus while samples come: the largest part of the latency, and some percent of a core.
-const LOOK: Duration = Duration::from_micros(100);
+/// Polling interval of the bus while samples come: the largest part of the latency, and some percent of a core.
+const POLL: Duration = Duration::from_micros(100);
 /// The same where nothing has come for [`QUIET`].
-const LOOK_QUIET: Duration = Duration::from_millis(1);
+const POLL_QUIET: Duration = Duration::from_millis(1);
 const QUIET: Duration = Duration::from_millis(250);
 
 /// The longest wait for a terminal that takes the answer slowly.
@@ -133,7 +133,7 @@ impl EstimatorProcess<'_> {
                 }
                 None => {
                     self.publisher.meet()?;
-                    std::thread::sleep(if heard.elapsed() < QUIET { LOOK } else { LOOK_QUIET });
+                    std::thread::sleep(if heard.elapsed() < QUIET { POLL } else { POLL_QUIET });
                 }
             }
         }

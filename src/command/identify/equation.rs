@@ -50,7 +50,7 @@ impl Equation {
         self.design.names().get(place).map_or("", String::as_str)
     }
 
-    /// For a person: every step, the equation, what cannot be told apart, and why the others are not in.
+    /// For a person: every step, the equation, collinear terms, and why the other candidates did not enter.
     pub(super) fn text(&self, style: Style) -> String {
         let Selection { steps, kept, fit, rejected, collapse } = &self.selection;
         let mut text = format!("{}: stepwise regression, {} samples\n", style.bold(&fit.response), fit.quality.samples);

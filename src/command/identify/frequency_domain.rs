@@ -7,12 +7,12 @@ use sideslip::flight::setting::check;
 use sideslip::io::outputs::charts::chart::{ChartError, Curve, Panel, svg};
 use sideslip::io::outputs::html::page::escaped;
 use sideslip::io::outputs::tables::terminal::{EstimateTable, Style};
+use sideslip::num::frequency_response::FrequencyResponsePoint;
 use sideslip::postflight::identification::columns::Columns;
 use sideslip::postflight::identification::measured_responses::{COHERENT, MeasuredResponse, responses};
 use sideslip::postflight::identification::model_variables::ModelVariables;
 use sideslip::realtime::pipeline::PipelineConfig;
 use sideslip::realtime::regression::frequency::band::{Band, FREQUENCIES};
-use sideslip::realtime::regression::frequency::response::ResponsePoint;
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
@@ -153,11 +153,11 @@ fn response_json(response: &MeasuredResponse) -> Value {
 
 /// Gain in decibels, phase without jumps, coherence.
 fn panels(of_run: &[MeasuredResponse]) -> Vec<Panel> {
-    let curves = |value: &dyn Fn(&[ResponsePoint]) -> Vec<f64>| -> Vec<Curve> {
+    let curves = |value: &dyn Fn(&[FrequencyResponsePoint]) -> Vec<f64>| -> Vec<Curve> {
         let told = of_run.iter().filter_map(|response| Some((response, response.points.as_ref().ok()?)));
         let curve = |(response, points): (&MeasuredResponse, &Vec<_>)| Curve {
             name: format!("{}/{}", response.output, response.input),
-            points: points.iter().map(|point: &ResponsePoint| point.rad_s / TAU).zip(value(points)).collect(),
+            points: points.iter().map(|point: &FrequencyResponsePoint| point.rad_s / TAU).zip(value(points)).collect(),
         };
         told.map(curve).collect()
     };

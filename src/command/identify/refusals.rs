@@ -1,4 +1,4 @@
-//! Runs that no derivatives are told from, and what is said of a search that fails.
+//! Runs from which no derivatives can be estimated, and the messages of a search that fails.
 
 use sideslip::error::Failure;
 use sideslip::postflight::identification::columns::Columns;
@@ -37,7 +37,7 @@ pub(super) fn refuse_slow_rates(runs: &[(&PathBuf, &Columns)], choice: &ModelVar
     Ok(())
 }
 
-/// A search that comes to nothing is no wrong call.
+/// A search without a result is no wrong call.
 pub(super) fn not_identified(wrong: IdentificationError) -> Failure {
     match wrong {
         IdentificationError::Fit(OutputErrorFitError::Singular { .. } | OutputErrorFitError::Diverges { .. }) => {

@@ -8,7 +8,7 @@ use sideslip::postflight::identification::roots::IdentifiedRoot;
 use sideslip::postflight::identification::run_prediction::RunPrediction;
 use std::fmt::Write;
 
-/// Correlation above which two derivatives are not told apart: what their model leaves out moves both far.
+/// Correlation above which two derivatives are not separable: what their model leaves out moves both far.
 const INSEPARABLE: f64 = 0.97;
 
 /// A doubt whose standard error is below this part of what it was beforehand was learned of.

@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 
 /// Samples that may be under way where none may be lost; the estimator's place holds twice as many.
 const IN_FLIGHT: u64 = 512;
-/// Between looks at what the estimator has taken.
-const LOOK: Duration = Duration::from_micros(50);
+/// Polling interval of the estimator's acknowledgement.
+const POLL: Duration = Duration::from_micros(50);
 /// Silence after which it is said that nobody takes the samples.
 const SAY_WAITING: Duration = Duration::from_secs(3);
 /// What was published last stays in reach for subscribers that have not found this publisher yet.
@@ -72,7 +72,7 @@ impl SamplePublisher {
                 }
                 Some(_) => {}
                 None if stop.load(Ordering::Relaxed) => return Ok(false),
-                None => std::thread::sleep(LOOK),
+                None => std::thread::sleep(POLL),
             }
             if !said && since.elapsed() > SAY_WAITING {
                 said = true;

@@ -5,7 +5,7 @@ use sideslip::io::telemetry::mavlink::senders::Senders;
 use sideslip::io::telemetry::mavlink::stream::admits;
 use std::time::{Duration, Instant};
 
-/// Between two looks this process was awake for so long at most.
+/// Between two polls this process was awake for so long at most.
 const AWAKE: Duration = Duration::from_millis(300);
 
 const NAMED: usize = 8;
@@ -13,19 +13,19 @@ const NAMED: usize = 8;
 /// Time without something, while awake.
 #[derive(Debug)]
 pub(super) struct SilenceMonitor {
-    looked: Instant,
+    polled: Instant,
     lasted: Duration,
 }
 
 impl SilenceMonitor {
     /// From now on.
     pub(super) fn new() -> Self {
-        SilenceMonitor { looked: Instant::now(), lasted: Duration::ZERO }
+        SilenceMonitor { polled: Instant::now(), lasted: Duration::ZERO }
     }
 
     pub(super) fn elapsed(&mut self) -> Duration {
-        self.lasted += self.looked.elapsed().min(AWAKE);
-        self.looked = Instant::now();
+        self.lasted += self.polled.elapsed().min(AWAKE);
+        self.polled = Instant::now();
         self.lasted
     }
 
@@ -73,7 +73,7 @@ mod tests {
         let mut silence = SilenceMonitor::new();
         // As if it had been stopped for a minute.
         let Some(before) = Instant::now().checked_sub(Duration::from_secs(60)) else { return };
-        silence.looked = before;
+        silence.polled = before;
         assert_eq!(silence.elapsed(), super::AWAKE);
         silence.reset();
         assert!(silence.elapsed() < super::AWAKE);

@@ -5,11 +5,10 @@
 
 use sideslip::flight::channel::Channel;
 use sideslip::flight::file::run_file::{RecordingColumn, RecordingTarget};
+use sideslip::flight::signal::GAP_S;
 use sideslip::io::telemetry::record::RecordingRow;
 use std::collections::BTreeMap;
 
-/// Shorter intervals are no gaps, s.
-const GAP_MIN_S: f64 = 0.5;
 /// Shorter intervals are no gaps, median intervals.
 const GAP_MEDIANS: f64 = 5.0;
 /// Different intervals kept apart; any further one counts as its nearest shorter neighbour.
@@ -52,7 +51,7 @@ impl Times {
             let interval_s = time_s - last_s;
             if interval_s > 0.0 {
                 self.add_interval(interval_s);
-                if interval_s > GAP_MIN_S && self.long.len() < LONG_MAX {
+                if interval_s > GAP_S && self.long.len() < LONG_MAX {
                     self.long.push(Gap { from_s: last_s, to_s: time_s });
                 }
             } else if interval_s < 0.0 {
@@ -90,7 +89,7 @@ impl Times {
 
     /// The gaps in order.
     pub(super) fn gaps(&self) -> impl Iterator<Item = Gap> {
-        let least = self.median_s().map_or(GAP_MIN_S, |median| GAP_MIN_S.max(GAP_MEDIANS * median));
+        let least = self.median_s().map_or(GAP_S, |median| GAP_S.max(GAP_MEDIANS * median));
         self.long.iter().copied().filter(move |gap| gap.to_s - gap.from_s > least)
     }
 

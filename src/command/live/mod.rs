@@ -35,8 +35,8 @@ again; the log then goes on in a file of its own (flight-2.mcap).
 Exit status: 0 done; 1 failed while running; 2 the call or the recording is wrong, or the root is in use; 3 done, with
 data lost or skipped (said how much).";
 
-/// Between looks at the children.
-const LOOK: Duration = Duration::from_millis(5);
+/// Polling interval of the children.
+const POLL: Duration = Duration::from_millis(5);
 /// The longest wait for the processes of a supervisor that was killed.
 const ORPHANS: Duration = Duration::from_secs(15);
 /// An estimator that gives no sign of life for so long, while that many samples come, hangs.
@@ -133,7 +133,7 @@ fn wait_for_orphans(bus: &Bus, stop: &AtomicBool) -> Result<(), Failure> {
                     if !std::mem::replace(&mut said, true) {
                         message(format_args!("sideslip: {taken}; waiting for it to end"));
                     }
-                    std::thread::sleep(LOOK);
+                    std::thread::sleep(POLL);
                 }
                 Err(other) => return Err(other.into()),
             }
@@ -222,7 +222,7 @@ fn watch(bus: &Bus, estimate: &mut SupervisedProcess, ingest: &mut SupervisedPro
             estimate.kill("takes samples no more");
             watchdog.unanswered = None;
         }
-        std::thread::sleep(LOOK);
+        std::thread::sleep(POLL);
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! A process of this program that is kept alive: started, looked at, started again after a pause, ended by its input.
+//! A supervised process of this program: started, polled, restarted after a pause, ended by closing its input.
 
 use crate::command::message;
 use sideslip::error::Failure;
@@ -80,11 +80,11 @@ impl SupervisedProcess {
         Ok(())
     }
 
-    /// Whether it has died since the last look, and how; said, and the pause begins.
+    /// Whether it has died since the last poll, and how; it is reported, and the pause begins.
     pub(super) fn poll_exit(&mut self) -> Result<Option<ProcessExit>, Failure> {
         let Some((process, _, started)) = &mut self.running else { return Ok(None) };
-        let looked = process.try_wait().map_err(|error| Failure::Running(format!("{}: {error}", self.name)))?;
-        let Some(status) = looked else { return Ok(None) };
+        let polled = process.try_wait().map_err(|error| Failure::Running(format!("{}: {error}", self.name)))?;
+        let Some(status) = polled else { return Ok(None) };
         let (number, lived) = (process.id(), started.elapsed());
         self.running = None;
         if let Some(0 | 3) = status.code() {
@@ -106,7 +106,7 @@ impl SupervisedProcess {
         Ok(Some(ProcessExit::Killed))
     }
 
-    /// Kills it, because it does nothing any more; the next look finds it dead.
+    /// Kills it, because it does nothing any more; the next poll finds it dead.
     pub(super) fn kill(&mut self, why: &str) {
         if let Some((process, _, _)) = &mut self.running {
             message(format_args!("sideslip: {} (process {}) {why}; it is killed", self.name, process.id()));
@@ -125,8 +125,8 @@ impl SupervisedProcess {
         drop(input);
         let begun = Instant::now();
         loop {
-            let looked = process.try_wait().map_err(|error| Failure::Running(format!("{}: {error}", self.name)))?;
-            match looked {
+            let polled = process.try_wait().map_err(|error| Failure::Running(format!("{}: {error}", self.name)))?;
+            match polled {
                 Some(status) => return Ok(status.code()),
                 None if begun.elapsed() < limit => std::thread::sleep(Duration::from_millis(2)),
                 None => {

@@ -71,7 +71,7 @@ impl FlightCondition {
     }
 }
 
-/// What a condition comes to that its numbers do not show.
+/// Consequences of a flight condition that its numbers do not show.
 fn notes(condition: &TrimCondition) -> Vec<String> {
     let climb = condition.climb;
     let mut notes = Vec::new();

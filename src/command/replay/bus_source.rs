@@ -17,10 +17,10 @@ use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-const LOOK: Duration = Duration::from_micros(50);
+const POLL: Duration = Duration::from_micros(50);
 /// How long a process that has said the end of the run may take to end itself.
 const ENDING: Duration = Duration::from_secs(5);
-/// Between looks at whether the other process lives.
+/// Interval of the check whether the other process lives.
 const ALIVE: Duration = Duration::from_millis(50);
 
 /// The other process, and this one's place on the bus.
@@ -86,7 +86,7 @@ impl BusSource {
                     // Once more after its death: what it had published is still there.
                     died = self.ingest.try_wait().map_err(|error| Failure::Running(error.to_string()))?.is_some();
                 }
-                std::thread::sleep(LOOK);
+                std::thread::sleep(POLL);
                 continue;
             };
             if self.samples.missed() > 0 {

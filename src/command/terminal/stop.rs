@@ -27,7 +27,7 @@ pub(crate) fn stopped_by_signals() -> Result<Arc<AtomicBool>, Failure> {
         std::thread::sleep(SAID_TWICE);
         insists.store(true, Ordering::Relaxed);
     };
-    let started = std::thread::Builder::new().name("sideslip-signals".to_owned()).spawn(arm);
+    let started = std::thread::Builder::new().name("sideslip-signal".to_owned()).spawn(arm);
     started.map_err(|error| Failure::Running(format!("no thread could be started: {error}")))?;
     Ok(stop)
 }

@@ -32,7 +32,7 @@ With --json each line holds age (s), sequence, incarnation, missed, status, vali
 derivatives.json. All but `missed`, `status` and `valid` are null before
 the first estimate. It ends with ctrl-C, or when nobody reads it any more.";
 
-/// Between two looks at whether it was stopped.
+/// Interval of the check whether it was stopped.
 const SLICE: Duration = Duration::from_millis(20);
 
 /// Show the latest estimates of a running estimator, once a second
@@ -72,15 +72,15 @@ pub(crate) fn run(args: &WatchArgs) -> Result<Outcome, Failure> {
         std::thread::sleep(SLICE);
     }
     let mut due = Instant::now();
-    let mut looks = 0;
-    while !stop.load(Ordering::Relaxed) && args.count.is_none_or(|count| looks < count) {
+    let mut polls = 0;
+    while !stop.load(Ordering::Relaxed) && args.count.is_none_or(|count| polls < count) {
         let now = Instant::now();
         if now < due {
             std::thread::sleep(SLICE.min(due - now));
             continue;
         }
         due = (due + args.every).max(now);
-        looks += 1;
+        polls += 1;
         let estimate = reader.latest()?;
         while let Some(newest) = output_errors.receive()? {
             output_error = Some(newest.record()?);

@@ -9,3 +9,6 @@ pub mod readings;
 pub mod series;
 pub mod trace;
 pub mod white_noise;
+
+/// An interval without samples that nothing is carried over, s.
+pub const GAP_S: f64 = 0.5;

@@ -4,6 +4,8 @@
 //! every sample within it whatever the channel's rate, and whatever its time skew.
 
 use super::white_noise::white_noise_std;
+use crate::flight::channel::Channel;
+use crate::flight::sample::Sample;
 
 /// Samples of one channel.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -36,6 +38,13 @@ impl Series {
             series.integral.push(grown);
         }
         series
+    }
+
+    /// Samples of one channel, those of a bank angle or a heading without jumps of a full turn; `None` of fewer than `least`.
+    pub fn of_channel(samples: &[Sample], channel: Channel, least: usize) -> Option<Self> {
+        let series = Series::of(samples.iter().filter_map(|sample| Some((sample.time_s, sample.get(channel)?))));
+        let turns = matches!(channel, Channel::Psi | Channel::Phi);
+        (series.len() >= least).then(|| if turns { series.unwrapped() } else { series })
     }
 
     /// Takes jumps of a full turn out, as a heading has them.
@@ -95,6 +104,12 @@ impl Series {
             before_s = time_s;
         }
         longest
+    }
+
+    /// Intervals longer than `longest_s` without a sample, s: from the sample before (or `from_s`) to the one after.
+    pub fn gaps(&self, from_s: f64, longest_s: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let before = core::iter::once(from_s).chain(self.times_s.iter().copied());
+        before.zip(self.times_s.iter().copied()).filter(move |(before_s, time_s)| time_s - before_s > longest_s)
     }
 
     /// Values at both ends held beyond them.

@@ -2,6 +2,7 @@
 //!
 //! Consumes samples of increasing time at any rate; those that are no number or go back in time are left out.
 
+use super::GAP_S;
 use super::series::Series;
 use super::white_noise::white_noise_std_trimmed;
 use crate::flight::channel::Channel;
@@ -156,9 +157,6 @@ impl Trace {
         sums.into_iter().map(|(count, time, value)| (count > 0.0).then(|| (time / count, value / count))).collect()
     }
 }
-
-/// A stretch without readings that nothing is carried over, s.
-pub const GAP_S: f64 = 0.5;
 
 /// The middle of values in order.
 pub fn median_of_sorted(sorted: &[f64]) -> f64 {

@@ -1,4 +1,4 @@
-//! The clock that every process of a machine shares: CLOCK_MONOTONIC, whole nanoseconds since the machine started.
+//! The clock that all processes of a machine share: CLOCK_MONOTONIC in ns since the machine started.
 
 use iceoryx2_bb_posix::clock::{ClockType, Time};
 

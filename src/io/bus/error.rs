@@ -1,4 +1,4 @@
-//! What can go wrong between processes, as one sentence each.
+//! Errors of the bus, each with one sentence for people.
 
 use std::path::PathBuf;
 

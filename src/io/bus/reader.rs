@@ -1,4 +1,4 @@
-//! The newest estimate, for a controller or a display that polls: never waits, never takes what is old for new.
+//! Polling access to the newest estimate, for a controller or a display: never waits, and marks an estimate that is out of date.
 //!
 //! ```no_run
 //! use sideslip::io::bus::reader::Reader;

@@ -1,17 +1,19 @@
-//! The root directory of a bus: who is in it, who has which role, and a clean floor for whoever comes first.
+//! The root directory of a bus: admission of processes, the roles, and removal of what ended processes have left.
 //!
-//! Of the directory that the user names only `.sideslip` below it is ours. Its files, all locked by the kernel (`flock`), so
-//! that no lock outlives its process:
+//! Everything is below `.sideslip` in the directory that the user names. Its files are locked by the kernel (`flock`), so that no
+//! lock outlives its process:
 //!
-//! - `door`: held while a process enters. Services are made and opened only behind it, one process at a time.
-//! - `inside`: shared by everyone in the root. Who gets it exclusively is alone, and sweeps what the dead left behind.
-//! - `telemetry`, `estimator`, `supervisor`: the roles, one process each; the file holds its process number.
+//! - `door`: held exclusively while a process enters. Services are created and opened under this lock only, one process at a
+//!   time.
+//! - `inside`: held shared by every process of the bus. A process that gets it exclusively is the only one and removes leftovers.
+//! - `telemetry`, `estimator`, `supervisor`: the roles, one process each; the file contains its process number.
 //!
-//! The middleware's own files and its shared memory are in the system's place for shared memory, under names that begin with
-//! a prefix made of the root's path: so no path is too long for it, and sweeping touches nothing of the user's.
+//! The middleware's own files and its shared memory are in the system's directory for shared memory, under names with a prefix
+//! derived from the root's path: the length of the path is not limited by the middleware, and removal touches no file of the
+//! user.
 //!
-//! Why that is enough: a service can be left half made only by a process that was killed behind the door while nobody else
-//! was inside (everyone inside has every service open), so the next one to come is alone and sweeps it away.
+//! Completeness: a service is left half created only by a process that ended under `door` while no other process was inside
+//! (every process inside has all services open), so the next process that enters is the only one and removes it.
 
 use super::error::BusError;
 use std::fs::{DirBuilder, File, OpenOptions, TryLockError};
@@ -137,7 +139,7 @@ impl BusRoot {
         self.swept
     }
 
-    /// Removes the whole root when this process leaves it: for one that nobody else will look for.
+    /// Removes the whole root when this process leaves it: for a private one.
     pub(super) fn remove_at_the_end(&mut self) {
         self.remove = true;
     }

@@ -1,7 +1,7 @@
-//! What telemetry says of its run before the first sample: a small file of the root for each life of the telemetry.
+//! Description of a run by its telemetry process before the first sample: one small file in the root for each incarnation.
 //!
-//! Written whole or not at all, named by the incarnation that every sample carries; so an estimator that starts later, or
-//! again, finds the head that belongs to the samples it gets. The last few are kept for estimators that are behind.
+//! Written atomically and named by the incarnation that every sample carries, so that an estimator that starts late or is
+//! restarted reads the description that belongs to its samples. The last few files are kept for estimators that are behind.
 
 use super::error::BusError;
 use super::root::BusRoot;

@@ -1,8 +1,9 @@
-//! The services: one publisher each that never waits, any number of subscribers that know what they missed.
+//! The services: one publisher each, which never waits, and any number of subscribers, which count the messages that they missed.
 //!
-//! A subscriber's place in memory holds [`Payload::BUFFER`] messages; where it is full the oldest is overwritten (the
-//! middleware's safe overflow) and the gap in the sequence says how many were missed. Every message names the life of its
-//! publisher ([`MessageHeader::incarnation`]); one of an earlier life that arrives after one of a later is dropped and counted.
+//! The queue of a subscriber holds [`Payload::BUFFER`] messages; when it is full the oldest is overwritten (safe overflow of the
+//! middleware), and the gap in the sequence numbers is the number of missed messages. Every message carries the incarnation of
+//! its publisher ([`MessageHeader::incarnation`]); a message of an earlier incarnation that arrives after one of a later is
+//! dropped and counted.
 
 use super::clock::monotonic_ns;
 use super::error::BusError;

@@ -1,8 +1,7 @@
-//! The last events: repeats folded with a count, totals per kind never lost. Fixed size, no allocation.
+//! The last events, repeats folded into one entry with a count; totals by kind are complete. Fixed size, no allocation.
 //!
-//! Two events are repeats of each other where kind and subject (channel, aid, axis) are the same; the entry keeps the
-//! newest values with the first and last time. Where the ring is full, the entry that was silent longest goes; its
-//! count stays in the totals.
+//! Two events are repeats where kind and subject (channel, aid, axis) are equal; the entry keeps the newest values with the first
+//! and last time, s. In a full ring the entry that is oldest by its last time is replaced; its count remains in the totals.
 
 use super::record::{EventKind, EventRecord};
 use super::words::event_text::{EVENT_KINDS, EventText, Severity, event_place, event_severity, event_subject};

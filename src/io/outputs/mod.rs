@@ -1,7 +1,7 @@
-//! Outputs: MCAP log, terminal table, JSON, and the queue that feeds them.
+//! Outputs: MCAP log, JSON, tables, charts and pages, and the queue between the estimator and the writers.
 //!
-//! In: the records of every stage, through a bounded queue that never holds the estimator up. Out: files and text.
-//! Assumed: messages of one run in order of time. Refused: nothing; what cannot be written is counted and said.
+//! In: records of every stage, through a bounded queue that never blocks the estimator. Out: files and text.
+//! Assumed: messages of one run in order of time. Refused: nothing; messages that cannot be written are counted and reported.
 
 #[cfg(feature = "charts")]
 pub mod charts;

@@ -29,6 +29,12 @@ impl Display for Digits {
     }
 }
 
+/// A band of frequencies to two decimals, `0.25-1.50`; a band of one line is that line.
+pub fn band_text((low, high): (f64, f64)) -> String {
+    let (low, high) = (format!("{low:.2}"), format!("{high:.2}"));
+    if low == high { low } else { format!("{low}-{high}") }
+}
+
 /// A number and its standard error: two significant digits of the error, the number to the same decimal place.
 pub fn measured(value: f64, std: f64) -> (String, String) {
     let plain = |size: f64| size == 0.0 || (1e-7..1e6).contains(&size);

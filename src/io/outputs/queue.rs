@@ -1,11 +1,11 @@
-//! The bounded queue from the estimator to whoever writes: sending moves bytes and allocates nothing.
+//! The bounded queue from the estimator to the writers: sending copies bytes and does not allocate.
 //!
-//! Two policies. [`QueuePolicy::RealTime`] never waits: where the queue is full a message is counted as lost, and the loss
-//! itself is queued as soon as there is room. [`QueuePolicy::Lossless`] waits for room: for recordings played as fast as they go.
+//! Two policies. [`QueuePolicy::RealTime`] never waits: when the queue is full a message is counted as lost, and the loss is
+//! queued as a message when there is room. [`QueuePolicy::Lossless`] waits for room: for recordings played without pacing.
 //!
-//! What is large or of a size that only the run knows (derivatives, the values of unknown columns) travels in boxes
-//! made beforehand, which the receiver hands back by [`QueueReceiver::recycle`]; so a slot stays small and memory is bounded
-//! by `capacity`: some 400 B a slot, 5 kB for each of [`DERIVATIVES_IN_FLIGHT`], 8 B a slot and unknown column.
+//! Large messages, and those whose size depends on the run (derivatives, values of unknown columns), are in boxes allocated in
+//! advance, which the receiver returns by [`QueueReceiver::recycle`]. Memory is bounded by `capacity`: some 400 B a slot, 5 kB
+//! for each of [`DERIVATIVES_IN_FLIGHT`], 8 B a slot and unknown column.
 
 use super::record::{EventRecord, Message};
 use crate::flight::derivative::Axis;
@@ -51,24 +51,19 @@ pub struct LostMessages {
 
 /// A message as it lies in the queue.
 #[derive(Debug)]
+#[expect(missing_docs, reason = "variants are what their names say")]
 pub enum QueueEntry {
     /// A sample with the values of the unknown columns, NaN where not sampled.
     Sample(Sample, Box<[f64]>),
-    /// A state.
     State(StateRecord),
     /// A smoothed state.
     Smoothed(LaggedRecord),
-    /// An innovation.
     Innovation(Innovation),
-    /// Derivatives.
     Derivatives(Box<DerivativesRecord>),
-    /// Modes.
     Modes(ModesRecord),
-    /// Output error.
     OutputError(Box<OutputErrorRecord>),
     /// What the diagnosis says.
     Finding(Box<FindingRecord>),
-    /// An event.
     Event(EventRecord),
     /// What found no room before this.
     Lost(LostMessages),

@@ -1,4 +1,4 @@
-//! The published vocabulary of outputs: one message, as it goes through the queue to the log and the terminal.
+//! The published vocabulary of outputs: one message, as it passes through the queue to log and terminal.
 
 use crate::flight::sample::Sample;
 #[cfg(feature = "std")]

@@ -1,4 +1,4 @@
-//! What a recording is, told from its first bytes and not from its name.
+//! The format of a recording, recognised by its first bytes and not by its name.
 //!
 //! Consumes the head of a file; produces a [`RecordingFormat`]. Text is taken for a run file; the run file's own reader says what
 //! is wrong with it. Signatures are those that each format's own specification gives.

@@ -1,9 +1,8 @@
 //! Telemetry: bytes of an aircraft or a file become time-stamped samples.
 //!
-//! In: recordings in any format that is read (told by content). Out: [`Sample`](crate::flight::sample::Sample)s, the run's own
-//! keys, columns.
-//! Assumed: nothing of the bytes. Refused: what has no time or is no number, row by row, counted and said; a file whose
-//! format, preamble or header cannot be read, with the place.
+//! In: recordings in any format that is read (recognised by content). Out: [`Sample`](crate::flight::sample::Sample)s, the run's
+//! own keys, columns. Assumed: nothing of the bytes. Refused: what has no time or is no number, row by row, counted and said; a
+//! file whose format, preamble or header cannot be read, with the place.
 
 pub mod csv;
 pub mod format;

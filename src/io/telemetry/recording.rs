@@ -28,7 +28,7 @@ pub enum Recording {
 }
 
 impl Recording {
-    /// Opens a recording; its format is told by its content.
+    /// Opens a recording; its format is recognised by its content.
     ///
     /// # Errors
     /// [`RecordingError`] where the file cannot be read, is of another format, or its preamble or header is wrong.

@@ -64,7 +64,7 @@ pub struct Diagnosis {
     pub findings: Vec<Finding>,
     /// What is there besides.
     pub unknown: Option<UnexplainedAxis>,
-    /// Probability that nothing is wrong, and what else was looked at where nothing was found.
+    /// Probability that nothing is wrong, and what else was tested where nothing was found.
     pub none: (f64, Vec<RankedCause>),
     /// By axis, of those that the model says something of.
     pub discrepancy: Vec<Discrepancy>,
@@ -121,7 +121,7 @@ pub fn diagnose(
 ) -> Result<Diagnosis, DiagnosisError> {
     let (records, mut set_aside) = usable_runs(model, fit);
     let problem = pose(model, records.iter().map(|(_, record)| record.clone()).collect(), &set_aside)?;
-    // Instruments are judged without the model meanwhile; mostly they are well, and the first look stands.
+    // Instruments are checked without the model meanwhile; mostly they are correct, and the first search is valid.
     let (check_instruments, first) = std::thread::scope(|scope| {
         let beside = scope.spawn(|| check_instruments(fit));
         let first = search_with_observed_noise(problem, &[], settings);
@@ -132,7 +132,7 @@ pub fn diagnose(
     let gusty = first.as_ref().is_some_and(|(_, searched, _)| searched.point.gust.0 > 0.0);
     let (apart, same_instruments): (Vec<_>, Vec<_>) =
         records.into_iter().partition(|(place, _)| !gusty && unlike.iter().any(|(there, _)| there == place));
-    let looked = if apart.is_empty() && known.is_empty() {
+    let result = if apart.is_empty() && known.is_empty() {
         first
     } else {
         for (place, record) in apart {
@@ -142,7 +142,7 @@ pub fn diagnose(
         let problem = pose(model, same_instruments.into_iter().map(|(_, record)| record).collect(), &set_aside)?;
         search_with_observed_noise(problem, &known, settings)
     };
-    let Some((problem, searched, unknown)) = looked else {
+    let Some((problem, searched, unknown)) = result else {
         return Err(DiagnosisError::Diverged);
     };
     let mut findings = findings(&problem, &searched);

@@ -88,7 +88,7 @@ pub enum InstrumentDisagreement {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the message of each says what its fields are")]
 pub enum DiagnosisError {
-    #[error("no run is left to diagnose: `{0}` cannot be used")]
+    #[error("no run is left to diagnose: {0}: {1}")]
     NoRun(String, Unusable),
     #[error("expected at least one run to diagnose, found none")]
     Empty,
@@ -114,7 +114,7 @@ pub enum FindingStatus {
     Found,
     /// It held before; the newest manoeuvres do not show it.
     Retracted,
-    /// The last look came to nothing, for the reason that the statement gives; findings before it stand as they did.
+    /// The last diagnosis had no result, for the reason in the statement; earlier findings remain.
     Failed,
 }
 
@@ -202,7 +202,7 @@ impl FindingsSoFar {
 
     /// Takes the place of what was said of it before.
     pub fn update(&mut self, record: &FindingRecord) {
-        // What a look found ends the word that there was nothing to look at, and the word of one that failed.
+        // A finding ends the report that there was nothing to diagnose, and the report of a diagnosis that failed.
         if record.number > 0 {
             self.kept.retain(|one| one.number > 0);
         }

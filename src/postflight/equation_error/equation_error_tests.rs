@@ -299,7 +299,7 @@ fn dutch_roll(seed: u64, rolled: f64, rows: usize) -> RegressionTable {
         v.push(swing(0.0));
         r.push(0.8 * swing(1.5));
         p.push(0.5 * swing(0.4) + 0.25 * swing(1.8) + roll + 0.01 * libm::sin(3.0 * t) + 0.004 * random.normal());
-        // A part of the error that only looks like what p has of its own.
+        // A part of the error that resembles the part of p orthogonal to the other regressors.
         y.push(1.6 * v[k] - 0.6 * r[k] - 0.1 * p[k] + 0.02 * error + 0.06 * libm::sin(3.0 * t));
     }
     table(&[("v", v), ("p", p), ("r", r), ("y", y)])

@@ -6,9 +6,7 @@
 
 use super::resting_controls::hold_resting;
 use crate::flight::run::RunGeometry;
-
-/// Longest gap that is interpolated linearly, s.
-pub const LONGEST_GAP_S: f64 = 0.5;
+use crate::flight::signal::GAP_S;
 
 /// Columns of one run.
 #[derive(Clone, Debug)]
@@ -35,7 +33,7 @@ pub enum ColumnError {
     Missing { run: String, name: String, found: String },
     #[error("{run}: `{name}` has no sample in the first {window_s} s, where the trim is taken")]
     NoTrim { run: String, name: String, window_s: f64 },
-    #[error("{run}: `{name}` is not sampled from {from_s} s to {to_s} s; expected no gap longer than {LONGEST_GAP_S} s")]
+    #[error("{run}: `{name}` is not sampled from {from_s} s to {to_s} s; expected no gap longer than {GAP_S} s")]
     Gap { run: String, name: String, from_s: f64, to_s: f64 },
     #[error("{run}: `{name}` is {value} at {time_s} s")]
     NotFinite { run: String, name: String, value: f64, time_s: f64 },
@@ -175,7 +173,7 @@ impl Columns {
     }
 
     /// Deviations from trim at every row, linear between samples, constant before the first and after the last for at most
-    /// [`LONGEST_GAP_S`].
+    /// [`GAP_S`].
     ///
     /// # Errors
     /// As for [`Columns::trim`], and [`ColumnError::Gap`].
@@ -206,16 +204,16 @@ impl Columns {
             return Ok(values);
         };
         let ends = (self.times_s.first().copied().unwrap_or(first_s), self.times_s.last().copied().unwrap_or(last_s));
-        if first_s - ends.0 > LONGEST_GAP_S {
+        if first_s - ends.0 > GAP_S {
             return Err(gap(ends.0, first_s));
         }
-        if ends.1 - last_s > LONGEST_GAP_S {
+        if ends.1 - last_s > GAP_S {
             return Err(gap(last_s, ends.1));
         }
         values.iter_mut().take(first).for_each(|value| *value = at_first);
         values.iter_mut().skip(last + 1).for_each(|value| *value = at_last);
         for (&(from, from_s, x0), &(to, to_s, x1)) in known.iter().zip(known.iter().skip(1)) {
-            if to_s - from_s > LONGEST_GAP_S {
+            if to_s - from_s > GAP_S {
                 return Err(gap(from_s, to_s));
             }
             for (value, time_s) in values.iter_mut().zip(&self.times_s).take(to).skip(from + 1) {

@@ -5,14 +5,14 @@
 //! measures it (v by beta, w by alpha, u by tas); rows are resampled at even intervals by linear interpolation. Each input is
 //! taken alone: inputs that move together, or other excitation, lower the coherence.
 //! Source: M. B. Tischler and R. K. Remple, Aircraft and Rotorcraft System Identification, 2nd ed. 2012, ch. 7; the estimate
-//! is that of `realtime::regression::frequency::response`.
+//! is that of `num::frequency_response`.
 
 use super::columns::Columns;
 use super::model_variables::ModelVariables;
-use crate::realtime::regression::frequency::response::{ResponsePoint, frequency_response};
+use crate::num::frequency_response::{FrequencyResponsePoint, frequency_response};
 use std::f64::consts::TAU;
 
-/// Length of the record over that of a segment; segments overlap by half.
+/// Length of the record over that of a segment.
 const PARTS: f64 = 3.0;
 /// Longest segment, s.
 const LONGEST_S: f64 = 40.0;
@@ -35,7 +35,7 @@ pub struct MeasuredResponse {
     /// response then contains that of the other input.
     pub together: Option<(String, f64)>,
     /// By frequency, or the reason why there are none.
-    pub points: Result<Vec<ResponsePoint>, String>,
+    pub points: Result<Vec<FrequencyResponsePoint>, String>,
 }
 
 /// The channel that measures a state.
@@ -119,7 +119,7 @@ impl MeasuredResponse {
     }
 
     /// The point of largest gain in that range.
-    pub fn peak(&self) -> Option<&ResponsePoint> {
+    pub fn peak(&self) -> Option<&FrequencyResponsePoint> {
         let (from, to) = self.coherent()?;
         let good = self.points.as_ref().ok()?.iter().filter(|point| (from..=to).contains(&(point.rad_s / TAU)));
         good.max_by(|a, b| a.response.norm_sqr().total_cmp(&b.response.norm_sqr()))

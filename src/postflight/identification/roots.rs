@@ -5,17 +5,14 @@
 //!     var(g) = grad g' Sigma grad g     omega = |lambda|     zeta = -Re(lambda)/omega                  (1)
 //!     Pr(unstable) = Phi(Re(lambda)/std(Re(lambda))), Phi the normal distribution function             (2)
 //! with Sigma that of the derivatives and, independent of it, that of the trim's numbers, which are known entries of A.
-//! Names by the states: with p, r and sideslip the faster pair is the Dutch roll, the fastest real root the roll, the
-//! slowest the spiral; with q and incidence the faster pair is the short period, a slower one the phugoid. Of a model of both
-//! planes a root is lateral where the lateral states have more than half of its participation factors, (3) of
-//! `num::eigen`.
+//! Names by participation factors: `realtime::modes::naming`.
 //! A model that takes sideslip or incidence as an input has roots that are not modes of the aircraft: `Err`.
 //! Numerics: (1) with central differences of the roots over each parameter, a thousandth of its standard error wide, matched
 //! to the nearest root; first order, so valid while standard errors are small beside the distances between roots.
 
 use crate::num::dense::Dense;
-use crate::num::eigen::participation;
 use crate::postflight::output_error::{MatrixEntry, ModelStructure};
+use crate::realtime::modes::naming::mode_names;
 use nalgebra::{Complex, DMatrix};
 
 /// Half width of a difference, in standard errors.
@@ -24,7 +21,7 @@ const DIFFERENCE: f64 = 1e-3;
 /// A root of A with its standard errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IdentifiedRoot {
-    /// `dutch_roll`, `roll`, `spiral`, `short_period`, `phugoid`; `None` where it has no name.
+    /// As `mode_names` has it; `None` where it has no name.
     pub name: Option<&'static str>,
     /// Real part, 1/s.
     pub real: f64,
@@ -128,7 +125,9 @@ pub fn modes(structure: &ModelStructure, theta: &[f64], cov: &Dense, trim_steps:
             }
         })
         .collect();
-    name(structure, &a, &mut roots);
+    for (root, name) in roots.iter_mut().zip(mode_names(&structure.states, &a, &centre)) {
+        root.name = name;
+    }
     Ok(roots)
 }
 
@@ -150,50 +149,6 @@ fn upper(a: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, String> {
     let mut roots: Vec<Complex<f64>> = schur.complex_eigenvalues().iter().copied().filter(|root| root.im >= 0.0).collect();
     roots.sort_by(|one, other| other.norm_sqr().total_cmp(&one.norm_sqr()));
     Ok(roots)
-}
-
-fn name(structure: &ModelStructure, a: &DMatrix<f64>, roots: &mut [IdentifiedRoot]) {
-    let has = |names: &[&str]| structure.states.iter().any(|state| names.contains(&state.as_str()));
-    let lateral = has(&["p"]) && has(&["r"]) && has(&["v", "beta"]);
-    let longitudinal = has(&["q"]) && has(&["w", "alpha"]);
-    let sideways: Vec<bool> = structure.states.iter().map(|state| LATERAL.contains(&state.as_str())).collect();
-    // Every root of a model of one plane belongs to it.
-    let is_lateral: Vec<bool> = roots
-        .iter()
-        .map(|root| {
-            let both = lateral && longitudinal;
-            if both { participation_of(&sideways, a, Complex::new(root.real, root.imag)) > 0.5 } else { lateral }
-        })
-        .collect();
-    for (present, plane, names) in
-        [(lateral, true, ["dutch_roll", "lateral_phugoid"]), (longitudinal, false, ["short_period", "phugoid"])]
-    {
-        if !present {
-            continue;
-        }
-        let of_plane = roots.iter_mut().zip(&is_lateral).filter(|(_, own)| **own == plane);
-        let mut own: Vec<&mut IdentifiedRoot> = of_plane.map(|(root, _)| root).collect();
-        for (pair, name) in own.iter_mut().filter(|root| root.imag > 0.0).zip(names) {
-            pair.name = Some(name);
-        }
-        if plane {
-            let mut real: Vec<&mut &mut IdentifiedRoot> = own.iter_mut().filter(|root| root.imag <= 0.0).collect();
-            if let Some(slowest) = real.last_mut() {
-                slowest.name = Some("spiral");
-            }
-            if let Some(fastest) = real.first_mut() {
-                fastest.name = Some("roll");
-            }
-        }
-    }
-}
-
-/// States of the lateral motion.
-const LATERAL: [&str; 6] = ["v", "beta", "p", "phi", "r", "psi"];
-
-/// Participation of those states in a root, (3) of `num::eigen`, summed; zero where it has no eigenvectors.
-fn participation_of(these: &[bool], a: &DMatrix<f64>, root: Complex<f64>) -> f64 {
-    participation(a, root).map_or(0.0, |shares| shares.iter().zip(these).filter(|(_, own)| **own).map(|(share, _)| share).sum())
 }
 
 #[cfg(test)]

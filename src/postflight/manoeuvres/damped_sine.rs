@@ -16,6 +16,7 @@
 //! Returns `None` for fewer than [`NODES_MIN`] bins, or where no oscillation fits.
 
 use super::record::Measured;
+use crate::num::cholesky;
 use crate::num::product::dot;
 use core::f64::consts::PI;
 
@@ -23,6 +24,8 @@ pub(crate) const NODES_MIN: usize = 24;
 /// Huber's limit, in scales of the residual.
 const HUBER: f64 = 2.5;
 const COLUMNS: usize = 4;
+/// Least pivot, over its diagonal entry.
+const PIVOT: f64 = 1e-11;
 
 /// A channel's bins: time from the start of the stretch, s, and value, where there is one.
 pub(crate) type Bins = Vec<Option<(f64, f64)>>;
@@ -75,26 +78,8 @@ fn basis(s: f64, w: f64, t: f64, length_s: f64) -> [f64; COLUMNS] {
 
 /// Solves the small symmetric system; `None` where it is singular to working accuracy.
 fn solve<const N: usize>(mut m: [[f64; N]; N], mut y: [f64; N]) -> Option<[f64; N]> {
-    let whole = m;
-    for i in 0..N {
-        for j in 0..i {
-            let factor = m[i][j] / m[j][j];
-            let above = m[j];
-            for (entry, up) in m[i].iter_mut().zip(above) {
-                *entry -= factor * up;
-            }
-            y[i] -= factor * y[j];
-        }
-        if !(m[i][i] > 1e-11 * whole[i][i]) {
-            return None;
-        }
-    }
-    for i in (0..N).rev() {
-        for j in i + 1..N {
-            y[i] -= m[i][j] * y[j];
-        }
-        y[i] /= m[i][i];
-    }
+    cholesky::factor(m.as_flattened_mut(), N, PIVOT).ok()?;
+    cholesky::solve(m.as_flattened(), N, &mut y);
     Some(y)
 }
 

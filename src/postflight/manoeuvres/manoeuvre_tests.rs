@@ -46,7 +46,7 @@ fn standard_errors_hold_the_truth_in_white_and_in_coloured_noise() {
         }
         let spread = squares.map(f64::sqrt);
         eprintln!("omega {omega} zeta {zeta} noise {noise} colour {colour}: {within} of {SEEDS} within, spread {spread:.2?}");
-        // Noise correlated over most of a period is told only in part: 192 of 200 were measured there.
+        // Noise correlated over most of a period is recognised only in part: 192 of 200 were measured there.
         assert!(within * 100 >= SEEDS * if colour > 0.9 { 94 } else { 97 }, "{within}");
     }
 }

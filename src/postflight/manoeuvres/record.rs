@@ -232,8 +232,8 @@ pub const COUPLING_LEVEL: f64 = 0.25;
 
 /// One manoeuvre of a run.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "fields are what their names say")]
 pub struct Manoeuvre {
-    /// The control.
     pub control: Control,
     /// When it starts to move (half the first pulse's level), s.
     pub start_s: f64,
@@ -247,7 +247,6 @@ pub struct Manoeuvre {
     pub travel: f64,
     /// What was flown.
     pub shape: Shape,
-    /// Its pulses.
     pub pulses: Vec<Pulse>,
     /// Other controls that move meanwhile, with their travel, rad.
     pub others: Vec<(Control, f64)>,
@@ -263,7 +262,7 @@ pub struct Manoeuvre {
     pub span: Option<Measured>,
 }
 
-/// A run.
+/// Manoeuvres of one run, or the reason why there are none.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunInterpretation {
     /// Its name.
@@ -366,7 +365,7 @@ pub struct ResponseLine {
     pub growth: Measured,
     /// Curvature: what is lacking or in excess at the largest amplitude, as a part of the linear response.
     pub curvature: LineTest,
-    /// Offset at no input, as a part of the response at the largest amplitude; told from three amplitudes up.
+    /// Offset at no input, as a part of the response at the largest amplitude; estimated from three amplitudes up.
     pub offset: Option<LineTest>,
     /// Right over left slope less one; told for both sides together.
     pub asymmetry: Option<LineTest>,

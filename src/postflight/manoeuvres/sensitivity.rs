@@ -29,7 +29,6 @@ const ABOVE: f64 = 3.0;
 pub(crate) struct Peak {
     /// The change from trim, in the channel's unit.
     pub(crate) change: Measured,
-    /// Time of it, s.
     pub(crate) time_s: f64,
 }
 

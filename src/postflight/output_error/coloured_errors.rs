@@ -5,15 +5,15 @@
 //!     W = sum_ij S_i'R^-1 R_vv(i - j) R^-1 S_j = 1/F sum_f A(f)* P(f) A(f),   C = M^-1 W M^-1       (1)
 //! with A the Fourier transform of R^-1 S over the run and P the one of the residuals' covariances R_vv(l), all outputs with all
 //! others, under a flat-top lag window: 1 up to half of its width, then falling linearly to 0. Its width is twice the lag after
-//! which [`QUIET`] correlations in a row stay below 2 sqrt(log10 n/n), at most a quarter of the run.
+//! which [`INSIGNIFICANT_LAGS`] consecutive correlations are below 2 sqrt(log10 n/n), at most a quarter of the run.
 //! The fit has absorbed the part of the noise that lies along S, so R_vv is biased low: with C known, S C S' is added to the
 //! covariances of the residuals and (1) is repeated (`corrected_gradient_cov`). White residuals give W = M but for chance.
 //! Source of (1): E. A. Morelli and V. Klein, J. Guidance 20(1), 1997; of the window: D. N. Politis, J. Nonparametric
 //! Statistics 15(4-5), 2003.
-//! Numerics: sensitivities vary slowly beside the samples. B samples are taken as one block (sums of v, means of R^-1 S), B the
-//! largest that keeps [`KEPT`] of every sensitivity's sum of squares, and each is scaled to its full sum. F is longer than run
-//! and window together, so nothing wraps around. The window can make a power spectrum negative: it is limited from below to
-//! [`LEAST_POWER`] of its mean, and a cross spectrum to the geometric mean of its two power spectra.
+//! Numerics: sensitivities vary slowly compared with the sampling. B samples form one block (sums of v, means of R^-1 S), B the
+//! largest whose blocks retain [`RETAINED_ENERGY`] of every sensitivity's sum of squares, and each is scaled to its full sum. F
+//! is longer than run and window together, so nothing wraps around. The window can make a power spectrum negative: it is limited
+//! from below to [`LEAST_POWER`] of its mean, and a cross spectrum to the geometric mean of its two power spectra.
 
 use super::information::SensitivityModel;
 use super::run_parameters::RunParameters;
@@ -21,12 +21,12 @@ use super::simulated_outputs::{PreparedRun, SimulatedOutputs};
 use crate::num::dense::Dense;
 use crate::num::fft::{ComplexSeries, FourierTransform};
 
-/// Correlations in a row that have to be small for a residual to have forgotten.
-pub const QUIET: usize = 5;
+/// Consecutive insignificant correlations that end the correlogram.
+pub const INSIGNIFICANT_LAGS: usize = 5;
 /// Least power over the mean power.
 pub const LEAST_POWER: f64 = 1e-3;
-/// Part of a sensitivity's square that blocks have to keep.
-pub const KEPT: f64 = 0.97;
+/// Part of a sensitivity's sum of squares that blocks have to retain.
+pub const RETAINED_ENERGY: f64 = 0.97;
 const BLOCKS: usize = 256;
 const LONGEST_BLOCK: usize = 16;
 
@@ -35,17 +35,17 @@ pub fn width(covariances: &[f64], counts: &[f64]) -> usize {
     let Some((&power, rest)) = covariances.split_first() else { return 0 };
     let pairs = counts.first().copied().unwrap_or(0.0).max(2.0);
     let small = 2.0 * libm::sqrt(libm::log10(pairs) / pairs) * power;
-    let (mut last, mut quiet) = (0, 0);
+    let (mut last, mut insignificant) = (0, 0);
     for (lag, covariance) in rest.iter().enumerate() {
         if counts.get(lag + 1).is_none_or(|&pairs| pairs < 0.5) {
             continue;
         }
         if covariance.abs() < small {
-            quiet += 1;
+            insignificant += 1;
         } else {
-            (last, quiet) = (lag + 1, 0);
+            (last, insignificant) = (lag + 1, 0);
         }
-        if quiet == QUIET {
+        if insignificant == INSIGNIFICANT_LAGS {
             break;
         }
     }
@@ -112,7 +112,7 @@ impl Rows {
     }
 }
 
-/// The longest blocks that keep what the sensitivities are, each scaled to its whole square; and their length.
+/// Means over the longest blocks that retain the sensitivities' energy, each scaled to its full sum of squares; and their length.
 fn blocked(rows: Rows, columns: usize, noise: &[f64]) -> (Rows, usize) {
     let samples = rows.data.len() / rows.width.max(1);
     let whole = rows.squares();
@@ -123,7 +123,7 @@ fn blocked(rows: Rows, columns: usize, noise: &[f64]) -> (Rows, usize) {
     while 2 * block <= LONGEST_BLOCK && samples / (2 * block) >= BLOCKS {
         let tried = best.halved();
         let squares: Vec<f64> = tried.squares().iter().map(|square| (2 * block) as f64 * square).collect();
-        if (0..columns).any(|column| energy(&squares, column) < KEPT * energy(&whole, column)) {
+        if (0..columns).any(|column| energy(&squares, column) < RETAINED_ENERGY * energy(&whole, column)) {
             break;
         }
         (best, block, kept) = (tried, 2 * block, squares);
@@ -268,20 +268,20 @@ impl ColouredGradient {
     /// P by pair, from cross spectra.
     fn powers(&self, sums: &[ComplexSeries]) -> Vec<ComplexSeries> {
         let (length, lags, outputs) = (self.transform.length(), self.lags, self.outputs);
-        let mut known = Vec::new();
+        let mut covariances = Vec::new();
         for (sums, counts) in sums.iter().zip(&self.counts) {
             let series = self.transform.back(sums);
             let at = |place: usize| if counts[place] > 0.5 { series[place] / counts[place] } else { 0.0 };
             let ahead: Vec<f64> = (0..=lags).map(at).collect();
             let behind: Vec<f64> = (0..=lags).map(|lag| at((length - lag) % length)).collect();
-            known.push((ahead, behind));
+            covariances.push((ahead, behind));
         }
-        let own = |a: usize| (&known[self.pair(a, a)].0, &self.counts[self.pair(a, a)]);
+        let own = |a: usize| (&covariances[self.pair(a, a)].0, &self.counts[self.pair(a, a)]);
         let widths: Vec<usize> = (0..outputs).map(|a| width(own(a).0, own(a).1)).collect();
         let mut powers = Vec::new();
         for a in 0..outputs {
             for b in a..outputs {
-                let (ahead, behind) = &known[self.pair(a, b)];
+                let (ahead, behind) = &covariances[self.pair(a, b)];
                 let wide = widths[a].max(widths[b]);
                 let mut series = ComplexSeries::zeros(length);
                 for lag in 0..=wide.min(lags) {

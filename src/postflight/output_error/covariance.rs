@@ -5,7 +5,7 @@
 //!     C_CR = M^-1                                                                                   (1)
 //!     C = M^-1 W M^-1,   W = sum_i W_i + M_0                                                        (2)
 //! W is the covariance of the likelihood's gradient, W_i a run's part of it (`coloured_errors`), M_0 = diag(1/sigma_j^2) the
-//! priors' information, which is in M too. W_i is biased low, because the fit has taken from the residuals what looks like a
+//! priors' information, which is in M too. W_i is biased low, because the fit has taken from the residuals what resembles a
 //! sensitivity; so (2) is done once more with C of the first time given back ([`BIAS_CORRECTIONS`]).
 //! Source of (2): E. A. Morelli and V. Klein, J. Guidance 20(1), 1997.
 

@@ -7,7 +7,7 @@
 //!     S_(k+1) = Phi S_k + sum_l z_l dG_l,   z = (x_k, u_k, u_(k+1), b, 1)                           (3)
 //!     dy_k    = C S_k + sum_l w_l dH_l,     w = (x_k, u_k, 1)                                       (4)
 //! `SensitivityRows` holds the dG and dH without their zeros, in blocks of [`BLOCK`] columns.
-//! Intervals are told apart to a nanosecond; each distinct one costs one set of integrals.
+//! Intervals are distinct to a nanosecond; each distinct one costs one set of integrals.
 
 use super::exponential::integrals;
 use super::model::{InputDelay, InputOutputRecord, MatrixEntry, ModelStructure};
@@ -18,12 +18,10 @@ pub const BLOCK: usize = 8;
 
 /// Sizes, and which column belongs to which unknown.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "fields are what their names say")]
 pub struct UnknownLayout {
-    /// States.
     pub states: usize,
-    /// Inputs.
     pub inputs: usize,
-    /// Outputs.
     pub outputs: usize,
     /// Parameters of all runs.
     pub parameters: usize,

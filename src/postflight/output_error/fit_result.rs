@@ -2,8 +2,7 @@
 //!
 //! | figure | meaning |
 //! | --- | --- |
-//! | Theil's coefficient | rms(v)/(rms(z) + rms(y)): 0 is exact, below 0.25 to 0.3 is called good |
-//! | VAF | 1 - var(v)/var(z) |
+//! | Theil's coefficient, VAF | those of `validation::metrics`; a coefficient below 0.25 to 0.3 is called good |
 //! | insensitivity | 1/sqrt(M_jj): the change of theta_j alone that raises the cost by 1/2 |
 //! | F corrected | (theta_j/sigma_j)^2 with the standard error corrected for coloured residuals |
 //! A parameter is not significant where its corrected F is below [`SIGNIFICANT_F`]: without it the cost rises by no more than
@@ -16,6 +15,7 @@ use super::model::FitParameter;
 use super::run_parameters::RunParameters;
 use super::simulated_outputs::{PreparedRun, SimulatedOutputs};
 use crate::num::dense::Dense;
+use crate::postflight::validation::metrics::PredictionMoments;
 
 /// 95 % of a chi-square of one degree.
 pub const SIGNIFICANT_F: f64 = 3.84;
@@ -141,22 +141,13 @@ impl FittedRun {
         };
         let (measured, predicted) = (by_output(&run.outputs), by_output(&simulated.outputs));
         let residuals = by_output(&simulated.residuals);
-        let figures = measured.iter().zip(&predicted).map(|(z, y)| theil_and_vaf(z, y));
-        let (theil, vaf) = figures.unzip();
+        let moments = measured.iter().zip(&predicted).map(|(measured, predicted)| {
+            let pairs = measured.iter().copied().zip(predicted.iter().copied());
+            PredictionMoments::of(pairs.filter(|(z, _)| z.is_finite()))
+        });
+        let (theil, vaf) = moments.map(|moments| (moments.theil(), moments.vaf())).unzip();
         FittedRun { run_parameters, run_parameters_std, predicted, residuals, theil, vaf }
     }
-}
-
-/// Theil's coefficient and VAF over the samples that were measured.
-fn theil_and_vaf(measured: &[f64], predicted: &[f64]) -> (f64, f64) {
-    let pairs = || measured.iter().zip(predicted).filter(|(z, _)| z.is_finite());
-    let count = pairs().count() as f64;
-    let mean = |of: &dyn Fn(f64, f64) -> f64| pairs().map(|(&z, &y)| of(z, y)).sum::<f64>() / count;
-    let rms = |of: &dyn Fn(f64, f64) -> f64| libm::sqrt(mean(&|z, y| of(z, y) * of(z, y)));
-    let (middle, offset) = (mean(&|z, _| z), mean(&|z, y| z - y));
-    let spread = mean(&|z, _| (z - middle) * (z - middle));
-    let left = mean(&|z, y| (z - y - offset) * (z - y - offset));
-    (rms(&|z, y| z - y) / (rms(&|z, _| z) + rms(&|_, y| y)), 1.0 - left / spread)
 }
 
 /// Correlated pairs of a covariance.

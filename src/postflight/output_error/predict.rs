@@ -24,7 +24,7 @@ fn prepared<'a>(
     Ok((prepared, run))
 }
 
-/// Outputs of the model with these values over a run, by output and sample; what the run measured is not looked at.
+/// Outputs of the model with these values over a run, by output and sample; the measured outputs are not used.
 ///
 /// # Errors
 /// What [`ModelStructure::check`] and [`ModelStructure::check_record`] refuse; [`OutputErrorFitError::Diverges`].

@@ -22,7 +22,7 @@ use crate::flight::signal::series::Series;
 /// Entered above this F: 0.02 % of healthy parameters by chance.
 pub(crate) const ENTER: f64 = 16.0;
 pub(crate) const LEAVE: f64 = 12.0;
-/// Evidence within which two explanations are not told apart: odds of e^6, for the residuals are not quite white.
+/// Evidence within which two explanations are not separable: odds of e^6, for the residuals are not quite white.
 pub(crate) const RIVAL: f64 = 12.0;
 /// Spectral density of unexplained acceleration above which the air is rough, m^2/s^3: gusts of about 0.3 m/s.
 const GUSTY: f64 = 0.05;
@@ -133,7 +133,7 @@ fn lag_flag(point: &mut ParameterPoint, place: usize) -> Option<&mut bool> {
     point.lag.get_mut((place + PER_RUN).checked_sub(TIMING)?)
 }
 
-/// Whether both are the bias of one channel, standing or a run's own.
+/// Whether both are the bias of one channel, shared or of one run.
 fn same_bias(a: usize, b: usize) -> bool {
     let of = |place: usize| {
         Some(parameter_at(place).0).filter(|one| one.kind == InstrumentErrorKind::Bias).and_then(|one| one.measured)
@@ -196,7 +196,7 @@ fn try_name(
     if !(name.lag && value > LONG_LAG_S) {
         return near;
     }
-    // A long lag looks shorter from afar than it is.
+    // Far from the optimum a long lag is underestimated.
     let far = from(&with(point, name, (2.0 * value).min(1.5)));
     near.into_iter().chain(far).min_by(|a, b| a.0.total_cmp(&b.0))
 }

@@ -21,7 +21,7 @@ use crate::flight::signal::series::Series;
 
 /// What may leak from one axis into another: twice what is normal among healthy gyros.
 const LEAK: f64 = 0.04;
-/// Part of the busiest axis' motion that turns a vane enough for its arm alone, the other vane's not, to be told.
+/// Part of the busiest axis' motion that turns a vane enough for its arm alone, without the other vane's, to be estimated.
 const ARM_PART: f64 = 0.4;
 /// Interval over which the rate of change of a motion is taken, s.
 const SLOPE_S: f64 = 0.2;
@@ -120,9 +120,9 @@ pub(crate) fn undetectable(found: &FaultSearch, number: usize) -> Vec<NotObserva
             rough = true;
             continue;
         }
-        let standing =
+        let shared =
             parameter.kind == InstrumentErrorKind::Bias && found.point.free.contains(&place_of(number, SHARED_BIAS + index));
-        if found.point.free.contains(&place) || standing {
+        if found.point.free.contains(&place) || shared {
             continue;
         }
         // Of a sensor that is known to stand elsewhere nothing is missing.

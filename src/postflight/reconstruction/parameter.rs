@@ -94,15 +94,15 @@ impl InstrumentError {
         self.measured.and_then(channel_at)
     }
 
-    /// Whether it can be told as a fault: the flow about the airframe and a degree between gyros are none, and what static
-    /// pressure and rising air do to an altitude looks like errors of its instrument.
+    /// Whether it can be reported as a fault: the flow about the airframe and a degree between gyros are none, and what static
+    /// pressure and rising air do to an altitude resembles errors of its instrument.
     pub fn can_be_fault(self) -> bool {
         !matches!(self.kind, InstrumentErrorKind::Flow(_) | InstrumentErrorKind::Misalignment(_))
             && self.channel() != Some(Channel::Altitude)
             && self.priors().is_some()
     }
 
-    /// Standard deviation among healthy instruments, and of what a fault may be; SI. `None` where it is never told apart:
+    /// Standard deviation among healthy instruments, and of what a fault may be; SI. `None` where it is never separable:
     /// biases of heading and altitude (their start is free), factors of the same (only their changes count).
     pub fn priors(self) -> Option<(f64, f64)> {
         use Channel::{Alpha, Altitude, Ax, Ay, Az, Beta, Phi, Psi, Tas, Theta};

@@ -94,15 +94,15 @@ pub enum AgreementScope {
 
 /// Why a run is fit, fit once corrected, or not fit for identification.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "variants are what their names say")]
 pub enum VerdictReason {
     /// The run, or what is left of it, is short.
     TooShort {
-        /// Its length, s.
         length_s: f64,
         /// The least that is needed, s.
         least_s: f64,
         /// A channel that stands still, whose samples were taken out.
-        standing: Option<Channel>,
+        frozen: Option<Channel>,
     },
     /// These angular rates are not recorded.
     NoRates(Vec<Channel>),
@@ -115,7 +115,6 @@ pub enum VerdictReason {
     },
     /// Angular rates are sampled too seldom.
     RateTooLow {
-        /// Their rate, Hz.
         rate_hz: f64,
         /// The least that is needed, Hz.
         least_hz: f64,
@@ -131,7 +130,7 @@ pub enum VerdictReason {
         /// In so long a run, s.
         length_s: f64,
         /// A channel that stands still, whose samples were taken out.
-        standing: Option<Channel>,
+        frozen: Option<Channel>,
     },
     /// The largest rms of an angular rate, rad/s, is too small.
     NoExcitation(f64),
@@ -148,7 +147,6 @@ pub enum VerdictReason {
     },
     /// A channel jumps.
     Jump {
-        /// Which channel.
         channel: Channel,
         /// When, s.
         time_s: f64,

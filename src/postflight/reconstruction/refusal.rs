@@ -21,9 +21,9 @@ const MOTION_MIN: f64 = 0.004;
 /// Why no fit can use a record.
 pub(crate) fn refusal(record: &RunChannels, samples: &[Sample], screened: &[Screened]) -> Option<VerdictReason> {
     // What stood still was taken out, which may be why so little is left.
-    let standing = screened.iter().filter(|one| one.damage == Damage::Frozen).max_by_key(|one| one.count);
-    let standing = standing.map(|one| one.channel);
-    let too_short = |length_s: f64| VerdictReason::TooShort { length_s, least_s: LENGTH_MIN_S, standing };
+    let frozen = screened.iter().filter(|one| one.damage == Damage::Frozen).max_by_key(|one| one.count);
+    let frozen = frozen.map(|one| one.channel);
+    let too_short = |length_s: f64| VerdictReason::TooShort { length_s, least_s: LENGTH_MIN_S, frozen };
     let ends = samples.first().zip(samples.last());
     let length_s = ends.map_or(0.0, |(first, last)| last.time_s - first.time_s);
     if (0.0..LENGTH_MIN_S).contains(&length_s) {
@@ -58,7 +58,7 @@ pub(crate) fn refusal(record: &RunChannels, samples: &[Sample], screened: &[Scre
         return Some(VerdictReason::NoOutputs);
     }
     if record.gaps() as f64 > record.mesh.length_s() / LENGTH_MIN_S {
-        return Some(VerdictReason::Gaps { count: record.gaps(), length_s: record.mesh.length_s(), standing });
+        return Some(VerdictReason::Gaps { count: record.gaps(), length_s: record.mesh.length_s(), frozen });
     }
     let moved = record.inputs.iter().skip(3).flatten().map(motion_std);
     let most = moved.fold(0.0, f64::max);

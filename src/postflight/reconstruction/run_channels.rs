@@ -6,19 +6,18 @@
 
 use super::motion::STATES;
 use super::parameter::{INPUT_CHANNELS, INPUTS, OUTPUT_CHANNELS, OUTPUTS, SCALE, Theta};
-use crate::dynamics::sensors::velocity_of_air_data;
 use crate::flight::channel::Channel;
 use crate::flight::run::RunGeometry;
 use crate::flight::sample::Sample;
+use crate::flight::signal::GAP_S;
 use crate::flight::signal::gyro_coverage::{FirstNode, GyroCoverage};
 use crate::flight::signal::readings::{Groups, Mesh, Readings};
 use crate::flight::signal::series::Series;
+use crate::postflight::start_state::{start_reading, start_velocity};
 
 /// Rate of the mesh, Hz: the motion of a rigid aircraft is slower, and what is faster (vibration, filters of
 /// the instruments) is left to the average.
 pub(crate) const MESH_RATE_HZ: f64 = 12.5;
-/// A gap that parts the run, s.
-pub(crate) const GAP_S: f64 = 0.5;
 /// Outputs are not compared so near to both ends, so that a skew moves none of them out of the run, s.
 const EDGE_S: f64 = 0.4;
 /// Fewer readings of a channel are none.
@@ -51,16 +50,13 @@ impl RunChannels {
     /// Gathers a run's samples.
     pub fn of(samples: &[Sample], geometry: &RunGeometry) -> RunChannels {
         let line = |channel: Channel| {
-            let series = Series::of(samples.iter().filter_map(|sample| Some((sample.time_s, sample.get(channel)?))));
+            let series = Series::of_channel(samples, channel, READINGS_MIN)?;
             let still = series.samples().all(|(_, value)| (value - series.at(f64::NEG_INFINITY)).abs() < 1e-12);
-            (series.len() >= READINGS_MIN && !still).then_some(series)
+            (!still).then_some(series)
         };
         let mut record = RunChannels {
             inputs: INPUT_CHANNELS.map(line),
-            outputs: OUTPUT_CHANNELS.map(|channel| {
-                let series = line(channel)?;
-                Some(if matches!(channel, Channel::Psi | Channel::Phi) { series.unwrapped() } else { series })
-            }),
+            outputs: OUTPUT_CHANNELS.map(line),
             accelerometer_place: geometry.accelerometer_position_m,
             vane_place: geometry.vane_position_m,
             ..RunChannels::default()
@@ -127,15 +123,11 @@ impl RunChannels {
         self.mesh = coverage.mesh(MESH_RATE_HZ, FirstNode::FirstSample);
         self.anew = vec![false; self.mesh.nodes];
         for series in self.inputs.iter().flatten() {
-            let mut before_s = first_s;
-            for (time_s, _) in series.samples() {
-                if time_s - before_s > GAP_S.max(3.0 * self.mesh.step_s) {
-                    let node = ((time_s - first_s) / self.mesh.step_s).ceil() as usize;
-                    if let Some(anew) = self.anew.get_mut(node) {
-                        *anew = true;
-                    }
+            for (_, time_s) in series.gaps(first_s, GAP_S.max(3.0 * self.mesh.step_s)) {
+                let node = ((time_s - first_s) / self.mesh.step_s).ceil() as usize;
+                if let Some(anew) = self.anew.get_mut(node) {
+                    *anew = true;
                 }
-                before_s = time_s;
             }
         }
     }
@@ -164,12 +156,11 @@ impl RunChannels {
             let series = self.outputs.get(output).and_then(Option::as_ref)?;
             let measured = INPUTS + output;
             let about = self.about[output];
-            let mean = series.mean(time_s, time_s + 0.2);
-            Some((mean - theta.bias(measured) - about) / (1.0 + theta.values[SCALE + measured]) + about)
+            Some((start_reading(series, time_s) - theta.bias(measured) - about) / (1.0 + theta.values[SCALE + measured]) + about)
         };
-        let speed = read(0).unwrap_or(50.0).max(3.0);
+        let speed = read(0).unwrap_or(50.0);
         let [alpha, beta, phi, theta, psi] = [1, 2, 3, 4, 5].map(|output| read(output).unwrap_or(0.0));
-        let [u, v, w] = velocity_of_air_data(speed, alpha, beta);
+        let [u, v, w] = start_velocity(speed, alpha, beta);
         [u, v, w, phi, theta, psi, read(6).unwrap_or(0.0), 0.0]
     }
 

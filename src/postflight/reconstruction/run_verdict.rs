@@ -27,8 +27,8 @@ const MOVES_RAD: f64 = 0.01;
 /// Factors beyond which no instrument reads.
 const FACTOR_MIN: f64 = 0.5;
 const FACTOR_MAX: f64 = 1.5;
-/// Standard errors that an error has to exceed in stirred air, where gusts that go with the motion are no noise: flights with
-/// healthy instruments in gusts of 0.3 m/s feigned up to eight.
+/// Standard errors that an error has to exceed in turbulence, where gusts that correlate with the motion are no noise: of healthy
+/// instruments in gusts of 0.3 m/s up to eight were found.
 const TURBULENT_STDS: f64 = 10.0;
 
 /// Fitness of a run for identification.
@@ -102,13 +102,13 @@ pub(crate) fn run_verdict(
             doubts.push(unreported(parameter, UnreportedReason::Misalignment, fault.value, fault.std));
             continue;
         }
-        // Before the air is blamed: what a wiring error leaves looks like it.
+        // Before turbulence: the residual of a wiring error resembles it.
         if let (InstrumentErrorKind::Bias, Some(channel)) = (parameter.kind, parameter.channel())
             && let Some(finding) = miswired(found, number, own.is_some(), channel, (fault.value, fault.std))
         {
             unfit = Some(VerdictReason::Wiring(finding));
         }
-        // What is told of all runs is told by the roughest of them too.
+        // What is reported of all runs is reported of the roughest of them too.
         let turbulent = is_turbulent(run) || own.is_none() && found.runs.iter().any(is_turbulent);
         let normalised_excess = fault.value.abs() > TURBULENT_STDS * fault.std;
         if parameter.mimicked_by_gusts() && (is_gusty(run) || turbulent && !normalised_excess) {
@@ -167,7 +167,7 @@ pub(crate) fn run_verdict(
     }
     corrections.sort_by(|a, b| b.significance.total_cmp(&a.significance));
     let mut corrections = merged(corrections);
-    // A wiring error of a channel that hardly moves feigns errors of others, whose numbers would be told with confidence.
+    // A wiring error of a channel that hardly moves feigns errors of others, with small standard errors.
     if (unfit.is_some() || !corrections.is_empty())
         && let Some(miswired) = wiring(found, number)
     {
@@ -224,15 +224,15 @@ fn in_run(found: &FaultSearch, number: usize, fault: &Fault) -> Option<(f64, f64
     let Some(measured) = parameter.measured.filter(|_| parameter.kind == InstrumentErrorKind::Bias) else {
         return Some((fault.value, fault.std));
     };
-    let (standing, own) = (place_of(number, SHARED_BIAS + measured), place_of(number, BIAS + measured));
-    if !found.point.free.contains(&standing) {
+    let (shared, own) = (place_of(number, SHARED_BIAS + measured), place_of(number, BIAS + measured));
+    if !found.point.free.contains(&shared) {
         return Some((fault.value, fault.std));
     }
-    let places = [standing, own];
+    let places = [shared, own];
     let minimum = found.local.minimum(&found.point);
     let value = places.iter().map(|&place| minimum.get(place).copied().unwrap_or(0.0)).sum();
     let variance = found.local.colour(&found.runs, &places) * found.local.variance_of(&places);
-    (fault.name.place == standing).then_some((value, libm::sqrt(variance)))
+    (fault.name.place == shared).then_some((value, libm::sqrt(variance)))
 }
 
 fn spread(record: &RunChannels, output: usize) -> f64 {

@@ -117,11 +117,11 @@ pub fn screen(samples: &mut [Sample]) -> Vec<Screened> {
     for (place, (channel, readings)) in CHANNELS.into_iter().zip(&lines).enumerate() {
         // An altimeter goes in steps, whatever it is written as.
         let slow = channel == Channel::Altitude;
-        let standing = standing(if slow { &none } else { readings }, |from_s, to_s| {
+        let frozen = frozen(if slow { &none } else { readings }, |from_s, to_s| {
             let other = |other: usize| other != place && moves(lines.get(other).unwrap_or(readings), from_s, to_s);
             (0..CHANNELS.len()).any(other)
         });
-        take(samples, channel, Damage::Frozen, readings, &standing, &mut all);
+        take(samples, channel, Damage::Frozen, readings, &frozen, &mut all);
         let readings = line(samples, channel);
         let spikes = spikes(&readings);
         take(samples, channel, Damage::Spike, &readings, &spikes, &mut all);
@@ -182,7 +182,7 @@ fn moves(readings: &ChannelReadings, from_s: f64, to_s: f64) -> bool {
 }
 
 /// Stretches by (1), all but the first sample of each, where something else moves meanwhile.
-fn standing(readings: &ChannelReadings, else_moves: impl Fn(f64, f64) -> bool) -> Vec<usize> {
+fn frozen(readings: &ChannelReadings, else_moves: impl Fn(f64, f64) -> bool) -> Vec<usize> {
     let count = readings.len();
     if count < COUNT_MIN {
         return Vec::new();

@@ -1,6 +1,6 @@
 //! The check as a whole: runs by name in, a verdict on each out.
 //!
-//! Damaged samples are screened where a run is not screened yet, coarse errors looked for, runs that no fit can use refused; the
+//! Damaged samples are screened where a run is not screened yet, gross errors tested, runs that no fit can use refused; the
 //! others are fitted together, but for those whose instruments are not those of the others.
 
 use super::fault_selection::run_of;

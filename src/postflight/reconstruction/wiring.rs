@@ -3,9 +3,10 @@
 //! Consumes a run in which errors of instruments were found; tries a sign turned, and the accelerometers across gravity under
 //! each other's names: each is put right and the run fitted with nothing at fault. Where the best of them does as well by
 //! evidence (E of `select`, (2)) as what was found in the run as recorded, within [`RIVAL`], the run is not fit; where it does
-//! better by [`FAR`], no error of an instrument is told. Wiring and an error of an instrument at once are not tried: of a channel
-//! that hardly moves its sign would then be told by what the noise has of colour. Only where a bias is what wiring would make of
-//! the channel's mean is that told beside other errors, unless a run in which the channel does move contradicts it by [`FAR`].
+//! better by [`FAR`], no error of an instrument is reported. Wiring and an error of an instrument at once are not tried: of a
+//! channel that hardly moves its sign would then be decided by the colour of the noise. Only where a bias is what wiring would
+//! make of the channel's mean is that told beside other errors, unless a run in which the channel does move contradicts it by
+//! [`FAR`].
 
 use super::fault_selection::{FaultSearch, RIVAL, run_of, select, with_no_fault};
 use super::fit::RunWithNoise;
@@ -23,8 +24,8 @@ const SIGNED: [Channel; 6] = [Channel::Phi, Channel::Theta, Channel::Alpha, Chan
 const MISWIRED_MEAN: f64 = 0.05;
 const MISWIRED_ANGLE: f64 = 0.01;
 
-/// Evidence by which wiring must be better for no error of an instrument to be told: a bias that happens to turn a mean, and the
-/// price of that bias, make less.
+/// Evidence by which wiring must be better for no instrument error to be reported; a bias that turns a mean by chance, with its
+/// penalty, makes less.
 const FAR: f64 = 30.0;
 
 impl WiringError {
@@ -89,7 +90,7 @@ pub(crate) fn miswired(
     (!contradicted).then_some(WiringFinding::MakesBias(wiring, channel))
 }
 
-/// Whether a run is explained far better by errors of instruments than by that wiring, whatever errors are told besides.
+/// Whether a run is explained far better by errors of instruments than by that wiring, whatever errors are reported besides.
 fn contradicts(run: &RunWithNoise, wiring: WiringError) -> Option<bool> {
     let evidence = |run: RunWithNoise| single_run_evidence(&select(vec![run])?);
     Some(evidence(run_of(wiring.put_right(&run.record)))? > evidence(run.clone())? + FAR)

@@ -1,10 +1,10 @@
 //! Improvement of one model's predictions over another's, with bootstrap intervals.
 //!
 //! Consumes pairs of free runs of the same recordings, before and after a change of the model; produces for each channel, over
-//! all runs, with the prediction error e, and measurement z and prediction y as deviations from the run's own trim,
-//!     rms = sqrt(mean e^2),  TIC = rms(e)/(rms(z) + rms(y)),  VAF = 1 - var(e)/var(z)                     (1)
-//! and the ratio of the rms after to that before; pooled over channels, each over its noise standard deviation sigma,
-//!     P = sqrt(mean over channels of mean e^2/sigma^2)                                                  (2)
+//! all runs, with the prediction error e, and measurement z and prediction y as deviations from the run's own trim, the measures
+//! of `metrics` and the ratio of the rms after to that before; pooled over channels, each over its noise
+//! standard deviation sigma,
+//!     P = sqrt(mean over channels of mean e^2/sigma^2)                                                  (1)
 //! and the ratio of P. Altitude and airspeed, whose errors accumulate with time, are pooled separately. A channel without noise
 //! is not pooled. Where the change includes a bias of a channel, its errors are absolute, before and after.
 //!
@@ -12,9 +12,10 @@
 //! autocorrelation of the errors, all channels of a block together. Bounds are the 2.5 and 97.5 per cent points of [`DRAWS`]
 //! draws from a fixed seed. A ratio whose interval includes 1 is not an improvement.
 //! Where one of a pair diverges, both are compared up to there. Statistics that are not defined are NaN.
-//! Source: H. R. Kuensch, Ann. Stat. 17(3), 1989, for the blocks; H. Theil, Economic Forecasts and Policy (1961), for TIC.
+//! Source: H. R. Kuensch, Ann. Stat. 17(3), 1989, for the blocks.
 
 use super::free_run::{FreeRunPrediction, PredictedChannel};
+use super::metrics::PredictionMoments;
 use crate::flight::channel::Channel;
 use crate::flight::effect::Effect;
 use crate::num::random::NormalNoise;
@@ -98,7 +99,7 @@ pub struct ChannelImprovement {
 pub struct PooledImprovement {
     /// Pooled channels.
     pub channels: Vec<Channel>,
-    /// (2) before and after.
+    /// (1) before and after.
     pub rms: [IntervalEstimate; 2],
     /// After over before.
     pub ratio: IntervalEstimate,
@@ -106,14 +107,12 @@ pub struct PooledImprovement {
 
 /// Improvement over some runs.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "fields are what their names say")]
 pub struct Improvement {
-    /// Channel by channel.
     pub channels: Vec<ChannelImprovement>,
     /// All but altitude and airspeed; `None` where no channel has noise to divide by.
     pub pooled: Option<PooledImprovement>,
-    /// Airspeed.
     pub airspeed: Option<PooledImprovement>,
-    /// Altitude.
     pub altitude: Option<PooledImprovement>,
 }
 
@@ -146,18 +145,16 @@ impl Sums {
         self
     }
 
-    fn rms(&self, which: usize) -> f64 {
-        libm::sqrt((self.ee[which] / self.count).max(0.0))
-    }
-
-    fn theil(&self, which: usize) -> f64 {
-        let size = libm::sqrt((self.zz / self.count).max(0.0)) + libm::sqrt((self.yy[which] / self.count).max(0.0));
-        self.rms(which) / size
-    }
-
-    fn vaf(&self, which: usize) -> f64 {
+    fn moments(&self, which: usize) -> PredictionMoments {
+        let square = |xx: f64| (xx / self.count).max(0.0);
         let variance = |x: f64, xx: f64| xx / self.count - (x / self.count) * (x / self.count);
-        1.0 - variance(self.e[which], self.ee[which]) / variance(self.z, self.zz)
+        PredictionMoments {
+            error_square: square(self.ee[which]),
+            measured_square: square(self.zz),
+            predicted_square: square(self.yy[which]),
+            error_variance: variance(self.e[which], self.ee[which]),
+            measured_variance: variance(self.z, self.zz),
+        }
     }
 }
 
@@ -194,10 +191,10 @@ pub fn improvement(pairs: &[(&FreeRunPrediction, &FreeRunPrediction)]) -> Improv
         samples: whole[place].count as usize,
         noise_std: libm::sqrt(whole[place].noise / whole[place].count),
         absolute: absolute[place],
-        rms: [0, 1].map(|which| of_channel(place, &|sums| sums.rms(which))),
-        theil: [0, 1].map(|which| of_channel(place, &|sums| sums.theil(which))),
-        vaf: [0, 1].map(|which| of_channel(place, &|sums| sums.vaf(which))),
-        ratio: of_channel(place, &|sums| ratio(sums.rms(1), sums.rms(0))),
+        rms: [0, 1].map(|which| of_channel(place, &|sums| sums.moments(which).rms())),
+        theil: [0, 1].map(|which| of_channel(place, &|sums| sums.moments(which).theil())),
+        vaf: [0, 1].map(|which| of_channel(place, &|sums| sums.moments(which).vaf())),
+        ratio: of_channel(place, &|sums| ratio(sums.moments(1).rms(), sums.moments(0).rms())),
     });
     let pooled = |belongs: &dyn Fn(Channel) -> bool| {
         let places: Vec<usize> =

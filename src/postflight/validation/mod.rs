@@ -4,4 +4,5 @@
 
 pub mod free_run;
 pub mod improvement;
+pub(crate) mod metrics;
 pub mod prediction;

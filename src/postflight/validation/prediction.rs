@@ -1,18 +1,17 @@
 //! Measures of prediction of one output: rms error, VAF, Theil's coefficient, whiteness and spectral lines of the residual.
 //!
-//! Consumes a measured series z and a predicted series y at the same times; produces, with e = z - y,
-//!     rms = sqrt(mean e^2)     VAF = 1 - var(e)/var(z)                                                 (1)
-//!     TIC = rms(e)/(rms(z) + rms(y))     0 exact, 1 worst                                              (2)
-//! the whiteness of e by Ljung and Box, Q = N (N + 2) sum_k rho_k^2/(N - k) against chi-square, and spectral lines: I_k, relative
-//! to the mean estimated from the median of its neighbours, is in noise one exponential over the mean of K of them, so for m
-//! frequencies
-//!     Pr(any above x) < m (1 + x/K)^-K                                                                 (3)
+//! Consumes a measured series z and a predicted series y at the same times; produces, with e = z - y, the measures of
+//! `metrics`, the whiteness of e by Ljung and Box, Q = N (N + 2) sum_k rho_k^2/(N - k) against chi-square, and
+//! spectral lines: I_k, relative to the mean estimated from the median of its neighbours, is in noise one exponential over the
+//! mean of K of them, so for m frequencies
+//!     Pr(any above x) < m (1 + x/K)^-K                                                                 (1)
 //! A line at twice the frequency of the response is a second-order response, a sign of nonlinearity (Padfield et al. 1987).
-//! Source: H. Theil, Economic Forecasts and Policy, 1961; G. M. Ljung and G. E. P. Box, Biometrika 65, 1978; (3) as in R. A.
-//! Fisher's test, Proc. R. Soc. A 125, 1929, with a spectrum that need not be white.
+//! Source: G. M. Ljung and G. E. P. Box, Biometrika 65, 1978; (1) as in R. A. Fisher's test, Proc. R. Soc. A 125, 1929, with a
+//! spectrum that need not be white.
 //! Numerics: a Hann taper limits the leakage of trends; a line is then four frequencies wide.
 //! Returns `None` for fewer than 32 samples, and no lines for fewer than 100.
 
+use super::metrics::PredictionMoments;
 use core::f64::consts::TAU;
 
 /// Lags of the test for whiteness.
@@ -25,7 +24,7 @@ const OWN: usize = 2;
 /// Equivalent number K of independent exponentials in the median of the tapered neighbours.
 const EQUIVALENT: f64 = 14.0;
 
-/// Probability (3) below which a line is reported.
+/// Probability (1) below which a line is reported.
 const LINE_PROBABILITY: f64 = 1e-3;
 
 /// Least number of cycles in a record of a response with a dominant frequency.
@@ -50,9 +49,9 @@ pub struct ResidualLine {
 pub struct PredictionScore {
     /// Root mean square of z - y, the output's unit.
     pub rms: f64,
-    /// VAF of (1), at most one; negative where the mean would be a better prediction.
+    /// VAF, at most one; negative where the mean would be a better prediction.
     pub vaf: f64,
-    /// TIC of (2).
+    /// Theil's coefficient.
     pub theil: f64,
     /// Probability of as large a Q in white noise.
     pub white_probability: f64,
@@ -76,13 +75,10 @@ pub fn score(times_s: &[f64], measured: &[f64], predicted: &[f64]) -> Option<Pre
         return None;
     }
     let n = rows.len() as f64;
-    let mean = |of: &dyn Fn(&(f64, f64, f64)) -> f64| rows.iter().map(of).sum::<f64>() / n;
-    let (mean_z, mean_e) = (mean(&|row| row.1), mean(&|row| row.1 - row.2));
-    let var_z = mean(&|row| (row.1 - mean_z) * (row.1 - mean_z));
+    let moments = PredictionMoments::of(rows.iter().map(|&(_, z, y)| (z, y)));
+    let mean_e = rows.iter().map(|(_, z, y)| z - y).sum::<f64>() / n;
     let residual: Vec<f64> = rows.iter().map(|row| row.1 - row.2 - mean_e).collect();
-    let var_e = residual.iter().map(|e| e * e).sum::<f64>() / n;
-    let rms = libm::sqrt(var_e + mean_e * mean_e);
-    let size = libm::sqrt(mean(&|row| row.1 * row.1)) + libm::sqrt(mean(&|row| row.2 * row.2));
+    let var_e = moments.error_variance;
     let correlation = |lag: usize| {
         let products = residual.iter().zip(residual.iter().skip(lag)).map(|(a, b)| a * b);
         if var_e > 0.0 { products.sum::<f64>() / (n * var_e) } else { 0.0 }
@@ -91,9 +87,9 @@ pub fn score(times_s: &[f64], measured: &[f64], predicted: &[f64]) -> Option<Pre
     let times: Vec<f64> = rows.iter().map(|row| row.0).collect();
     let response: Vec<f64> = rows.iter().map(|row| row.2).collect();
     Some(PredictionScore {
-        rms,
-        vaf: if var_z > 0.0 { 1.0 - var_e / var_z } else { f64::NAN },
-        theil: if size > 0.0 { rms / size } else { f64::NAN },
+        rms: moments.rms(),
+        vaf: moments.vaf(),
+        theil: moments.theil(),
         white_probability: chi_square_tail(q, LAGS),
         neighbours: correlation(1),
         lines: lines(&times, &residual, &response),

@@ -195,15 +195,12 @@ pub struct Instrumentation {
 
 /// What the estimator noticed. Repeats are counted by whoever keeps them.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "variants are what their names say")]
 pub enum EstimationEvent {
     /// A channel gave NaN or infinity; it counts as not sampled.
-    NotFinite {
-        /// Which channel.
-        channel: Channel,
-    },
+    NotFinite { channel: Channel },
     /// A channel gave a number that no aircraft reaches (wrong unit?); it counts as not sampled.
     OutOfRange {
-        /// Which channel.
         channel: Channel,
         /// The number, SI.
         value: f64,
@@ -232,10 +229,7 @@ pub enum EstimationEvent {
     /// The filter has a state from here on.
     Initialised,
     /// Which states the filter carries, by what is instrumented.
-    StatesChosen {
-        /// The set.
-        set: StateSet,
-    },
+    StatesChosen { set: StateSet },
     /// The blades' passing and its double are taken out of every channel.
     LinesNotched {
         /// Frequency of the passing, Hz.
@@ -249,22 +243,11 @@ pub enum EstimationEvent {
         channel: Channel,
     },
     /// The run brings no such aid; what it alone makes observable stays unknown.
-    AidMissing {
-        /// Which aid.
-        aid: Aid,
-    },
+    AidMissing { aid: Aid },
     /// An aid began to be rejected by its innovation gate.
-    AidRejected {
-        /// Which aid.
-        aid: Aid,
-        /// Its test ratio.
-        test_ratio: f64,
-    },
+    AidRejected { aid: Aid, test_ratio: f64 },
     /// An aid is fused again.
-    AidAccepted {
-        /// Which aid.
-        aid: Aid,
-    },
+    AidAccepted { aid: Aid },
     /// The measured flow angle does not move as the kinematics say it must.
     KinematicsDisagree {
         /// `Incidence` or `Sideslip`.
@@ -274,7 +257,6 @@ pub enum EstimationEvent {
     },
     /// The innovations are larger than the filter expects: mean normalised innovation squared over the last seconds.
     InnovationsTooLarge {
-        /// Which aid.
         aid: Aid,
         /// Mean of innovation^2 / innovation_var; 1 is as expected.
         mean_nis: f64,

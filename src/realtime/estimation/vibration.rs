@@ -199,7 +199,7 @@ mod tests {
 
     #[test]
     fn a_channel_that_slows_for_good_is_judged_at_its_new_rate() {
-        // At 17 samples a second the line looks like 0.19 Hz; at 128 before, it was a line.
+        // At 17 samples a second the line aliases to 0.19 Hz; at 128 before, it was a line.
         let mut notch = LineNotch::new(Some(4), 0.5);
         let before = (0..6 * 128).map(|i| f64::from(i) / 128.0);
         for t in before.chain((0..6 * 17).map(|i| 6.0 + f64::from(i) / 17.0)) {
@@ -216,7 +216,7 @@ mod tests {
 
     #[test]
     fn a_line_that_folds_onto_the_flight_is_left_and_said() {
-        // 17.19 Hz at 17 samples a second looks like 0.19 Hz.
+        // 17.19 Hz at 17 samples a second aliases to 0.19 Hz.
         let (left, was, notch) = run(17.0, |_| 0.0, |t| libm::cos(108.0 * t), 4.0);
         assert!((left / was - 1.0).abs() < 1e-9 && notch.folded());
     }

@@ -1,20 +1,23 @@
 //! Names of the eigenvalues of a linearised aircraft: Dutch roll, roll, spiral, heave, pitch, short period, phugoid.
 //!
-//! Consumes A [8 x 8] in the order of `linear::STATES`; produces every eigenvalue (1/s), named by its participation factors.
-//! P_k is the participation factor of state k, (3) of `num::eigen`. The names, for real modes and for oscillations:
+//! Consumes A [8 x 8] in the order of `linear::STATES`, or A [n x n] of some of these states; produces every eigenvalue (1/s),
+//! named by its participation factors. P_k is the participation factor of state k, (3) of `num::eigen`; zero where the model has
+//! no such state. The names, for real modes and for oscillations:
 //!     heave         P_w at least 1/2               short period  P_w + P_q at least 0.6
 //!     pitch         P_q at least 1/2               phugoid       P_u + P_theta at least 1/2
 //!     roll          P_p at least 0.4, the largest  Dutch roll    P_v at least 0.3, more than P_phi, P_v + P_r at least 0.4
 //!     spiral        P_phi + P_r at least 0.6, P_phi at least 1/4
 //! Where none of them is Dutch roll, roll or spiral in forward flight (`FORWARD`), the lateral share P_v + P_p + P_phi + P_r
 //! decides if it is at least 1/2: the oscillation with the largest is the Dutch roll; a real mode that no other outruns in
-//! damping is the roll if P_p is at least 1/4; the slowest real one is the spiral if it has more P_phi + P_r than P_p.
+//! damping is the roll if P_p is at least 1/4; the slowest real one is the spiral if it has more P_phi + P_r than P_p. So it is
+//! at any speed in a model of the lateral plane alone, where all shares are lateral and the faster oscillation is the Dutch roll;
+//! another oscillation whose lateral share is at least 1/2 is the lateral phugoid of an identified model.
 //! Any other mode has no name (near hover roll and pitch are damped in one pair, yaw alone in a real mode); where two
 //! fit a name it goes to the one with the larger share.
 //! The thresholds are ours.
 
 use crate::num::eigen::{eigenvalues_8, participation};
-use nalgebra::{Complex, SMatrix};
+use nalgebra::{Complex, DMatrix, SMatrix};
 
 /// Eigenvalues with names, 1/s.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,12 +46,86 @@ const FORWARD: f64 = 18.0;
 /// u w q theta v p phi r.
 type Shares = [f64; 8];
 
+/// States by their place among the shares; with the flow angles, which take the place of the velocities across.
+const STATES: [(&str, usize); 10] =
+    [("u", 0), ("w", 1), ("alpha", 1), ("q", 2), ("theta", 3), ("v", 4), ("beta", 4), ("p", 5), ("phi", 6), ("r", 7)];
+
+/// Upper halves of pairs, and reals, with their shares.
+type RootShares = [(Complex<f64>, Option<Shares>)];
+
+/// When the lateral share names what the other rules do not.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum ByLateralShare {
+    Never,
+    /// Forward flight.
+    Forward,
+    /// No other plane is in the model.
+    LateralAlone,
+}
+
 /// Eigenvalues of A with names; `None` where they cannot be computed.
 pub fn eigenmodes(a: &SMatrix<f64, 8, 8>) -> Option<Eigenmodes> {
     let entries = core::array::from_fn(|row| core::array::from_fn(|column| a[(row, column)]));
     let whole = eigenvalues_8(&entries)?.into_iter().filter(|mode| mode.im >= 0.0);
     let mut modes: Vec<(Complex<f64>, Option<Shares>)> =
         whole.map(|mode| (mode, participation(a, mode).map(Shares::from))).collect();
+    let by_share = if -a[(4, 7)] >= FORWARD { ByLateralShare::Forward } else { ByLateralShare::Never };
+    let found = named(&modes, by_share);
+    modes.retain(|(mode, _)| {
+        let own = if mode.im > 0.0 { found.dutch_roll } else { None };
+        let real = if mode.im > 0.0 { [None; 2] } else { [found.roll, found.spiral] };
+        own != Some(*mode) && !real.contains(&Some(mode.re))
+    });
+    Some(Eigenmodes { others: modes.into_iter().map(|(mode, _)| mode).collect(), ..found })
+}
+
+/// Names of the roots of a model with these states (by their channels; others than the eight and the flow angles take part in no
+/// name), imaginary parts zero or more: `dutch_roll`, `roll`, `spiral`, `lateral_phugoid` where p, r and sideslip are states,
+/// `short_period`, `phugoid` where q and incidence are.
+pub fn mode_names(states: &[String], a: &DMatrix<f64>, roots: &[Complex<f64>]) -> Vec<Option<&'static str>> {
+    let place = |state: &String| STATES.iter().find(|(name, _)| name == state).map(|(_, place)| *place);
+    let places: Vec<Option<usize>> = states.iter().map(place).collect();
+    let at = |wanted: usize| places.iter().position(|place| *place == Some(wanted));
+    let is_longitudinal = at(1).is_some() && at(2).is_some();
+    let sideways = match (at(4), at(5), at(7)) {
+        (Some(v), Some(_), Some(r)) => Some((v, r)),
+        _ => None,
+    };
+    let by_share = match sideways {
+        Some(_) if !is_longitudinal => ByLateralShare::LateralAlone,
+        // Sideslip as an angle has no meaning but in forward flight.
+        Some((v, r)) if states[v] == "beta" || -a[(v, r)] >= FORWARD => ByLateralShare::Forward,
+        _ => ByLateralShare::Never,
+    };
+    let shares = |root: Complex<f64>| {
+        let mut sums = [0.0; 8];
+        for (place, share) in places.iter().zip(participation(a, root)?.iter()) {
+            if let Some(place) = *place {
+                sums[place] += share;
+            }
+        }
+        Some(sums)
+    };
+    let modes: Vec<(Complex<f64>, Option<Shares>)> = roots.iter().map(|&root| (root, shares(root))).collect();
+    let found = named(&modes, by_share);
+    let name = |(mode, shares): &(Complex<f64>, Option<Shares>)| {
+        let lateral_pair = || shares.as_ref().and_then(lateral).map(|_| *mode);
+        let of_plane = |is_there: bool, names: [(&'static str, Option<Complex<f64>>); 2]| {
+            names.into_iter().find(|(_, named)| is_there && *named == Some(*mode)).map(|(name, _)| name)
+        };
+        let real = |root: Option<f64>| root.map(Complex::from);
+        if mode.im > 0.0 {
+            of_plane(sideways.is_some(), [("dutch_roll", found.dutch_roll), ("lateral_phugoid", lateral_pair())])
+                .or_else(|| of_plane(is_longitudinal, [("short_period", found.short_period), ("phugoid", found.phugoid)]))
+        } else {
+            of_plane(sideways.is_some(), [("roll", real(found.roll)), ("spiral", real(found.spiral))])
+        }
+    };
+    modes.iter().map(name).collect()
+}
+
+/// The modes by name; `others` is left empty.
+fn named(modes: &RootShares, by_share: ByLateralShare) -> Eigenmodes {
     let best = |oscillates: bool, score: fn(&Shares) -> Option<f64>| {
         let fits = modes.iter().filter(|(mode, _)| (mode.im > 0.0) == oscillates);
         let scored = fits.filter_map(|(mode, shares)| Some((*mode, score(shares.as_ref()?)?)));
@@ -65,7 +142,7 @@ pub fn eigenmodes(a: &SMatrix<f64, 8, 8>) -> Option<Eigenmodes> {
         phugoid: best(true, |&[u, _, _, theta, ..]| (u + theta >= 0.5).then_some(u + theta)),
         others: Vec::new(),
     };
-    if -a[(4, 7)] >= FORWARD {
+    if by_share != ByLateralShare::Never {
         let named = [found.roll, found.spiral, found.heave, found.pitch];
         let free = |mode: &Complex<f64>| !named.contains(&Some(mode.re));
         let reals = || modes.iter().filter(|(mode, _)| mode.im <= 0.0);
@@ -77,16 +154,18 @@ pub fn eigenmodes(a: &SMatrix<f64, 8, 8>) -> Option<Eigenmodes> {
         let only_if = |(mode, shares): &(Complex<f64>, Option<Shares>), fits: &dyn Fn(&Shares) -> bool| {
             (free(mode) && shares.as_ref().is_some_and(fits)).then_some(mode.re)
         };
-        found.dutch_roll = found.dutch_roll.or_else(|| best(true, lateral));
+        let fastest_pair = || {
+            let pairs = modes.iter().map(|(mode, _)| *mode).filter(|mode| mode.im > 0.0);
+            pairs.max_by(|a, b| a.norm_sqr().total_cmp(&b.norm_sqr()))
+        };
+        found.dutch_roll = found.dutch_roll.or_else(|| match by_share {
+            ByLateralShare::LateralAlone => fastest_pair(),
+            _ => best(true, lateral),
+        });
         found.roll = found.roll.or_else(|| only_if(fastest?, &is_roll));
         found.spiral = found.spiral.or_else(|| only_if(slowest?, &is_spiral).filter(|&re| Some(re) != found.roll));
     }
-    modes.retain(|(mode, _)| {
-        let own = if mode.im > 0.0 { found.dutch_roll } else { None };
-        let real = if mode.im > 0.0 { [None; 2] } else { [found.roll, found.spiral] };
-        own != Some(*mode) && !real.contains(&Some(mode.re))
-    });
-    Some(Eigenmodes { others: modes.into_iter().map(|(mode, _)| mode).collect(), ..found })
+    found
 }
 
 impl Eigenmodes {
@@ -140,10 +219,51 @@ mod tests {
         assert_eq!(eigenmodes(&a), None);
     }
 
+    fn names_of(states: &[&str], a: &DMatrix<f64>, roots: &[Complex<f64>]) -> Vec<Option<&'static str>> {
+        let states: Vec<String> = states.iter().map(|&state| state.to_owned()).collect();
+        mode_names(&states, a, roots)
+    }
+
+    #[test]
+    fn a_model_of_some_states_names_its_roots_by_the_same_rule() {
+        // Blocks with known eigenvalues: the states that they are made of name them, in whatever order they stand.
+        let (pair, roll, spiral) = (Complex::new(-0.1, 1.5), Complex::from(-2.5), Complex::from(-0.05));
+        let mut a = DMatrix::from_diagonal(&nalgebra::DVector::from_vec(vec![-2.5, -0.1, -0.1, -0.05]));
+        (a[(1, 2)], a[(2, 1)]) = (1.5, -1.5);
+        let three = [Some("roll"), Some("dutch_roll"), Some("spiral")];
+        assert_eq!(names_of(&["p", "r", "beta", "phi"], &a, &[roll, pair, spiral]), three);
+        assert_eq!(names_of(&["p", "r", "v", "phi"], &a, &[roll, pair, spiral]), three, "slow flight");
+        assert_eq!(names_of(&["q", "alpha", "w", "theta"], &a, &[pair]), [Some("short_period")]);
+        assert_eq!(names_of(&["p", "r"], &a.clone().resize(2, 2, 0.0), &[roll]), [None], "no sideslip, no plane");
+        // Roll and spiral joined: the slower of two lateral pairs; a heading takes part in no name.
+        let mut a = DMatrix::zeros(5, 5);
+        for (from, real, imag) in [(0, -0.1, 1.5), (2, -0.4, 0.3)] {
+            (a[(from, from)], a[(from + 1, from + 1)], a[(from, from + 1)], a[(from + 1, from)]) = (real, real, imag, -imag);
+        }
+        let roots = [pair, Complex::new(-0.4, 0.3), Complex::from(0.0)];
+        let found = names_of(&["beta", "r", "p", "phi", "psi"], &a, &roots);
+        assert_eq!(found, [Some("dutch_roll"), Some("lateral_phugoid"), None]);
+    }
+
+    #[test]
+    fn eight_states_have_the_names_of_the_whole_aircraft() {
+        let states = ["u", "w", "q", "theta", "v", "p", "phi", "r"];
+        for knots in [20.0, 60.0, 100.0, 140.0] {
+            let asked = FlightRequest { speed: Some(knots * 0.514_444), ..FlightRequest::default() };
+            let a = state_matrix(FlightModel::puma(&asked).unwrap().linear());
+            let (known, dense) = (all_named(&a), DMatrix::from_fn(8, 8, |i, j| a[(i, j)]));
+            let roots: Vec<Complex<f64>> = known.iter().map(|(_, root)| *root).collect();
+            for ((own, root), found) in known.iter().zip(names_of(&states, &dense, &roots)) {
+                let own = own.to_lowercase().replace(' ', "_");
+                assert_eq!(found.unwrap_or("other"), if own == "heave" { "other" } else { &own }, "{knots} kn: {root}");
+            }
+        }
+    }
+
     type Wanted = &'static [(&'static str, f64, f64)];
 
     /// Every mode of A with its name, reals and upper halves of pairs.
-    fn named(a: &SMatrix<f64, 8, 8>) -> Vec<(&'static str, Complex<f64>)> {
+    fn all_named(a: &SMatrix<f64, 8, 8>) -> Vec<(&'static str, Complex<f64>)> {
         let modes = eigenmodes(a).unwrap();
         let real = |mode: Option<f64>| mode.map(Complex::from);
         let three = [("Dutch roll", modes.dutch_roll), ("roll", real(modes.roll)), ("spiral", real(modes.spiral))];
@@ -153,7 +273,7 @@ mod tests {
     }
 
     fn assert_named(what: &str, a: &SMatrix<f64, 8, 8>, wanted: Wanted) {
-        let found = named(a);
+        let found = all_named(a);
         assert_eq!(found.len(), wanted.len(), "{what}: {found:?}");
         for &(name, re, im) in wanted {
             let near = |mode: &Complex<f64>| (mode.re - re).hypot(mode.im - im) < 6e-4;

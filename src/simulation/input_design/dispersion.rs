@@ -9,9 +9,9 @@
 //! whose inverse is their block of F^-1. Others that nothing moves, or that only imitate one another, take nothing away and
 //! are passed over.
 
-#![expect(clippy::needless_range_loop, reason = "indices are those of the matrix")]
-
 use super::information::{DesignParameter, InputInformation};
+use crate::num::cholesky::VanishedPivot;
+use crate::num::dense::Dense;
 
 /// Why there is no dispersion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,29 +69,11 @@ impl InputInformation {
     /// # Errors
     /// [`InformationError`] where F is singular.
     pub fn dispersion(&self) -> Result<Vec<Vec<f64>>, InformationError> {
-        let lower = self.cholesky()?;
-        let n = lower.len();
-        // Columns of the inverse of the factor, and D = L^-T L^-1.
-        let mut inverse = vec![vec![0.0; n]; n];
-        for column in 0..n {
-            for row in column..n {
-                let seen: f64 = (column..row).map(|k| lower[row][k] * inverse[k][column]).sum();
-                let unit = f64::from(u8::from(row == column));
-                inverse[row][column] = (unit - seen) / lower[row][row];
-            }
-        }
-        let entry = |i: usize, j: usize| (i.max(j)..n).map(|k| inverse[k][i] * inverse[k][j]).sum();
-        let scale = self.scales();
-        Ok((0..n)
-            .map(|i| {
-                (0..n)
-                    .map(|j| {
-                        let d: f64 = entry(i, j);
-                        d / (scale[i] * scale[j])
-                    })
-                    .collect()
-            })
-            .collect())
+        let (lower, scale) = (self.cholesky()?, self.scales());
+        let n = scale.len();
+        let scaled = lower.solve_factored(&Dense::from_fn(n, n, |i, j| f64::from(u8::from(i == j))));
+        let entry = |i: usize, j: usize| 0.5 * (scaled[(i, j)] + scaled[(j, i)]) / (scale[i] * scale[j]);
+        Ok((0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect())
     }
 
     /// Standard errors to be expected at best, in the order of the derivatives.
@@ -109,7 +91,7 @@ impl InputInformation {
     /// [`InformationError`] where F is singular.
     pub fn log_determinant(&self) -> Result<f64, InformationError> {
         let lower = self.cholesky()?;
-        let scaled: f64 = lower.iter().enumerate().filter_map(|(i, row)| row.get(i)).map(|&pivot| -2.0 * libm::log(pivot)).sum();
+        let scaled: f64 = lower.diagonal().into_iter().map(|pivot| -2.0 * libm::log(pivot)).sum();
         Ok(scaled - self.scales().iter().map(|&scale| 2.0 * libm::log(scale)).sum::<f64>())
     }
 
@@ -120,24 +102,10 @@ impl InputInformation {
     }
 
     /// Lower factor of F scaled to a unit diagonal.
-    fn cholesky(&self) -> Result<Vec<Vec<f64>>, InformationError> {
-        let (n, scale) = (self.parameters.len(), self.scales());
-        let mut lower = vec![vec![0.0; n]; n];
-        for i in 0..n {
-            for j in 0..=i {
-                let seen: f64 = (0..j).map(|k| lower[i][k] * lower[j][k]).sum();
-                let rest = self.fisher[i][j] / (scale[i] * scale[j]) - seen;
-                lower[i][j] = if i == j {
-                    if !(rest > SINGULAR) {
-                        return Err(InformationError(self.parameters[i]));
-                    }
-                    libm::sqrt(rest)
-                } else {
-                    rest / lower[j][j]
-                };
-            }
-        }
-        Ok(lower)
+    fn cholesky(&self) -> Result<Dense, InformationError> {
+        let scale = self.scales();
+        let scaled = Dense::from_fn(scale.len(), scale.len(), |i, j| self.fisher[i][j] / (scale[i] * scale[j]));
+        scaled.cholesky_above(SINGULAR).map_err(|VanishedPivot(row)| InformationError(self.parameters[row]))
     }
 }
 
@@ -150,6 +118,7 @@ mod tests {
     use crate::simulation::instrument::InstrumentSet;
 
     #[test]
+    #[expect(clippy::needless_range_loop, reason = "indices are those of the matrix")]
     fn dispersion_is_the_inverse_and_information_adds() {
         let model = puma();
         let parameters = LATERAL.map(|(axis, variable)| DesignParameter { axis, variable });

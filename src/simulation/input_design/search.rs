@@ -132,7 +132,7 @@ impl DesignProblem<'_> {
     /// Of the derivatives wanted alone.
     ///
     /// # Errors
-    /// [`InformationError`] where it tells one of them from nothing.
+    /// [`InformationError`] where it does not identify one of them.
     pub fn wanted(&self, information: &InputInformation) -> Result<InputInformation, InformationError> {
         information.about(self.parameters)
     }

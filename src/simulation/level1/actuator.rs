@@ -1,7 +1,8 @@
-//! Actuators of the blade pitch: first order, no faster than their rate.
+//! Blade-pitch actuators: first-order lag with a rate limit.
 //!
-//! Consumes the pitch asked for and the pitch that is, rad; produces
-//!     dtheta/dt = (theta_asked - theta)/tau, held within +- rate                                       (1)
+//! Consumes demanded and actual pitch, rad; produces the pitch rate, rad/s,
+//!     dtheta/dt = (theta_demand - theta)/tau, limited to +- rate                                       (1)
+//! with time constant tau, s.
 
 /// Data of one actuator.
 #[derive(Clone, Copy, Debug, PartialEq)]

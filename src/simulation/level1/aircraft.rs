@@ -1,16 +1,17 @@
-//! The whole aircraft: what its parts do summed up, divided by mass and inertia.
+//! The whole aircraft: loads of all components summed and divided by mass and inertia.
 //!
-//! Consumes velocity through the air, rates, blade pitch, rotor speed, density and the rotor's states; produces specific force
-//! (m/s^2) and angular acceleration (rad/s^2). With the sums X Y Z L M N of the parts,
+//! Consumes velocity through the air (m/s, body axes), angular rates, blade pitch, rotor speed, density and the rotor's states;
+//! produces specific force (m/s^2) and angular acceleration (rad/s^2). With the sums X Y Z L M N of the components,
 //!     a = (X, Y, Z)/m                                                                                  (1)
 //!     L^ = L + (I_yy - I_zz) q r + I_xz p q     N^ = N + (I_xx - I_yy) p q - I_xz q r     D = I_xx I_zz - I_xz^2
 //!     dp/dt = (I_zz L^ + I_xz N^)/D     dr/dt = (I_xx N^ + I_xz L^)/D                                  (2)
 //!     dq/dt = [M + (I_zz - I_xx) p r + I_xz (r^2 - p^2)]/I_yy                                          (3)
-//! Where rotor speed is a state the fuselage feels what passes the rotor's shaft instead of the torque of the air Q_m: of the
-//! delivered Q_e the shaft takes what the tail rotor, geared by g, leaves, and what the air does not hold turns the rotor,
+//! Where rotor speed is a state, the torque on the fuselage is that of the rotor shaft instead of the aerodynamic torque Q_m. Of
+//! the engine torque Q_e the tail rotor, geared by g, takes g Q_t; the difference to the aerodynamic torque accelerates the
+//! rotor:
 //!     N_h = Q_e - g Q_t = Q_m + (Q_e - Q_R)     Q_R = Q_m + g Q_t                                       (4)
-//! so with `engine` (1) the angular momentum of fuselage and rotor, I_zz r - sigma I (Omega - sigma r), is the air's to change.
-//! The motion itself is `motion`, for either kind of model.
+//! With `engine` (1) the angular momentum of fuselage and rotor, I_zz r - sigma I (Omega - sigma r), then changes by aerodynamic
+//! moments only. The equations of motion are in `motion`, for both kinds of model.
 
 use super::actuator::Actuator;
 use super::engine::Engine;
@@ -56,20 +57,16 @@ pub struct Perturbation {
 
 /// A Level-1 aircraft.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "fields are what their names say")]
 pub struct Level1 {
     /// Mass and inertia.
     pub body: MassProperties,
     /// Which geometry the hub has.
     pub hub: Hub,
-    /// The main rotor.
     pub main_rotor: MainRotor,
-    /// The tail rotor.
     pub tail_rotor: TailRotor,
-    /// The fin.
     pub fin: Fin,
-    /// The tailplane.
     pub tailplane: Tailplane,
-    /// The fuselage.
     pub fuselage: Fuselage,
     /// Engine and governor.
     pub engine: Engine,
@@ -113,7 +110,7 @@ pub struct AircraftResponse {
     pub(crate) inflows: InflowGuess,
 }
 
-/// An aircraft with what its data come to, computed once for all the instants of a flight.
+/// An aircraft with constants derived from its data, computed once for a flight.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Equations<'a> {
     aircraft: &'a Level1,
@@ -173,7 +170,7 @@ impl Level1 {
 }
 
 impl Equations<'_> {
-    /// (1) to (3), with the torque that the engine delivers (4); the inflows are looked for from `guess` on.
+    /// (1) to (3), with the torque that the engine delivers (4); inflow iterations start from `guess`.
     #[inline]
     pub(crate) fn sum(
         &self,

@@ -1,8 +1,8 @@
-//! Rates of the inner states: flap, inflow, rotor speed and engine, actuators, as the options have them.
+//! Rates of the internal states: flap, inflow, rotor speed, engine and actuators, as the options select them.
 //!
-//! Consumes a trimmed aircraft, the situation with the pitch that the control path asks for, and the inner states; produces the
-//! response and the inner rates. The order in which one acts on the next: actuators give the pitch, the pitch with flap and
-//! inflow the loads, the loads with what effects add the accelerations, and those drive flap and rotor speed.
+//! Consumes a trimmed aircraft, the flight state with the pitch demanded by the control path, and the internal states; produces
+//! accelerations and rates of the internal states. Order of evaluation: actuators give the blade pitch; pitch, flap and inflow
+//! the loads; loads and effects the accelerations; these drive flap and rotor speed.
 
 use super::aircraft::{AircraftResponse, Equations, Situation};
 use super::inflow::InflowGuess;
@@ -25,7 +25,7 @@ pub(crate) struct Instant {
 
 impl Trimmed {
     /// Response and inner rates. Each control acts `effectiveness` times its deviation from trim; `added` gives from pitch
-    /// and rotor speed what effects add to the accelerations; inflows are looked for from `guess` on.
+    /// and rotor speed what effects add to the accelerations; inflow iterations start from `guess`.
     #[inline]
     pub(crate) fn instant(
         &self,

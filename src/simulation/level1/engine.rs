@@ -1,15 +1,15 @@
-//! The engine with its governor, and the speed of the rotor that it drives.
+//! The engine with its governor, and the speed of the rotor.
 //!
-//! Consumes rotor speed, engine torque and its rate, torque of both rotors, yaw acceleration; produces
+//! Consumes rotor speed (rad/s), engine torque and its rate, torque of both rotors (N m, at the main rotor), yaw acceleration;
+//! produces
 //!     dOmega/dt = (Q_e - Q_R)/I + sigma dr/dt                                                          (1)
 //!     tau_1 tau_3 d2Q_e/dt2 = -(tau_1 + tau_3) dQ_e/dt - Q_e + Q_c                                     (2)
-//!     Q_c = -K (Omega - Omega_i + tau_2 dOmega/dt), held within 0 and the limit                        (3)
-//! with K = Q_full/(droop Omega_nominal): at full torque the speed has drooped by that part. All torques are at the main rotor.
-//! The fuel that (3) calls for has a least and, where the model file gives one, a most; (2) is two lags one behind the other, so
-//! Q_e stays within them too. A freewheel stands between engine and rotor: below zero, no torque passes in (1), and a rotor that
-//! the air drives runs away from the engine.
-//! The datum Omega_i stands where the rotor has its nominal speed in trim, as a pilot sets it.
-//! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, ch. 3, with constant time constants.
+//!     Q_c = -K (Omega - Omega_i + tau_2 dOmega/dt), limited to 0 ... Q_max                             (3)
+//! with K = Q_full/(droop Omega_nominal): at full torque the speed has fallen by the droop. Fuel flow limits Q_c from below and,
+//! where the model file gives Q_max, from above; (2) is two first-order lags in series, so Q_e stays within the same limits. A
+//! freewheel separates engine and rotor: no negative torque enters (1), and a rotor driven by the air may exceed the engine's
+//! speed. The governor datum Omega_i is such that the rotor has its nominal speed in trim. Source: G. D. Padfield, Helicopter
+//! Flight Dynamics, 2nd ed. 2007, ch. 3, with constant time constants.
 
 /// Data of engine and governor, SI.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,7 @@
-//! The `[level1]` table of a model file: an aircraft, its options and the flight that it is trimmed for.
+//! The `[level1]` table of a model file: aircraft data, options and the flight condition of the trim.
 //!
-//! Consumes the table; produces [`DeclaredAircraft`]. Every key is required, but the engine's torque limit, and no other allowed,
-//! so that nothing of one helicopter is silently another's; what is wrong is named with its line and column.
+//! Consumes the table; produces [`DeclaredAircraft`]. All keys except the engine's torque limit are required and no others
+//! allowed, so that no datum is taken from another helicopter by default; errors carry line and column.
 
 use super::actuator::Actuator;
 use super::aircraft::{Level1, MassProperties, Perturbation};

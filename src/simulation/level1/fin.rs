@@ -1,11 +1,11 @@
-//! The fin: a thick surface that is nearly dead at small sideslip.
+//! The fin: a thick section with little lift at small sideslip.
 //!
-//! Consumes velocity through the air, rates, density; produces its side force, which acts at arm x behind and h above the
-//! centre of mass:
+//! Consumes velocity through the air, angular rates, density; produces the side force, which acts x behind and h above the centre
+//! of mass, and its moments (N, N m, body axes):
 //!     v_fn = v - r x + p h     V^2 = u^2 + v_fn^2     beta = beta_0 + asin(v_fn/V) = beta_0 + atan2(v_fn, |u|)     (1)
 //!     C_Y = gain (c3 beta^3 + c5 beta^5)     Y = rho V^2 S C_Y/2     L = h Y     N = -x Y              (2)
-//! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, appendix 4B. Beyond its largest value the polynomial folds
-//! over; there the coefficient is held.
+//! Beyond its maximum the polynomial would fall; there the coefficient is held at the maximum.
+//! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, appendix 4B.
 
 use super::hub::angle;
 

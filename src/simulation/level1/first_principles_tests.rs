@@ -1,9 +1,9 @@
-//! The rotor's loads, integrated by hand, against the blade integrated by numbers along its span and round the azimuth.
+//! The analytic rotor loads against numerical integration of the blade element along span and azimuth.
 //!
-//! A blade element at r (over R) and psi meets, over the tip speed,
+//! A blade element at radius r (over R) and azimuth psi has, over the tip speed,
 //!     U_T = r + mu sin(psi)
 //!     U_P = mu_z - lambda0 - mu beta cos(psi) + r (p sin(psi) + q cos(psi) - beta' - lambda1c cos(psi))
-//! and carries lift U_T^2 theta + U_T U_P and, in the hub's plane against the rotation, delta/a0 U_T^2 - U_P (U_T theta + U_P).
+//! lift U_T^2 theta + U_T U_P, and in the plane of the hub, against the rotation, delta/a0 U_T^2 - U_P (U_T theta + U_P).
 
 use super::flapping::{Flap, FlapDrive};
 use super::hub::HubMotion;

@@ -1,9 +1,9 @@
 //! Flapping of the main rotor: coning and tilt of the disc, quasi-steady or as states.
 //!
-//! Consumes what drives the flap, in wind axes (x into the wind in the hub's plane, azimuth in the direction of rotation, the
-//! anticlockwise case; `hub` mirrors the other); produces beta = beta0 + beta1c cos(psi) + beta1s sin(psi), rad. With the
-//! Lock number gamma, lambda_beta^2 = 1 + K_beta/(I_beta Omega^2), e = 8 (lambda_beta^2 - 1)/gamma, what drives less what
-//! resists is, row by row,
+//! Consumes the quantities that drive the flap, in hub-wind axes (x into the wind in the plane of the hub, azimuth in the
+//! direction of rotation, anticlockwise; `hub` mirrors the other); produces beta = beta0 + beta1c cos(psi) + beta1s sin(psi),
+//! rad. With the Lock number gamma, lambda_beta^2 = 1 + K_beta/(I_beta Omega^2), e = 8 (lambda_beta^2 - 1)/gamma, forcing minus
+//! restoring moment is, row by row,
 //!     R0 = (1 + mu^2) theta0 + (4/5 + 2/3 mu^2) theta_tw + 4/3 mu theta1s + 4/3 (mu_z - lambda0) + 2/3 mu p
 //!          - 8 lambda_beta^2/gamma beta0                                                                       (1)
 //!     R1 = (1 + mu^2/2) theta1c + 16/gamma p + q - lambda1c - 4/3 mu beta0 - e beta1c - (1 + mu^2/2) beta1s    (2)
@@ -14,7 +14,8 @@
 //!     beta1c'' + gamma/8 beta1c' + 2 beta1s' = gamma/8 R1 + q'                                                 (5)
 //!     beta1s'' + gamma/8 beta1s' - 2 beta1c' + gamma/6 mu beta0' = gamma/8 R2 + p'                             (6)
 //! and to first order without the second derivatives, the products of mu with flap rates, and p', q'.
-//! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, ch. 3; `first_principles` integrates the blade instead.
+//! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, ch. 3; `first_principles_tests` integrates the blade
+//! numerically.
 
 /// What drives the flap, wind axes.
 #[derive(Clone, Copy, Debug, PartialEq)]

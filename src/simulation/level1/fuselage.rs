@@ -1,14 +1,14 @@
-//! The fuselage: forces and moments as polynomials of incidence and sideslip near the nose, wind-tunnel lines elsewhere.
+//! The fuselage: forces and moments as polynomials of incidence and sideslip near the nose, wind-tunnel tables elsewhere.
 //!
 //! Consumes velocity through the air, induced velocity of the main rotor, density; produces force and moment about the centre of
 //! mass. With w_f = w - k_lambda v_i, V^2 = u^2 + v^2 + w_f^2, alpha = atan2(w_f, u),
 //! beta = asin(v/V) = atan2(v, sqrt(u^2 + w_f^2)):
 //!     near:  X Z M = polynomial(alpha), Y N = polynomial(beta), times (rho/rho_ref) (V/V_ref)^2        (1)
 //!     far:   X Z = C(alpha) S_p, M = C(alpha) S_p l, Y = C(beta) S_s, N = C(beta) S_s l, times rho V^2/2   (2)
-//! (1) up to the near limit, (2) from the far limit on, and between them the one goes over into the other (a smooth step of
-//! (1) held at its limit). L is zero.
-//! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, appendix 4B, for (1); the lines of (2) as tabulated by open
-//! toolboxes; the passage between is ours.
+//! (1) up to the near limit, (2) beyond the far limit; between them a smooth step blends (1), held at its limit, into (2). L is
+//! zero.
+//! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, appendix 4B, for (1); the tables of (2) as in open
+//! toolboxes; the blending is ours.
 
 use super::hub::angle;
 

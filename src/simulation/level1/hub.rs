@@ -1,21 +1,21 @@
-//! The rotor's hub: its motion through the air in wind axes, and its forces and moments brought to the centre of mass.
+//! The rotor hub: its velocity in hub-wind axes, and its forces and moments transferred to the centre of mass.
 //!
-//! Consumes velocity through the air and rates of the body; produces, in the mirrored axes of an anticlockwise rotor (sigma = 1;
-//! the clockwise one has sigma = -1), with the hub h above and x_cg behind the centre of mass and the shaft tilted forward by
-//! gamma_s,
+//! Consumes velocity through the air and angular rates, body axes; produces, in the axes of an anticlockwise rotor (sigma = 1; a
+//! clockwise one is mirrored by sigma = -1), with the hub h above and x_cg behind the centre of mass and the shaft tilted forward
+//! by gamma_s,
 //!     u_b = u - q h     v_b = v + p h [- r x_cg]     w_b = w + q x_cg                                 (1)
 //!     u_h = u_b cos(gamma_s) + w_b sin(gamma_s)    w_h = w_b cos(gamma_s) - u_b sin(gamma_s)    v_h = sigma v_b
 //!     p_h = sigma (p [cos(gamma_s) + r sin(gamma_s)])     q_h = q                             (2)
 //!     mu = sqrt(u_h^2 + v_h^2)/(Omega R)     mu_z = w_h/(Omega R)     cos(psi_w) = u_h/(mu Omega R)   (3)
-//! Two geometries. [`Hub::Exact`] has what stands in brackets and the full rotation of forces and moments,
+//! Two geometries. [`Hub::Exact`] includes the terms in brackets and the full rotation of forces and moments,
 //!     X = X_h cos - Z_h sin     Y = Y_h     Z = Z_h cos + X_h sin
 //!     L = L_h cos - N_h sin + h Y     M = M_h - h X + x_cg Z     N = L_h sin + N_h cos - x_cg Y       (4)
-//! [`Hub::Published`] is what the published matrices were computed with: nothing in brackets (yaw rate never reaches the
+//! [`Hub::Published`] is the geometry of the published matrices: without the terms in brackets (no effect of yaw rate on the
 //! rotor), and
 //!     X = X_h - Z_h sin     Y = Y_h     Z = Z_h     L = L_s - N_h sin     M = M_h - h X + x_cg Z
 //!     N = N_h + L_s sin     L_s = L_h + h Y                                                           (5)
-//! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, ch. 3; (5) was found from the matrices of its appendix
-//! 4B, which it meets to four digits. It is not consistent: the moment of Y_h about the yaw axis is that of a tilted arm.
+//! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, ch. 3; (5) is inferred from the matrices of its appendix
+//! 4B, which it reproduces to four digits. It is not consistent: the yawing moment of Y_h is that of a tilted arm.
 
 /// Which geometry brings the hub's motion and forces to and from the centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,11 +7,11 @@
 //!     lambda_1c = lambda tan(chi/2) for chi < 90 degrees, else lambda cot(chi/2)           (2)
 //! written without the angle: lambda mu/(sqrt(mu^2 + d^2) + |d|), d = lambda - mu_z.
 //! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, ch. 3.
-//! Numerics: from a close guess, such as the inflow a moment ago, one step of high order; else Newton's method until the next
-//! step would be below rounding. For mu_z <= 0 the left side less the right is convex and rises, so that Newton's method
-//! comes home from any start. In slow descent (1) has three roots; the one with lambda > mu_z (air still driven down through
-//! the disc) is taken wherever it exists, inside a bracket; below mu_z, where a bracket may hold three, the start is the cold
-//! one whatever the guess. So the guess chooses the way, never the answer.
+//! Numerics: from a close start, such as the inflow of the previous step, one step of high order; otherwise Newton's method until
+//! the next step would be below rounding. For mu_z <= 0 the left side minus the right is convex and increasing, so that Newton's
+//! method converges from any start. In slow descent (1) has three roots; the one with lambda > mu_z (flow down through the disc)
+//! is taken where it exists, inside a bracket; below mu_z, where a bracket may contain three roots, the start is the default and
+//! not the caller's. So the result does not depend on the start.
 
 /// Most iterations; bisection alone would end within them.
 const ITERATIONS: usize = 80;
@@ -49,7 +49,7 @@ pub(crate) struct MomentumBalance {
 }
 
 impl MomentumBalance {
-    /// The lambda of (1), looked for from that guess on. Its sign is that of c0. NaN where there is none: for numbers that are
+    /// The lambda of (1), iterated from that guess. Its sign is that of c0. NaN where there is none: for numbers that are
     /// not finite, and for c1 of zero or less (a tail rotor far faster than it can fly, whose blades would thrust the more the
     /// more air comes through).
     #[inline]

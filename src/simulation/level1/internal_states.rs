@@ -1,6 +1,6 @@
-//! The states that a Level-1 aircraft has beside its motion: flap, inflow, rotor speed and engine, actuators.
+//! The states of a Level-1 aircraft besides those of the rigid body: flap, inflow, rotor speed, engine, actuators.
 //!
-//! Which of them move is the options' choice ([`Options`]); one that is not a state keeps its value and its rate is zero.
+//! The options ([`Options`]) select which of them are states; the others keep their values, and their rates are zero.
 
 use super::flapping::Flap;
 use crate::flight::control::CONTROLS;

@@ -175,7 +175,7 @@ fn derivatives_do_not_depend_on_the_small_step() {
         for (axis, variable) in Axis::ALL.into_iter().flat_map(|axis| Variable::ALL.map(|variable| (axis, variable))) {
             let (a, b) = (small.derivative(axis, variable), tiny.derivative(axis, variable));
             let name = format!("{speed}, {}_{variable:?}", axis.name());
-            // At rest forces go with V|V|, and the differences with the step.
+            // At rest forces vary as V|V|, and the differences with the step.
             let allowed = if speed.ends_with("=0") { 3e-5 } else { 1e-7 };
             assert!((a - b).abs() < allowed * a.abs().max(1.0), "{name}: {a} {b}");
         }

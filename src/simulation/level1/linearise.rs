@@ -1,14 +1,13 @@
-//! Linearisation about a trim: derivatives by differences, and the whole system with its inner states.
+//! Linearisation about a trim: derivatives by finite differences, and the whole system with its internal states.
 //!
-//! Consumes a trim; produces the derivatives of specific force and angular acceleration (the matrices of `linear` then add the
-//! kinematics), with everything that is no motion at once (the plain model, rotor speed held), and their derivatives with
-//! respect to rotor speed. Differences of five points,
+//! Consumes a trim; produces the derivatives of specific force and angular acceleration with respect to velocity, rates, controls
+//! and rotor speed (`linear` adds the kinematics), internal states quasi-steady and rotor speed held. Differences of five points,
 //!     f'(x) = [8 (f(x + h) - f(x - h)) - (f(x + 2h) - f(x - 2h))]/(12 h)                               (1)
-//! whose error is of the order of h^4 (of h at rest, where forces go with V|V|), or, as an option, of two points with the
+//! whose error is of the order of h^4 (of h at rest, where forces vary as V|V|), or, as an option, of two points with the
 //! finite half widths that the model gives,
 //!     f'(x) = [f(x + h) - f(x - h)]/(2 h)                                                              (2)
-//! which takes in what is not linear: the fin, dead at small sideslip, makes N_v grow with h.
-//! The whole system's states are u w q theta v p phi r and the active inner ones; its eigenvalues show rotor and engine modes.
+//! which includes nonlinearity: the fin, with little lift at small sideslip, makes N_v grow with h. The states of the whole
+//! system are u w q theta v p phi r and the active internal ones; its eigenvalues include the modes of rotor and engine.
 
 use super::aircraft::{Equations, Situation};
 use super::inflow::InflowGuess;

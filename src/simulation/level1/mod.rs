@@ -1,15 +1,15 @@
-//! Level 1: a helicopter as a rigid body with a rotor whose loads are integrated by hand.
+//! Level-1 simulation: a helicopter as a rigid body, its rotor loads integrated analytically over blade span and azimuth.
 //!
-//! In: velocity through the air, rates, blade pitch, rotor speed, density. Out: specific force and angular acceleration, for the
-//! same motion, control path, effects and instruments as a linear model's (`fly`); trim, and a linear model about it.
-//! Assumed: incompressible, unstalled sections of constant lift slope; flap to its first harmonic; uniform inflow with one
-//! harmonic by the wake's skew; density constant through a flight.
-//! Refused: a file with a key missing or unknown (`file`); a flight that has no trim, or only one beyond those assumptions
-//! (`trim`).
+//! In: velocity through the air, angular rates, blade pitch, rotor speed, density. Out: specific force and angular acceleration,
+//! for the same equations of motion, control path, effects and instruments as a linear model (`fly`); trim, and a linear model
+//! about it. Assumed: incompressible, unstalled sections of constant lift slope; flap to the first harmonic; uniform inflow with
+//! one harmonic from the wake skew; constant density in a flight. Refused: a file with a missing or unknown key (`file`); a
+//! flight without trim, or with a trim beyond these assumptions (`trim`).
 //!
-//! One file an element: [`hub`], `inflow`, [`flapping`], [`rotor`], [`tail_rotor`], [`fin`], [`tailplane`], [`fuselage`],
-//! [`engine`], [`actuator`]; [`aircraft`] sums them up, [`internal_states`] holds the states beside the
-//! motion, `dynamics` their rates.
+//! One file for each component: [`hub`], `inflow`, [`flapping`], [`rotor`], [`tail_rotor`], [`fin`], [`tailplane`], [`fuselage`],
+//! [`engine`], [`actuator`]; [`aircraft`] sums their loads, [`internal_states`] holds the states besides those of the rigid body,
+//! `dynamics` their rates.
+//! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, ch. 3 and appendix 4B.
 
 pub mod actuator;
 pub mod aircraft;

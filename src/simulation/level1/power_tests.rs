@@ -1,4 +1,4 @@
-//! Power: what the rotors take in steady flight, and what the engine gives when it is asked for less than nothing or too much.
+//! Power required by the rotors in steady flight, and engine torque at its limits.
 
 use super::inflow::InflowGuess;
 use super::internal_states::InternalStates;

@@ -1,7 +1,7 @@
-//! The main rotor: inflow, flap and loads of a centre-spring rotor, integrated along the blade and round the azimuth by hand.
+//! The main rotor: inflow, flap and loads of a centre-spring rotor, integrated analytically over span and azimuth.
 //!
-//! Consumes the hub's motion, blade pitch theta0, theta1s, theta1c (rad), rotor speed Omega, air density, and the flap and
-//! inflow where those are states; produces force and moment at the hub, torque, inflow and flap. With the quantities of `hub`
+//! Consumes the hub's motion, blade pitch theta0, theta1s, theta1c (rad), rotor speed Omega, air density, and flap and
+//! inflow where they are states; produces force and moment at the hub, torque, inflow and flap. With the quantities of `hub`
 //! and `flapping` in wind axes and solidity s = N_b c/(pi R):
 //!     F0 = theta0 (1/3 + mu^2/2) + mu/2 (theta1s + p/2) + (mu_z - lambda0)/2 + (1 + mu^2) theta_tw/4
 //!          - beta0'/3 - mu beta1s'/4 (the last two where flap rates are states)                              (1)
@@ -11,9 +11,9 @@
 //!     Q = K R [-(mu_z - lambda0) F0 + mu X_w/K + delta/(4 a0) (1 + 7/3 mu^2)]                                (4)
 //!     L_h = -N_b K_beta beta1s/2     M_h = -N_b K_beta beta1c/2     N_h = Q                                  (5)
 //!     dynamic: lambda0' = (C_T - 2 lambda0 sqrt(mu^2 + (lambda0 - mu_z)^2))/(8/(3 pi))                       (6)
-//! The thrust stands on the disc: (3) has no induced drag of its own, as in the simulation that the published matrices are of.
-//! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, ch. 3, and what its appendix 4B was found to be computed
-//! with; (6) with the apparent mass of D. M. Pitt and D. A. Peters, Vertica 5, 1981.
+//! The thrust is normal to the disc: (3) has no separate induced drag, as in the simulation of the published matrices.
+//! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, ch. 3, in the form inferred from its appendix 4B; (6) with
+//! the apparent mass of D. M. Pitt and D. A. Peters, Vertica 5, 1981.
 
 use super::flapping::{Flap, FlapDrive};
 use super::hub::{HubLoads, HubMotion};
@@ -89,7 +89,7 @@ pub(crate) struct RotorPoint {
     pub(crate) wind: (f64, f64),
 }
 
-/// A main rotor with what its data come to, computed once.
+/// A main rotor with constants derived from its data, computed once.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ReadyRotor {
     radius: f64,
@@ -159,7 +159,7 @@ pub(crate) struct RotorFlow {
 }
 
 impl ReadyRotor {
-    /// Loads (1) to (5) for pitch theta0, theta1s, theta1c in hub axes; the inflow is looked for from `guess` on.
+    /// Loads (1) to (5) for pitch theta0, theta1s, theta1c in hub axes; the inflow iteration starts from `guess`.
     #[cfg(test)]
     pub(crate) fn point(
         &self,

@@ -1,4 +1,4 @@
-//! The tail rotor: a disc whose blades feather as they flap, its thrust along body y.
+//! The tail rotor: uniform inflow, pitch-flap coupling (delta-3), thrust along body y.
 //!
 //! Consumes velocity and rates at the hub of the tail rotor, collective theta0T, speed of the main rotor, induced velocity of
 //! the main rotor and density; produces force and moment about the centre of mass, and torque. Arm x behind and h above it:
@@ -8,8 +8,8 @@
 //!     C_T = a0 s/2 [theta (1/3 + mu^2/2) + (mu_z - lambda)/2], lambda from momentum (`inflow`)         (3)
 //!     Y = rho (Omega_T R_T)^2 pi R_T^2 C_T F     L = h Y     N = -x Y                                  (4)
 //!     C_Q = -(mu_z - lambda) C_T + (delta_0 + delta_2 C_T^2) s (1 + 3 mu^2)/8                          (5)
-//! k3 is the tangent of the pitch-flap hinge's angle, G = (gamma/8 lambda_beta^2) of the blade, F the part of the thrust
-//! that the fin leaves. (2) is linear in lambda, so (3) is the straight line that `inflow` takes.
+//! k3 is the tangent of the delta-3 angle, G = (gamma/8 lambda_beta^2) of the blade, F the fraction of thrust that fin
+//! blockage leaves. (2) is linear in lambda, so (3) is the straight line that `inflow` requires.
 //! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, ch. 3.
 
 use super::inflow::MomentumBalance;
@@ -54,7 +54,7 @@ pub(crate) struct TailPoint {
     pub(crate) inflow: f64,
 }
 
-/// A tail rotor with what its data come to, computed once.
+/// A tail rotor with constants derived from its data, computed once.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ReadyTail {
     data: TailRotor,
@@ -98,7 +98,7 @@ pub(crate) struct TailFlow {
 }
 
 impl ReadyTail {
-    /// (1) to (5); the inflow is looked for from `guess` on.
+    /// (1) to (5); the inflow iteration starts from `guess`.
     #[cfg(test)]
     pub(crate) fn point(&self, velocity: [f64; 3], rates: [f64; 3], pitch: f64, air: (f64, f64, f64), guess: f64) -> TailPoint {
         let flow = self.flow(velocity, rates, pitch, air);

@@ -4,8 +4,8 @@
 //! which acts at arm x behind the centre of mass:
 //!     w_tp = w + q x - k_lambda v_i     alpha = alpha_0 + atan2(w_tp, u)                               (1)
 //!     C_Z = gain (alpha + c3 alpha^3)     Z = rho (u^2 + w_tp^2) S C_Z/2     M = x Z                   (2)
-//! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, appendix 4B. Beyond its largest value the polynomial folds
-//! over; there the coefficient is held.
+//! Source: G. D. Padfield, Helicopter Flight Dynamics, 2nd ed. 2007, appendix 4B. Beyond its maximum the polynomial
+//! would fall; there the coefficient is held at the maximum.
 
 use super::hub::angle;
 

@@ -1,14 +1,13 @@
-//! Trim: the attitude and controls that hold a steady, straight flight.
+//! Trim: attitude and controls of steady, straight flight.
 //!
-//! Consumes true airspeed V, climb rate, sideslip beta, density; produces bank, pitch attitude, four controls at which all six
-//! accelerations vanish. With sin(gamma) = climb/V, the velocity through still air is v = V sin(beta) and u, w of
+//! Consumes true airspeed V (m/s), climb rate, sideslip beta, density; produces bank, pitch attitude and the four controls at
+//! which all six accelerations vanish. With sin(gamma) = climb/V, the velocity through still air is v = V sin(beta) and u, w of
 //!     V sin(gamma) = u sin(theta) - v cos(theta) sin(phi) - w cos(theta) cos(phi)                      (1)
-//! On a path steeper than [`STEEP`] a given sideslip may need another velocity than (1) leaves room for; there beta is the angle
-//! of the track over ground to the right of the heading. A climb rate beyond the airspeed asked for is a vertical path at
-//! that rate.
-//! Numerics: Newton's method with differences, each step halved until the accelerations fall; from a fixed guess, and where
-//! that fails along a path of conditions from hover. To rounding; more than [`TOLERANCE`] is no trim. Refused as well:
-//! attitudes and blade pitch beyond what the equations hold for ([`MOST_ATTITUDE`], [`MOST_PITCH`]).
+//! On a path steeper than [`STEEP`] a given sideslip may not be compatible with (1); there beta is the angle from heading to
+//! ground track, positive to the right. A climb rate above the airspeed is a vertical path at that rate. Numerics: Newton's
+//! method with finite differences, steps halved until the accelerations decrease; from a fixed start, and if that fails by
+//! continuation from hover. Solved to rounding; a residual above [`TOLERANCE`] is no trim. Refused as well: attitudes and blade
+//! pitch beyond the range of the equations ([`MOST_ATTITUDE`], [`MOST_PITCH`]).
 
 use super::aircraft::{Level1, Situation};
 use super::internal_states::InternalStates;
@@ -267,7 +266,7 @@ impl Level1 {
                     _ => share *= 0.5,
                 }
             }
-            // Where no step makes it better it is as steady as rounding lets it be, or stuck: what is left tells which.
+            // Where no step makes it better it is as steady as rounding lets it be, or stuck: the residual decides.
             let Some(next) = better else { break };
             (state, residual) = next;
         }

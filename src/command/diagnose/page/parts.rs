@@ -11,8 +11,8 @@ pub(super) fn words(text: &str) -> String {
 }
 
 /// A figure of curves and marks on the page.
-pub(super) fn plot(page: &mut String, panel: &Panel, marks: &[Marks], look: &Figure) -> Result<(), ChartError> {
-    page.push_str(&figure(panel, marks, look)?);
+pub(super) fn plot(page: &mut String, panel: &Panel, marks: &[Marks], layout: &Figure) -> Result<(), ChartError> {
+    page.push_str(&figure(panel, marks, layout)?);
     page.push('\n');
     Ok(())
 }

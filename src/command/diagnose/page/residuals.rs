@@ -5,6 +5,7 @@ use crate::command::diagnose::page::parts::{axes_at_stake, axis_unit, curve, plo
 use sideslip::flight::derivative::Axis;
 use sideslip::io::outputs::charts::chart::{ChartError, Curve, Figure, Panel};
 use sideslip::io::outputs::html::page::escaped;
+use sideslip::io::outputs::number::band_text;
 use sideslip::postflight::diagnosis::evidence::residual_coherence::{AxisSpectrum, CHANCE, DominantSignal};
 use std::fmt::Write;
 
@@ -42,8 +43,8 @@ fn table(page: &mut String, answer: &Answer) {
         let own = answer.diagnosis.spectra.iter().find(|own| own.axis == one.axis);
         let with = |after: bool| {
             let said = |one: DominantSignal| {
-                let (low, high) = one.band_hz;
-                format!("{} ({:.2}, {low:.2}-{high:.2} Hz)", one.signal.name(answer.controls), one.coherence)
+                let (name, band) = (one.signal.name(answer.controls), band_text(one.band_hz));
+                format!("{name} ({:.2}, {band} Hz)", one.coherence)
             };
             own.and_then(|own| own.dominant_signal(after)).map_or("nothing".to_owned(), said)
         };
@@ -51,14 +52,13 @@ fn table(page: &mut String, answer: &Answer) {
         let _ = writeln!(
             page,
             "<tr><td class=\"words\">{}</td><td>{:.4}</td><td>{:.4}</td><td>{:.4}</td><td class=\"words\">{}</td><td>{explained}</td>\
-             <td>{:.2}-{:.2}</td><td class=\"words\">{}</td><td class=\"words\">{}</td></tr>",
+             <td>{}</td><td class=\"words\">{}</td><td class=\"words\">{}</td></tr>",
             one.axis.name(),
             one.rms,
             one.rms_after,
             one.noise,
             axis_unit(one.axis),
-            one.band_hz.0,
-            one.band_hz.1,
+            band_text(one.band_hz),
             escaped(&with(false)),
             escaped(&with(true)),
         );

@@ -201,7 +201,7 @@ fn described(value: &Value) -> String {
     format!("the {} {}", value.type_str(), quoted(&value.to_string()))
 }
 
-/// Byte offset of a top-level key's value; the start of the text where it cannot be told.
+/// Byte offset of a top-level key's value; the start of the text where it cannot be found.
 fn value_start(text: &str, key: &str) -> usize {
     let Ok(document) = DeTable::parse(text) else { return 0 };
     document.get_ref().iter().find(|(name, _)| name.get_ref() == key).map_or(0, |(_, value)| value.span().start)

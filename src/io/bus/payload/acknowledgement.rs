@@ -1,4 +1,4 @@
-//! The estimator's answer to samples that ask for one.
+//! Payload of the estimator's acknowledgement of samples that request one.
 
 use super::message::{MessageHeader, service};
 use iceoryx2::prelude::ZeroCopySend;

@@ -1,4 +1,4 @@
-//! The derivatives of every axis on the bus, with the joint covariance of the lateral ones.
+//! Payload of the derivatives of all axes, with the joint covariance of the lateral derivatives.
 
 use super::message::{ABSENT, MessageHeader, at, flag, place, service};
 use super::status::StatusBody;

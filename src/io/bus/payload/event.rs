@@ -1,4 +1,4 @@
-//! An event on the bus: its kind's code, what it is about, its number.
+//! Payload of an event: code of its kind, its subject (channel, axis or aid), its value.
 
 use super::message::{ABSENT, MessageHeader, at, place, service};
 use super::status::StatusBody;
@@ -104,7 +104,7 @@ impl EventPayload {
                 return Ok(self.of_regression(RegressionEvent::StatusChanged { axis, status: self.status.status()? }));
             }
             19 => Noticed::RatesSilent { seconds: value },
-            // A number that is no set's code comes to the nearest one.
+            // A number that is no set's code is taken as the nearest one.
             22 => Noticed::StatesChosen { set: StateSet::from_code(value as u8) },
             23 => Noticed::LinesNotched { passing_hz: value },
             24 => Noticed::LineFolded,

@@ -1,4 +1,4 @@
-//! A finding of the diagnosis on the bus: how it stands, the effect by its places and numbers, the sentence.
+//! Payload of a finding of the diagnosis: its status, the effect by indices and values, the sentence.
 
 use super::message::{ABSENT, MessageHeader, at, bytes_of, place, service, text_of};
 use crate::flight::channel::Channel;

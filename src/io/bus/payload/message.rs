@@ -1,4 +1,4 @@
-//! What every message has: a header, a place on the bus, and the checks of indices, flags and texts that came from elsewhere.
+//! Common part of all messages: the header, the service of each type, and checks of indices, flags and texts on reading.
 
 use crate::io::bus::error::BusError;
 use iceoryx2::prelude::ZeroCopySend;

@@ -1,9 +1,9 @@
-//! What travels: plain `#[repr(C)]` copies of the records, no padding, no pointers, every field of a fixed size.
+//! Messages in shared memory: `#[repr(C)]` copies of the records without padding or pointers, every field of fixed size.
 //!
-//! The schema's version stands in the type's name (`sideslip.Sample.1`): the middleware compares name, size and alignment
-//! and nothing else, so a change of a field's meaning must change the number. `f64` keep their bits, NaN payloads too.
-//! A place in a table (channel, axis, aid) travels as its index, absence as [`ABSENT`]. Reading checks every index: memory
-//! of another process is input like any other.
+//! The version of the schema is part of the type's name (`sideslip.Sample.1`): the middleware compares name, size and alignment
+//! only, so a change of a field's meaning requires a new number. An `f64` keeps its bits, those of NaN included. A row of a table
+//! (channel, axis, aid) is transmitted as its index, absence as [`ABSENT`]. Every index is checked on reading, because the memory
+//! is written by another process.
 
 mod acknowledgement;
 mod derivatives;

@@ -1,4 +1,4 @@
-//! The lateral modes on the bus.
+//! Payload of the lateral modes with their standard errors.
 
 use super::message::{MessageHeader, service};
 use super::status::StatusBody;
@@ -10,18 +10,16 @@ use iceoryx2::prelude::ZeroCopySend;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[type_name("sideslip.Modes.1")]
+#[expect(missing_docs, reason = "fields are what their names say")]
 pub struct ModesPayload {
-    /// Its header.
     pub header: MessageHeader,
     /// How far they are.
     pub status: StatusBody,
     /// What is there: 1 Dutch roll, 2 roll, 4 spiral, 8 lateral phugoid, 16 coupled Dutch roll; zeros in what is not.
     pub present: u64,
-    /// Dutch roll.
     pub dutch_roll: OscillatoryMode,
     /// Roll subsidence.
     pub roll: RealRoot,
-    /// Spiral.
     pub spiral: RealRoot,
     /// The slower pair where roll and spiral have joined.
     pub lateral_phugoid: OscillatoryMode,

@@ -1,4 +1,4 @@
-//! Output error on the bus.
+//! Payload of an output-error estimate: parameters, modes, convergence.
 
 use super::message::{MessageHeader, at, bytes_of, place, service, text_of};
 use crate::flight::derivative::{Axis, Variable};
@@ -26,8 +26,8 @@ pub struct ParameterBody {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
 #[type_name("sideslip.OutputError.1")]
+#[expect(missing_docs, reason = "fields are what their names say")]
 pub struct OutputErrorPayload {
-    /// Its header.
     pub header: MessageHeader,
     /// Time of the newest sample that the numbers rest on, s; NaN where there are none.
     pub fitted_s: f64,
@@ -43,7 +43,6 @@ pub struct OutputErrorPayload {
     pub dropped: u32,
     /// Samples that the numbers rest on.
     pub samples: u32,
-    /// Bytes of the reason.
     pub reason_bytes: u32,
     /// The reason, UTF-8; zeros behind it.
     pub reason: [u8; REASON],
@@ -53,13 +52,11 @@ pub struct OutputErrorPayload {
     pub dutch_roll: OscillatoryMode,
     /// Roll subsidence.
     pub roll: RealRoot,
-    /// Spiral.
     pub spiral: RealRoot,
     /// The slower pair where roll and spiral have joined.
     pub lateral_phugoid: OscillatoryMode,
     /// Dutch roll of the whole aircraft.
     pub coupled: OscillatoryMode,
-    /// Short period.
     pub short_period: OscillatoryMode,
 }
 service!(OutputErrorPayload, "sideslip/output_error", "sideslip.OutputError.1", buffer 16, history 1);

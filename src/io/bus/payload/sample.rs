@@ -1,4 +1,4 @@
-//! A sample on the bus: the known channels, and those of the other columns that fit.
+//! Payload of a sample: the known channels in SI, and as many of the unknown columns as fit.
 
 use super::message::{MessageHeader, service};
 use crate::flight::channel::CHANNELS;

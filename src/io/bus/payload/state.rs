@@ -1,4 +1,4 @@
-//! The state and the innovations of one sample on the bus, and the smoothed state of a while ago.
+//! Payloads of the state estimation: state and innovations of one sample, and the smoothed state with its delay.
 
 use super::message::{MessageHeader, at, flag, place, service};
 use crate::io::bus::error::BusError;

@@ -1,4 +1,4 @@
-//! A status with its reason on the bus: two codes, two places, two numbers.
+//! Payload of a status with its reason: two codes, two indices, two values.
 
 use super::message::{ABSENT, at, place};
 use crate::flight::channel::Channel;

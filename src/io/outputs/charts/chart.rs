@@ -1,8 +1,8 @@
-//! Charts as SVG text: curves and points with error bars over a common axis, panels below each other.
+//! Charts as SVG: curves and points with error bars over a common axis, panels below each other.
 //!
-//! Consumes numbers with names and units; produces one self-contained SVG, no fonts, no scripts, no network; or one [`figure`]
-//! for a page of `page`, whose style sheet gives it its font and, on a dark ground, its colours. What is not finite is left out
-//! of a curve. The colours differ in lightness too, for eyes and printers that see no hue (after Okabe and Ito).
+//! Consumes numbers with names and units; produces a self-contained SVG without fonts, scripts or network access, or a [`figure`]
+//! for a page, whose style sheet sets font and colours. Values that are not finite are left out of a curve. The colours differ in
+//! lightness too (after Okabe and Ito), for readers and printers that do not distinguish hues.
 
 use crate::io::outputs::html::page::escaped;
 use plotters::prelude::*;
@@ -95,8 +95,8 @@ fn stacked(panels: &[(Panel, Vec<Marks>)], legend: u32) -> Result<String, ChartE
         area.fill(&WHITE).map_err(|error| ChartError(error.to_string()))?;
         for (part, panel) in area.split_evenly((panels.len().max(1), 1)).iter().zip(panels) {
             let (panel, marks) = panel;
-            let look = Look { fine: 1, caption: true, legend, inside: legend == 0, powers: false, reach: [f64::NAN; 2] };
-            let entries = draw(part, panel, marks, look)?;
+            let layout = PanelLayout { fine: 1, caption: true, legend, inside: legend == 0, powers: false, reach: [f64::NAN; 2] };
+            let entries = draw(part, panel, marks, layout)?;
             if legend > 0 {
                 beside(part, &entries)?;
             }
@@ -135,10 +135,10 @@ const FINE: u32 = 4;
 pub fn figure(panel: &Panel, marks: &[Marks], figure: &Figure) -> Result<String, ChartError> {
     let (width, height) = figure.size;
     let mut drawn = String::new();
-    let look = Look { fine: FINE, caption: false, legend: 0, inside: false, powers: figure.powers, reach: figure.reach };
+    let layout = PanelLayout { fine: FINE, caption: false, legend: 0, inside: false, powers: figure.powers, reach: figure.reach };
     let entries = {
         let area = SVGBackend::with_string(&mut drawn, (FINE * width, FINE * height)).into_drawing_area();
-        let entries = draw(&area, panel, marks, look)?;
+        let entries = draw(&area, panel, marks, layout)?;
         area.present().map_err(|error| ChartError(error.to_string()))?;
         entries
     };
@@ -158,7 +158,7 @@ pub fn figure(panel: &Panel, marks: &[Marks], figure: &Figure) -> Result<String,
 }
 
 #[derive(Clone, Copy)]
-struct Look {
+struct PanelLayout {
     fine: u32,
     caption: bool,
     legend: u32,
@@ -206,7 +206,7 @@ fn beside(area: &Area<'_>, entries: &[Entry<'_>]) -> Result<(), ChartError> {
 }
 
 /// Draws a panel and gives the entries of its legend; where no room is left for those, it has the legend inside.
-fn draw<'p>(area: &Area<'_>, panel: &'p Panel, marks: &'p [Marks], look: Look) -> Result<Vec<Entry<'p>>, ChartError> {
+fn draw<'p>(area: &Area<'_>, panel: &'p Panel, marks: &'p [Marks], layout: PanelLayout) -> Result<Vec<Entry<'p>>, ChartError> {
     let wrong = |error: &dyn std::fmt::Display| ChartError(format!("{}: {error}", panel.title));
     let bars: Vec<(f64, f64)> = marks.iter().flat_map(|marks| &marks.marks).flat_map(ends).collect();
     let points = || panel.curves.iter().flat_map(|curve| &curve.points).chain(&bars).filter(finite);
@@ -214,21 +214,21 @@ fn draw<'p>(area: &Area<'_>, panel: &'p Panel, marks: &'p [Marks], look: Look) -
     else {
         return Err(wrong(&"expected a finite point, found none"));
     };
-    let [low, high] = look.reach;
+    let [low, high] = layout.reach;
     let (bottom, top) = (bottom.min(low), top.max(high));
     let margin = if top > bottom { 0.05 * (top - bottom) } else { 0.5 };
     let right = if right > left { right } else { left + 1.0 };
     // A point on the very edge would stand on the axis.
     let aside = if marks.is_empty() { 0.0 } else { 0.02 * (right - left) };
-    let fine = look.fine;
+    let fine = layout.fine;
     let mut builder = ChartBuilder::on(area);
-    if look.caption {
+    if layout.caption {
         builder.caption(&panel.title, ("sans-serif", 18 * fine));
     }
     let mut chart = builder
-        .margin(if look.caption { 12 } else { 4 } * fine)
-        .margin_top(if look.caption { 12 } else { 9 } * fine)
-        .margin_right(12 * fine + look.legend)
+        .margin(if layout.caption { 12 } else { 4 } * fine)
+        .margin_top(if layout.caption { 12 } else { 9 } * fine)
+        .margin_right(12 * fine + layout.legend)
         .x_label_area_size(42 * fine)
         .y_label_area_size(74 * fine)
         .build_cartesian_2d(left - aside..right + aside, bottom - margin..top + margin)
@@ -237,7 +237,7 @@ fn draw<'p>(area: &Area<'_>, panel: &'p Panel, marks: &'p [Marks], look: Look) -
     mesh.x_desc(&panel.x).y_desc(&panel.y);
     let (plain_x, plain_y) = (|x: &f64| plain(*x), |y: &f64| plain(*y));
     let power = |y: &f64| format!("{:.0e}", libm::pow(10.0, *y));
-    if look.caption {
+    if layout.caption {
         mesh.light_line_style(WHITE);
     } else {
         let font = ("sans-serif", 15 * fine);
@@ -245,7 +245,7 @@ fn draw<'p>(area: &Area<'_>, panel: &'p Panel, marks: &'p [Marks], look: Look) -
         mesh.x_label_formatter(&plain_x).y_label_formatter(&plain_y);
         mesh.axis_style(BLACK.stroke_width(fine)).set_all_tick_mark_size(4 * fine as i32);
     }
-    if look.powers {
+    if layout.powers {
         mesh.y_label_formatter(&power);
     }
     mesh.draw().map_err(|error| wrong(&error))?;
@@ -253,7 +253,7 @@ fn draw<'p>(area: &Area<'_>, panel: &'p Panel, marks: &'p [Marks], look: Look) -
     let mut drawn_as: Vec<Entry<'p>> = Vec::new();
     for (curve, colour) in panel.curves.iter().zip(&mut colours) {
         drawn_as.push((&curve.name, *colour, false));
-        let style = colour.stroke_width(if look.caption { 2 } else { 3 * fine / 2 });
+        let style = colour.stroke_width(if layout.caption { 2 } else { 3 * fine / 2 });
         let line = LineSeries::new(curve.points.iter().filter(finite).copied(), style);
         let drawn = chart.draw_series(line).map_err(|error| wrong(&error))?;
         drawn.label(&curve.name).legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
@@ -267,7 +267,7 @@ fn draw<'p>(area: &Area<'_>, panel: &'p Panel, marks: &'p [Marks], look: Look) -
         let bars = barred.map(|mark| PathElement::new(ends(mark), colour.stroke_width(fine)));
         chart.draw_series(bars).map_err(|error| wrong(&error))?;
         // In a figure what comes later does not hide what is there.
-        let under = if look.caption { 0 } else { 2 * u32::try_from(sets - 1 - set).unwrap_or(0) };
+        let under = if layout.caption { 0 } else { 2 * u32::try_from(sets - 1 - set).unwrap_or(0) };
         let radius = if marks.len() > MANY { 3 * fine / 2 } else { (3 + under) * fine };
         let dots = there().map(|mark| Circle::new(mark.point, radius, colour.filled()));
         chart.draw_series(dots).map_err(|error| wrong(&error))?;
@@ -275,7 +275,7 @@ fn draw<'p>(area: &Area<'_>, panel: &'p Panel, marks: &'p [Marks], look: Look) -
             drawn_as.push((name, colour, true));
         }
     }
-    if look.inside {
+    if layout.inside {
         let inside = chart.configure_series_labels().background_style(WHITE.mix(0.8)).border_style(BLACK).draw();
         inside.map_err(|error| wrong(&error))?;
     }
@@ -319,15 +319,15 @@ mod tests {
         let panel = Panel { title: "T & U".into(), x: "x, s".into(), y: "y, 1".into(), curves: vec![curve] };
         let mark = Mark { point: (1.0, -1.5), either_way: 0.0 };
         let marks = ["first", "second"].map(|name| Marks { name: name.into(), marks: vec![mark] });
-        let look = Figure { powers: true, reach: [-2.0, 0.0], ..Figure::OF_A_PAGE };
-        let text = figure(&panel, &marks, &look).unwrap();
+        let layout = Figure { powers: true, reach: [-2.0, 0.0], ..Figure::OF_A_PAGE };
+        let text = figure(&panel, &marks, &layout).unwrap();
         assert!(!text.contains("http") && !text.contains("#FFFFFF") && text.contains("T &amp; U") && text.contains("a &lt; b"));
         // Powers of ten on the ticks, up to what the axis is to reach.
         assert!(["1e-2", "1e0"].iter().all(|tick| text.contains(tick)), "{text}");
         let radii: Vec<u32> = text.split(" r=\"").skip(1).map(|rest| rest.split('"').next().unwrap().parse().unwrap()).collect();
         assert_eq!(radii, [5 * FINE, 3 * FINE]);
         assert_eq!([-0.15000000000000002, -0.0, 1e-17, 2.0, 1500.0].map(plain), ["-0.15", "0", "0", "2", "1500"]);
-        assert!(figure(&Panel { curves: Vec::new(), ..panel }, &[], &look).is_err());
+        assert!(figure(&Panel { curves: Vec::new(), ..panel }, &[], &layout).is_err());
     }
 
     #[test]

@@ -1,3 +1,3 @@
-//! Pages of HTML.
+//! HTML pages for people.
 
 pub mod page;

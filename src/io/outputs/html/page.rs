@@ -1,7 +1,7 @@
-//! Pages for a person: how they begin, their one style sheet, and text made safe to stand in them.
+//! HTML pages: document head, the one style sheet, and escaping of text.
 //!
-//! Consumes titles and texts, which may come from files; produces HTML that needs no script, no font and no network, follows the
-//! reader's choice of a light or a dark ground, and prints black on white with no figure cut in two.
+//! Consumes titles and texts, which may come from files; produces HTML without scripts, fonts or network access, in the reader's
+//! light or dark scheme; printed black on white, no figure broken over two pages.
 
 /// Text that means nothing but itself, in a page or in an attribute of it.
 pub fn escaped(text: &str) -> String {

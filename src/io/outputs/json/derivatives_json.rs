@@ -1,8 +1,8 @@
-//! `derivatives.json`: the estimates of one or several runs, for programs.
+//! `derivatives.json`: the estimates of one or several runs, for programs. SI and radians.
 //!
-//! `runs[]` has for each run its name, status, warnings, vane consistency, instrument biases, equations and modes; `modes`
-//! and `output_error` at the top are those of the last run; `output_error` and `findings` are absent where they
-//! are not run. A number that is not finite and a mode that is not there are null. SI and radians.
+//! `runs[]` contains for each run its name, status, warnings, consistency of the vanes, instrument biases, equations and modes;
+//! `modes` and `output_error` at the top are those of the last run. `output_error` and `findings` are absent if these analyses
+//! were not run. Numbers that are not finite, and modes that do not exist, are null.
 
 use super::finding_json::FindingJson;
 use super::message_json::{EquationsJson, reason_text, status_text};
@@ -35,7 +35,7 @@ pub struct RunEstimates<'a> {
     pub findings: &'a [FindingRecord],
     /// What a reader of the numbers must know, as sentences.
     pub warnings: &'a [String],
-    /// Coefficients of determination of the rates of alpha and beta by the kinematics, where they can be told.
+    /// Coefficients of determination of the rates of alpha and beta by the kinematics, where they can be estimated.
     pub consistency: [Option<f64>; 2],
     /// The noise statistics that the filter used.
     pub noise: Option<NoiseUsed>,
@@ -123,7 +123,7 @@ struct VaneJson {
     r2: f64,
 }
 
-/// A vane of which it cannot be told is left out.
+/// A vane without an estimate is left out.
 #[derive(Serialize)]
 struct ConsistencyJson {
     #[serde(skip_serializing_if = "Option::is_none")]

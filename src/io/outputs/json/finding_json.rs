@@ -1,7 +1,7 @@
-//! A finding as a JSON object: the payload of `/finding`, and an entry of `findings` of `derivatives.json`.
+//! A finding as a JSON object: the payload of `/finding`, and an entry of `findings` in `derivatives.json`.
 //!
-//! The effect stands with the keys that model files have (`kind`, then by kind `axis`, `variable`, `delta`, ...), so that an
-//! entry can be put into a model file as it is.
+//! The effect has the keys of model files (`kind`, and by kind `axis`, `variable`, `delta`, ...), so that the entry can be copied
+//! into a model file.
 
 use super::effect_json::effect_json;
 use crate::flight::channel::ControlNames;

@@ -1,8 +1,8 @@
-//! The JSON Schema of each topic: what a viewer shows beside a plot, units included.
+//! The JSON Schema of each topic, which viewers show beside a plot, with units.
 //!
-//! Only plain types stand here (`number`, `integer`, `boolean`, `string`, `object`, `array`): the schema readers of
-//! log viewers refuse a channel whose schema has a list of types or no type. So a number that is not finite, written as
-//! null, is said in words; everything else that can be absent is left out of the message.
+//! Types are single words (`number`, `integer`, `boolean`, `string`, `object`, `array`): the schema readers of log viewers refuse
+//! a channel whose schema has a list of types or none. A number that may be null (not finite) is described in words; other absent
+//! values are left out of the message.
 
 use super::message_json::STATE_FIELDS;
 use crate::flight::derivative::Axis;

@@ -23,7 +23,7 @@
 //!  "sentences": [".."]}
 //! ```
 //! M is `{"value", "std"}`; L is `{"value", "std", "score", "limit", "significant"}`; T is the object as written, or
-//! `{"reason": ".."}` where it cannot be told. A number that is not there or not finite is null.
+//! `{"reason": ".."}` where it cannot be estimated. A number that is absent or not finite is null.
 
 use crate::flight::channel::{Channel, ControlNames};
 use crate::io::outputs::words::manoeuvre_sentences;

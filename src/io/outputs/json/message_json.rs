@@ -1,7 +1,7 @@
 //! Messages as JSON objects: the payload of every topic, and the parts that `derivatives.json` shares with them.
 //!
-//! `time` (s) comes first. Numbers are written in the shortest form that reads back as the same bits; one that is not
-//! finite is written as null. What is absent is left out: a viewer's schema reader knows no nullable object.
+//! `time` (s) is the first key. Numbers have the shortest form that reads back as the same bits; numbers that are not finite are
+//! null. Absent values are left out, because the schema readers of viewers do not support nullable objects.
 
 use crate::flight::channel::{Channel, ControlNames};
 use crate::flight::file::log_head::{ColumnTarget, LogHead};
@@ -213,7 +213,7 @@ struct DisagreementJson {
     standard_errors: f64,
 }
 
-/// A term as the band of frequencies tells it.
+/// A term estimated in the band of frequencies.
 #[derive(serde::Serialize)]
 struct FrequencyJson {
     value: f64,

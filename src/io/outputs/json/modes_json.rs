@@ -1,4 +1,4 @@
-//! Modes as JSON objects: the payload of `/modes`, and the roots that every answer with modes has, under the same keys.
+//! Modes as JSON objects: the payload of `/modes`, and the roots under the same keys in every result that contains modes.
 
 use super::message_json::{reason_text, status_text};
 use crate::flight::channel::ControlNames;

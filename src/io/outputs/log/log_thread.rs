@@ -1,7 +1,7 @@
-//! The thread that writes: takes messages from the queue, logs them, flushes at a steady beat of the wall clock.
+//! The thread that writes the log: takes messages from the queue, writes them, flushes at regular intervals of the wall clock.
 //!
-//! The beat holds also where nothing comes, so that a message is in the file at most [`FLUSH_EVERY`] and one write after
-//! it was taken from the queue. The thread ends when the sender is dropped and the queue is empty; the log is then closed.
+//! It flushes also while no message arrives, so that a message is in the file at most [`FLUSH_EVERY`] and one write after it was
+//! taken from the queue. The thread ends when the sender is dropped and the queue is empty; the log is then closed.
 
 use super::mcap_log::{LogSummary, McapLog};
 use crate::io::outputs::queue::{QueueReceived, QueueReceiver};

@@ -1,12 +1,12 @@
-//! The MCAP log: every message on its topic as JSON, readable up to the last tenth of a second whatever happens.
+//! The MCAP log: every message on its topic as JSON, readable up to the last flush after a crash.
 //!
-//! The run's head is written as metadata record `run` and flushed before the first message. Chunks are buffered and
-//! written whole (lz4, no seeking), so what was flushed survives the process. Where a write fails the file is left as
-//! it is, the loss is reported and counted, and the log goes on in a new file `name.1.mcap`; where that cannot be
-//! opened either, it tries again after a second, then two, at most every minute, and counts what it drops.
+//! The head of the run is written as the metadata record `run` and flushed before the first message. Chunks are buffered and
+//! written whole (lz4, no seeking), so that flushed data survive the process. After a failed write the file is left as it is, the
+//! loss is reported and counted, and the log continues in a new file `name.1.mcap`; if that cannot be opened, attempts follow
+//! after 1 s, 2 s and so on, at most once a minute, and dropped messages are counted.
 //!
-//! `log_time` and `publish_time` are the message's time in whole nanoseconds, `max(0, round(1e9 t))`: 0 for a negative
-//! time and for one that is no number, `i64::MAX` at most. The exact time stands in the payload.
+//! `log_time` and `publish_time` are the message's time in whole nanoseconds, max(0, round(1e9 t)): 0 for a negative time or NaN,
+//! `i64::MAX` at most. The exact time is in the payload.
 
 use crate::flight::channel::ControlNames;
 use crate::flight::file::log_head::{ColumnTarget, RUN_METADATA};

@@ -1,11 +1,12 @@
-//! Smoothed states as a run file: text that the program reads back, with units in the header.
+//! Smoothed states as a run file: CSV that the program reads back, with units in the header.
 //!
-//! Consumes a run, its samples and the states that belong to them; produces a row a state. Airspeed and flow angles are those
-//! of the smoothed velocity, every channel that a state holds is without instrument bias and at the centre of mass (so the run's
-//! instrument positions are written as zero), and the other known channels (controls, rotor speed ...) are as they were sampled.
+//! Consumes a run, its samples and their smoothed states; produces one row a state. Airspeed and flow angles are those of the
+//! smoothed velocity; channels that are states are free of instrument bias and refer to the centre of mass (the run's instrument
+//! positions are written as zero); the other known channels (controls, rotor speed ...) are as sampled.
 //!     tas = |(u v w)|,  alpha = atan2(w, u),  beta = asin(v/tas)                                     (1)
-//! What only a state has (`u`, `p_dot`, `std_r` ...) are further columns. A channel that no instrument of the run measures is
-//! left out, with its deviation: who reads the file would take it for a measurement. Numbers read back as the same bits.
+//! Quantities that are states only (`u`, `p_dot`, `std_r` ...) are additional columns. A channel that no instrument of the run
+//! measures is left out, with its standard deviation, because a reader would take it for a measurement. Numbers read back as the
+//! same bits.
 
 use crate::flight::channel::Channel;
 use crate::flight::file::run_file::RunInfo;

@@ -1,7 +1,8 @@
-//! The interpretation for a person: tables of at most [`WIDTH`] columns, then the sentences.
+//! The preliminary interpretation as text: tables of at most [`WIDTH`] columns, then the sentences.
 
 use crate::flight::channel::{Channel, ControlNames};
 use crate::io::outputs::number::short_measured_text;
+use crate::io::outputs::tables::wrapped::wrapped;
 use crate::io::outputs::words::manoeuvre_sentences::{self, point_words, side_words};
 use crate::postflight::manoeuvres::record::{
     Interpretation, LineTest, Linearity, Manoeuvre, Measured, NotEstimable, Plane, RUNS_A_POINT, Response, RunInterpretation,
@@ -39,7 +40,7 @@ pub fn text(all: &Interpretation) -> String {
     if !sentences.is_empty() {
         lines.push(String::new());
     }
-    lines.extend(sentences.iter().flat_map(|sentence| wrapped(sentence, "  ")));
+    lines.extend(sentences.iter().flat_map(|sentence| item_lines(sentence)));
     let mut text = String::new();
     for line in lines {
         let _ = writeln!(text, "{}", line.trim_end());
@@ -57,19 +58,9 @@ fn rows(cells: impl Iterator<Item = Vec<String>>, titles: &[&str]) -> Vec<String
 }
 
 /// A sentence on as many lines as it takes.
-fn wrapped(sentence: &str, indent: &str) -> Vec<String> {
-    let mut lines = Vec::new();
-    let mut line = format!("{indent}-");
-    for word in sentence.split(' ') {
-        if line.chars().count() + 1 + word.chars().count() > WIDTH {
-            lines.push(line);
-            line = format!("{indent} ");
-        }
-        line.push(' ');
-        line.push_str(word);
-    }
-    lines.push(line);
-    lines
+fn item_lines(sentence: &str) -> Vec<String> {
+    let lines = wrapped(sentence, WIDTH - 4).into_iter().enumerate();
+    lines.map(|(place, line)| format!("  {} {line}", if place == 0 { '-' } else { ' ' })).collect()
 }
 
 fn percent(value: f64) -> String {
@@ -90,7 +81,7 @@ fn run_lines(run: &RunInterpretation) -> Vec<String> {
         ["s", "response to", "axis", "rad/s^2 per rad", "rad/s per rad", "peak after", "ratio to on-axis", "exceeds 0.25 after"];
     let answers = run.manoeuvres.iter().flat_map(|one| answer_cells(one, run.controls));
     lines.extend(rows(answers, &titles));
-    lines.extend(manoeuvre_sentences::of_run(run).iter().flat_map(|sentence| wrapped(sentence, "  ")));
+    lines.extend(manoeuvre_sentences::of_run(run).iter().flat_map(|sentence| item_lines(sentence)));
     lines
 }
 

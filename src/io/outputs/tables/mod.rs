@@ -2,3 +2,4 @@
 
 pub mod manoeuvre_table;
 pub mod terminal;
+pub mod wrapped;

@@ -1,12 +1,13 @@
-//! The table for a person: modes, derivatives with their standard errors, warnings; plain text, 100 columns at most.
+//! The table of estimates: modes, derivatives with standard errors, warnings; plain text, at most 100 columns.
 //!
-//! Colour (bold headings, yellow and red warnings) only where asked for; [`Style::of_stream`] asks for it on a terminal
-//! unless `NO_COLOR` is set to anything.
+//! Colour (bold headings, yellow and red warnings) only if requested; [`Style::of_stream`] requests it on a terminal unless
+//! `NO_COLOR` is set.
 
 use crate::flight::channel::ControlNames;
 use crate::io::outputs::event_ring::{FoldedEvent, FoldedText};
 use crate::io::outputs::number::{Digits, measured};
 use crate::io::outputs::record::EventKind;
+use crate::io::outputs::tables::wrapped::wrapped;
 use crate::io::outputs::words::event_text::{Severity, event_severity};
 use crate::io::outputs::words::status_text::{DerivativeLabel, StatusText, derivative_unit};
 use crate::realtime::modes::record::{ModesRecord, OscillatoryMode, RealRoot};
@@ -201,7 +202,7 @@ impl EstimateTable<'_> {
 
     fn events(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let told = |event: &&FoldedEvent| {
-            // What an equation has come to stands at the equation.
+            // The status of an equation is printed at the equation.
             event_severity(&event.kind) > Severity::Info
                 && !matches!(event.kind, EventKind::Regression(RegressionEvent::StatusChanged { .. }))
         };
@@ -263,29 +264,6 @@ fn half_or_double(real: f64) -> String {
     } else {
         "neither grows nor decays".to_owned()
     }
-}
-
-/// The text in lines of at most that many characters, broken at spaces where there are any.
-fn wrapped(text: &str, width: usize) -> Vec<String> {
-    let mut lines = vec![String::new()];
-    let mut used = 0;
-    for word in text.split(' ') {
-        let length = word.chars().count();
-        let gap = usize::from(used > 0);
-        if used + gap + length > width && used > 0 {
-            lines.push(String::new());
-            used = 0;
-        }
-        if let Some(line) = lines.last_mut() {
-            if used > 0 {
-                line.push(' ');
-                used += 1;
-            }
-            line.push_str(word);
-            used += length;
-        }
-    }
-    lines
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
-//! Findings in the field's words: one sentence a cause, and the manoeuvre that would distinguish two causes.
+//! Findings in words: one sentence a cause, and the manoeuvre that would distinguish two causes.
 
 use crate::flight::channel::ControlNames;
 use crate::flight::derivative::Axis;
 use crate::flight::effect::{Effect, EffectKind, Family, PositionedSensor};
 use crate::flight::model::LinearModel;
-use crate::io::outputs::number::estimate_text;
+use crate::io::outputs::number::{band_text, estimate_text};
 use crate::postflight::diagnosis::record::{RankedCause, UnexplainedAxis};
 
 fn axis_in_words(axis: Axis) -> &'static str {
@@ -136,11 +136,12 @@ pub fn statement(cause: &RankedCause, model: &LinearModel, naming: ControlNames)
 
 /// The same of something unknown.
 pub fn unknown(unknown: &UnexplainedAxis) -> String {
-    let (low, high) = unknown.band_hz;
-    format!(
-        "an effect on the {}, mostly between {low:.2} and {high:.2} Hz, is explained by no hypothesis",
-        axis_in_words(unknown.axis)
-    )
+    let band = band_text(unknown.band_hz);
+    let band = match band.split_once('-') {
+        Some((low, high)) => format!("between {low} and {high} Hz"),
+        None => format!("at {band} Hz"),
+    };
+    format!("an effect on the {}, mostly {band}, is explained by no hypothesis", axis_in_words(unknown.axis))
 }
 
 /// What to fly so that two causes are distinguished.

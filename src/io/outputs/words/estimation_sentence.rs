@@ -1,4 +1,4 @@
-//! What the state estimation noticed, each kind of event as a sentence for a person.
+//! Events of the state estimation in words: one sentence for each kind.
 
 use super::status_text::aid_name;
 use crate::flight::channel::ControlNames;

@@ -1,7 +1,7 @@
-//! Events in words: the kind, its severity, its subject, and one sentence for a person.
+//! Events in words: kind, severity, subject, and one sentence.
 //!
-//! Consumes records of events and the naming of the controls; produces `core::fmt` text without allocation, so that the same
-//! sentence stands in the log, on the terminal and in a firmware's event dump.
+//! Consumes records of events and the names of the controls; produces `core::fmt` text without allocation, so that log, terminal
+//! and a firmware's event dump have the same sentence.
 
 use super::estimation_sentence::estimation_sentence;
 use super::status_text::StatusText;

@@ -1,4 +1,4 @@
-//! Findings for a person: what the model gets wrong, below the estimates.
+//! Findings of the live diagnosis in words: the model's errors, printed below the estimates.
 
 use crate::io::outputs::tables::terminal::Style;
 use crate::postflight::diagnosis::record::{FindingRecord, FindingStatus};

@@ -1,4 +1,4 @@
-//! The check of instruments in words: why a run is fit or not, what is not observable, what distinguishes two explanations.
+//! The check of instruments in words: why a run is fit or not, what is not observable, what separates two explanations.
 
 use crate::flight::channel::{Channel, ControlNames};
 use crate::postflight::reconstruction::record::{
@@ -16,12 +16,12 @@ fn names(channels: &[Channel]) -> String {
 
 /// Why a run is fit, fit once corrected, or not fit for identification.
 pub fn verdict_reason(reason: &VerdictReason) -> String {
-    let because = |standing: &Option<Channel>| {
-        standing.map_or(String::new(), |channel| format!(", for {} stands still (frozen, clipped or zeroed)", name(channel)))
+    let because = |frozen: &Option<Channel>| {
+        frozen.map_or(String::new(), |channel| format!(", for {} stands still (frozen, clipped or zeroed)", name(channel)))
     };
     match reason {
-        VerdictReason::TooShort { length_s, least_s, standing } => {
-            format!("too short: {length_s:.1} s, at least {least_s:.0} s are needed{}", because(standing))
+        VerdictReason::TooShort { length_s, least_s, frozen } => {
+            format!("too short: {length_s:.1} s, at least {least_s:.0} s are needed{}", because(frozen))
         }
         VerdictReason::NoRates(missing) => {
             format!("no angular rate {}: no other channel determines the rotation", names(missing))
@@ -36,8 +36,8 @@ pub fn verdict_reason(reason: &VerdictReason) -> String {
             format!("az is {found:.2} m/s^2 on average, expected near -9.81 (z points down): its sign or its unit is wrong")
         }
         VerdictReason::NoOutputs => "no attitude and no air data to compare the rates with".to_owned(),
-        VerdictReason::Gaps { count, length_s, standing } => {
-            format!("{count} gaps in {length_s:.0} s: no stretch is long enough{}", because(standing))
+        VerdictReason::Gaps { count, length_s, frozen } => {
+            format!("{count} gaps in {length_s:.0} s: no stretch is long enough{}", because(frozen))
         }
         VerdictReason::NoExcitation(most) => format!("no excitation: no angular rate moves more than {most:.4} rad/s rms"),
         VerdictReason::Gross { either, shown, before, after } => {

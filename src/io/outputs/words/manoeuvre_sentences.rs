@@ -1,4 +1,4 @@
-//! What matters of a first look, a sentence each.
+//! The preliminary interpretation in words: one sentence for each result that matters.
 
 use crate::flight::channel::{Channel, ControlNames};
 use crate::io::outputs::number::short_measured_text;

@@ -1,4 +1,4 @@
-//! Words for people, made from data: a sentence for each event, status, reason and cause.
+//! Words for people, made from data: one sentence for each event, status, reason and cause.
 
 pub mod cause_sentence;
 pub(crate) mod estimation_sentence;

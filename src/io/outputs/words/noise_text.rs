@@ -1,7 +1,7 @@
-//! The noise statistics that the filter used: a sentence for a person, an object for a program.
+//! The noise statistics that the filter used: a sentence, and a JSON object.
 //!
-//! Only channels that the run brings are told. JSON: a channel's `std` in its SI unit, and, for gyros and accelerometers, the
-//! `walk` of what drives them: of the angular acceleration (rad/s^2 per sqrt(s)) or of the specific force (m/s^2 per sqrt(s)).
+//! Only channels of the run are listed. JSON: `std` of a channel in its SI unit, and, for gyros and accelerometers, the `walk`:
+//! density of the process noise of angular acceleration (rad/s^2 per sqrt(s)) or of specific force (m/s^2 per sqrt(s)).
 
 use crate::flight::channel::Channel;
 use crate::io::outputs::number::Digits;

@@ -35,7 +35,8 @@ impl fmt::Display for OutputErrorTable<'_> {
                 0 => String::new(),
                 count => format!(", {count} older ones dropped"),
             };
-            writeln!(f, "  {age_s:.1} s old; {} manoeuvres{dropped}, {} samples", record.manoeuvres, record.samples)?;
+            let plural = if record.manoeuvres == 1 { "" } else { "s" };
+            writeln!(f, "  {age_s:.1} s old; {} manoeuvre{plural}{dropped}, {} samples", record.manoeuvres, record.samples)?;
         }
         if !record.reason.is_empty() {
             writeln!(f, "  {}", record.reason)?;

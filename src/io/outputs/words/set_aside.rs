@@ -1,10 +1,11 @@
-//! Why a run is set aside by the diagnosis, and why there is none, in words.
+//! Why the diagnosis sets a run aside, or gives no result, in words.
 
 use super::instrument_words::verdict_reason;
 use crate::flight::channel::ControlNames;
 use crate::flight::file::effect_file::DeclaredEffect;
 use crate::io::outputs::number::estimate_text;
-use crate::postflight::diagnosis::record::{DiagnosisError, InstrumentDisagreement, LENGTH_MIN_S, Unusable};
+use crate::postflight::diagnosis::record::{InstrumentDisagreement, LENGTH_MIN_S, Unusable};
+use std::fmt;
 
 /// Why a run is not used.
 pub fn reason(unusable: &Unusable) -> String {
@@ -30,11 +31,9 @@ pub fn reason(unusable: &Unusable) -> String {
     }
 }
 
-/// Why there is no diagnosis, with the reason of the last run that was set aside.
-pub fn no_diagnosis(error: &DiagnosisError) -> String {
-    match error {
-        DiagnosisError::NoRun(run, unusable) => format!("no run is left to diagnose: {run}: {}", reason(unusable)),
-        other => other.to_string(),
+impl fmt::Display for Unusable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&reason(self))
     }
 }
 

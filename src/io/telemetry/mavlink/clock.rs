@@ -1,14 +1,17 @@
-//! The clock of one sender: its boot time, unwrapped, one segment a boot, and where host time stands beside it.
+//! Time of one sender: its boot time, unwrapped to one axis, with one segment for each boot.
 //!
-//! Consumes the stamps of its messages in the order of their arrival (and host times, where there are any); produces
-//! microseconds on one axis that never runs back by more than the lateness of a message. 32-bit milliseconds and
-//! microseconds are unwrapped to the value nearest to the newest time. Sixty-four-bit microseconds from 10^15 (the year
-//! 2001) on are time since 1970; they are tied to the boot clock once, and tied anew where they jump. A time that is
-//! more than [`LATE_US`] behind the newest or [`AHEAD_US`] before it is in doubt and not used, until [`CONFIRMED`] in a
-//! row agree with each other: then the sender has booted again (a new segment, set behind the last one by host time, at
-//! least [`BETWEEN_BOOTS_US`]), or was not heard for that long. Live, host time is a
-//! [`clock_monitor`](super::clock_monitor), and says what counts as a boot ([`reboot`](super::reboot)) and when a message was
-//! sent ([`host_time`](super::host_time)); what has no boot time of its own waits where the clock is in doubt.
+//! Consumes time stamps in the order of their arrival and, live, host times; produces microseconds on one axis that runs back by
+//! no more than the delay of a message.
+//! - 32-bit milliseconds and microseconds are unwrapped to the value nearest to the newest time.
+//! - 64-bit microseconds from 10^15 (the year 2001) on are time since 1970. Their offset to the boot time is determined once, and
+//!   again when they jump.
+//! - A time more than [`LATE_US`] before the newest or more than [`AHEAD_US`] after it is not used until [`CONFIRMED`]
+//!   consecutive times agree with each other. Then the sender has rebooted (a new segment, placed after the last by host time, at
+//!   least [`BETWEEN_BOOTS_US`] later), or was not received for that long.
+//!
+//! Live, [`clock_monitor`](super::clock_monitor) supplies the host time: it decides what is a reboot ([`reboot`](super::reboot))
+//! and when a message was sent ([`host_time`](super::host_time)). Messages without boot time are held while the clock is
+//! uncertain.
 
 use super::clock_monitor::{ClockMonitor, SavedClock};
 use super::message::Stamp;
@@ -245,7 +248,7 @@ impl BootClock {
         true
     }
 
-    /// The boot time that a stamp means, us; `None` where it has none, or none can be told yet.
+    /// The boot time that a stamp means, us; `None` where it has none, or none is known yet.
     fn boot_time(&mut self, stamp: Stamp) -> Option<i64> {
         let newest = self.newest_us;
         match stamp {

@@ -1,7 +1,7 @@
-//! What host time says of a live clock: whether it has started again, when a message was sent, whether it stands still.
+//! Supervision of a live boot clock by host time: reboots, time of sending, a clock that has stopped.
 //!
-//! Consumes the boot times that a [`Clock`](super::clock) has unwrapped, with the host time of their arrival, us.
-//! Joins [`RebootDetector`] and [`HostOffset`]; both begin anew with each boot.
+//! Consumes unwrapped boot times ([`Clock`](super::clock)) with the host time of their arrival, us. Combines [`RebootDetector`]
+//! and [`HostOffset`]; both are reset at each boot.
 
 use super::host_time::HostOffset;
 use super::reboot::{RebootDetector, StampSeries, StampVerdict};
@@ -96,7 +96,7 @@ impl ClockMonitor {
         self.boot_stamped = true;
     }
 
-    /// Takes in a message of that boot time; `Ok` where it agrees with the clock, or else what it comes to.
+    /// Takes in a message of that boot time; `Ok` where it agrees with the clock, otherwise the verdict.
     ///
     /// # Errors
     /// `Err(None)` where it may be a stray, `Err(Some(series))` where the clock has started again.

@@ -1,17 +1,17 @@
-//! The configuration of MAVLink as a TOML file, every key optional, every mistake with its place.
+//! The configuration of MAVLink as a TOML file: all keys optional, errors with line and column.
 //!
 //! ```toml
-//! system = 1                       # the vehicle; else who sends most messages of motion
+//! system = 1                       # the vehicle; default: the sender of most messages of motion
 //! component = 1
-//! aircraft = "fixed_wing"          # or "rotorcraft": how the controls are called; else as the heartbeat says
-//! reorder_ms = 20                  # messages so much late still find their place
-//! [sources]                        # messages in the order of preference, by what they give
+//! aircraft = "fixed_wing"          # or "rotorcraft": names of the controls; default: by the heartbeat
+//! reorder_ms = 20                  # messages up to this late are put in order
+//! [sources]                        # messages in order of preference, by the channels they contain
 //! specific_force = ["HIGHRES_IMU", "SCALED_IMU"]
 //! rates = ["HIGHRES_IMU", "ATTITUDE"]
 //! attitude = ["ATTITUDE"]
 //! airspeed = ["VFR_HUD"]
 //! flow_angles = ["AOA_SSA"]
-//! altitude = []                    # not at all
+//! altitude = []                    # not used
 //! controls = ["RC_CHANNELS"]
 //! rotor_speed = ["RPM"]
 //! [controls.rudder]                # or pedal: output or input number, scale
@@ -21,7 +21,7 @@
 //! full_deg = -20
 //! [rpm]
 //! sensor = 1
-//! ratio = 0.1                      # rotor speed for one of that shaft
+//! ratio = 0.1                      # rotor speed over shaft speed
 //! ```
 
 use super::mapping::{ChannelGroup, ControlScale, MavlinkConfig};

@@ -1,9 +1,9 @@
-//! Samples as MAVLink 2 frames: for simulated flights as tlog, and for a sender that plays one over a link.
+//! Samples as MAVLink 2 frames: tlog files of simulated flights, and playback over a link.
 //!
-//! Consumes samples, SI and radians; produces frames of HIGHRES_IMU, ATTITUDE, AIRSPEED, AOA_SSA, SCALED_PRESSURE,
-//! SERVO_OUTPUT_RAW and RPM, and a HEARTBEAT a second, which the default mapping reads back. Times are the sample's as
-//! boot time (microseconds; milliseconds cut off where the message has those). Reals are single precision; a pulse is a
-//! whole microsecond, 0.02 degrees (0.35 mrad) by default. Refused: a pulse that is none, a negative time.
+//! Consumes samples in SI and radians; produces frames of HIGHRES_IMU, ATTITUDE, AIRSPEED, AOA_SSA, SCALED_PRESSURE,
+//! SERVO_OUTPUT_RAW and RPM, and one HEARTBEAT a second, which the default mapping reads back. Boot time is the time of the
+//! sample, truncated to milliseconds where the message has no microseconds. Resolution: single precision; pulse widths of 1 us,
+//! by default 0.02 degrees (0.35 mrad). Refused: a pulse width outside the format's range, a negative time.
 
 use super::mapping::{MavlinkConfig, standard_pressure};
 use super::senders::Sender;

@@ -1,12 +1,12 @@
-//! Where host time stands beside a vehicle's boot clock, live: the least difference, and when a sample was measured.
+//! Offset between host time and a vehicle's boot time, live: the least difference, for the time at which a sample was measured.
 //!
-//! Consumes pairs of boot time and host time at arrival, us; produces the host time of a boot time: the arrival of what
-//! travelled fastest. So what waited in a socket is as old as it is. With d = host - boot of each message,
-//!     offset <- min(offset + elapsed / 10^4, d)                                                               (1)
-//! the offset creeps up, so that two clocks of different rate (crystals: 2 10^-4 at most) do not make ages grow for ever.
-//! A lower difference counts once `CONFIRMED` messages in a row have it: one wrong stamp is not believed. A delay that
-//! does not let up for [`WINDOW_US`] is the clock's own (a simulation that paused) and is taken as such; twice in a row
-//! and the clock runs slower than the host's: then ages count from arrival.
+//! Consumes pairs of boot time and host time of arrival, us; produces the host time of a boot time, with the delay of the fastest
+//! message as reference, so that time spent in a receive buffer counts as age. With d = host - boot of each message,
+//!     offset <- min(offset + elapsed/10^4, d)                                                                 (1)
+//! The offset rises slowly, so that clocks of different rate (crystals: 2 10^-4 at most) do not let the age grow without bound. A
+//! lower difference is accepted after `CONFIRMED` consecutive messages, so that one wrong stamp has no effect. A delay that lasts
+//! [`WINDOW_US`] is attributed to the boot clock (a paused simulation) and accepted; if it occurs twice in succession the boot
+//! clock is slower than the host's, and ages are counted from arrival.
 
 /// Messages in a row that confirm a lower difference.
 const CONFIRMED: u32 = 3;

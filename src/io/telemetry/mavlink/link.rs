@@ -1,10 +1,15 @@
-//! Live sources by their URL: sockets and serial lines as bytes with a time limit.
+//! Live sources by URL: sockets and serial lines, read with a time limit.
 //!
-//! `udpin://HOST:PORT` listens, and answers whom it heard last; `udpout://HOST:PORT` calls, and hears only whom it calls
-//! (so something must be sent first: a heartbeat); `tcp://HOST:PORT` connects; `serial://DEVICE?baud=N` opens a line
-//! (57600 baud if left out). Consumes a URL; produces bytes as they come: a read ends with the first of them, or as
-//! [`LinkEvent::Silence`] after the time limit. Refused, each said: an unknown scheme, a missing port, a baud rate out of
-//! range. A connection that ends is [`LinkEvent::Closed`]; whoever reads may open the link anew.
+//! | URL | link |
+//! | --- | --- |
+//! | `udpin://HOST:PORT` | listens, and replies to the address heard last |
+//! | `udpout://HOST:PORT` | sends to this address and receives from it only; a heartbeat has to be sent first |
+//! | `tcp://HOST:PORT` | connects |
+//! | `serial://DEVICE?baud=N` | opens a serial line, 57600 baud by default |
+//!
+//! A read returns with the first bytes, or with [`LinkEvent::Silence`] after the time limit. Refused, each with a message: an
+//! unknown scheme, a missing port, a baud rate out of range. A closed connection is [`LinkEvent::Closed`]; the caller may open
+//! the link again.
 
 use crate::io::telemetry::mavlink::serial;
 use std::fs::File;

@@ -1,12 +1,11 @@
-//! A link, its frames and the vehicle's stream in one: live telemetry as samples.
+//! Live telemetry as samples: a link, its frames and the stream of the vehicle.
 //!
-//! Consumes bytes of a [`Link`] and the host's time; produces samples and counts. Whoever runs it calls
-//! [`LiveTelemetry::poll`] in turn with [`LiveTelemetry::next_sample`], and [`LiveTelemetry::heartbeat`] once a second:
-//! without it many senders send nothing, and the one that is called by `udpout` does not know of us. Where the link is silent
-//! for its time limit, the samples that wait for late messages are let go; so too where only others talk. An end of the link
-//! is reported, and is for the caller to mend by opening it anew. Until the vehicle is chosen
-//! ([`vehicle_selection`](super::vehicle_selection)) messages wait, and none of them is lost. What is worth a word to a person
-//! comes as a [`LiveNotice`], each kind once.
+//! Consumes bytes of a [`Link`] and host time; produces samples and counts. The caller alternates [`LiveTelemetry::poll`] and
+//! [`LiveTelemetry::next_sample`], and calls [`LiveTelemetry::heartbeat`] once a second: many senders transmit only to a station
+//! that sends heartbeats, and the peer of `udpout` learns the address from it. Samples that wait for late messages are released
+//! when the vehicle is silent for the time limit. The end of a link is reported; the caller opens it again. Messages that arrive
+//! before the vehicle is chosen ([`vehicle_selection`](super::vehicle_selection)) are queued, not lost. Notices for people are
+//! [`LiveNotice`]s, each kind reported once.
 
 use super::clock::BootClock;
 use super::clock_monitor::{ClockMonitor, SavedClock};

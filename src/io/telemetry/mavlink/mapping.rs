@@ -1,9 +1,9 @@
-//! Which message gives which channel, and in what scale: a configuration with defaults.
+//! The message that supplies each channel, and its scale: a configuration with defaults.
 //!
-//! Consumes [`MessageReading`]s with their time; produces values of channels. Where several messages give the same channels, the
-//! one that stands first in its list gives them, and the next one only once that has been silent for two seconds: two
-//! instruments are never mixed. Pulses: `(width - zero) * full_deg / full_us`, in degrees, 1500 us and 10 degrees at
-//! 500 us by default. Static pressure becomes pressure altitude by the ICAO standard atmosphere up to 11 km,
+//! Consumes [`MessageReading`]s with their time; produces values of channels. Of several messages that contain the same channels
+//! the first in the list is used, and the next only after two seconds of silence, so that two instruments are never mixed.
+//! Controls from pulse widths: (width - zero) full_deg/full_us, by default zero = 1500 us and 10 degrees at 500 us. Pressure
+//! altitude from static pressure, ICAO standard atmosphere up to 11 km:
 //!     h = T0/L (1 - (p/p0)^(R L/g0)),   T0 = 288.15 K, L = 6.5 K/km, p0 = 101325 Pa, R = 287.05287 J/(kg K)      (1)
 //! Source: ICAO, Manual of the Standard Atmosphere, Doc 7488/3 (1993).
 

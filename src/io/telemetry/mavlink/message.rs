@@ -1,10 +1,10 @@
-//! The messages that Sideslip uses, read from their raw fields in SI and radians.
+//! Fields of the messages that Sideslip uses, in SI and radians.
 //!
-//! Consumes a [`Packet`]; produces a [`MessageReading`]. Fields are taken by their place in the payload, so that an enum value
-//! that nobody knows yet costs nothing. Axes are the body's (x forward, y right, z down) and accelerometers give specific
-//! force, -1 g on z at rest, as MAVLink has it too. NaN means "not provided" in MAVLink: such a field was not sampled.
-//! RAW_IMU is raw counts by its definition; the autopilots that send it today fill it like SCALED_IMU (milli-g,
-//! mrad/s), and it is taken so. The airspeed of VFR_HUD and AIRSPEED is taken for true airspeed: at height it is less.
+//! Consumes a [`Packet`]; produces a [`MessageReading`]. Fields are read by their offset in the payload, so that an unknown value
+//! of an enumeration does not invalidate the message. Axes are body axes (x forward, y right, z down); accelerometers measure
+//! specific force, -1 g along z at rest, as MAVLink defines it. NaN is "not provided" in MAVLink: the field was not sampled.
+//! RAW_IMU is raw counts by definition; present autopilots fill it like SCALED_IMU (milli-g, mrad/s), and it is read so. The
+//! airspeed of VFR_HUD and AIRSPEED is used as true airspeed; an indicated airspeed is less than that at altitude.
 
 use super::packet::Packet;
 use crate::flight::unit::STANDARD_GRAVITY as G0;

@@ -1,25 +1,25 @@
 //! MAVLink 1 and 2: bytes of a tlog or of a live link become samples of one vehicle.
 //!
-//! In: bytes in any chunks ([`packet`]), tlog records ([`tlog`]), sockets and serial lines ([`link`]).
-//! Out: samples on the vehicle's own boot clock ([`stream`], [`clock`]), channels by a configuration with defaults
-//! ([`mapping`], [`config_file`]), counts of everything by sender and type ([`senders`]); the same as a recording
-//! ([`recording`]). Live ([`live`]) the vehicle is chosen among the senders ([`vehicle_selection`]), and host time is a
-//! witness of its clock ([`clock_monitor`], [`reboot`], [`host_time`]). The other way, samples as frames ([`encode`]).
-//! Assumed: body axes and signs of MAVLink, which are ours; RAW_IMU in milli-g and mrad/s; airspeeds as true airspeed;
-//! a message without a time of its own is as new as the newest of its sender.
-//! Refused, counted and never fatal: bytes that are no frame, wrong checksums, messages that the dialect does not know,
-//! times that contradict the others, messages that come too late. Signatures are not verified.
+//! In: bytes in chunks of any size ([`packet`]), tlog records ([`tlog`]), sockets and serial lines ([`link`]).
+//! Out: samples on the vehicle's boot clock ([`stream`], [`clock`]), channels by a configuration with defaults ([`mapping`],
+//! [`config_file`]), counts by sender and message type ([`senders`]); the same as a recording ([`recording`]). Live ([`live`])
+//! the vehicle is selected among the senders ([`vehicle_selection`]), and host time supervises its clock ([`clock_monitor`],
+//! [`reboot`], [`host_time`]). The reverse, samples as frames: [`encode`].
+//! Assumed: body axes and signs of MAVLink, which are those of Sideslip; RAW_IMU in milli-g and mrad/s; airspeeds are true
+//! airspeed; a message without time stamp has the time of the newest message of its sender.
+//! Refused and counted, never fatal: bytes that are no frame, wrong checksums, messages that the dialect does not contain, times
+//! that contradict the others, messages that are too late. Signatures are not verified.
 //!
-//! Live, a link and a stream go together like this:
+//! A link and a stream, live:
 //! ```
 //! use sideslip::io::telemetry::mavlink::{mapping::MavlinkConfig, packet::{Framer, Framing}, stream::VehicleStream};
 //! let mut framer = Framer::new(Framing::Bare);
 //! let mut stream = VehicleStream::new(MavlinkConfig::default(), None);
-//! let mut bytes: &[u8] = &[0xFD, 0x09];                       // what a link has just received
+//! let mut bytes: &[u8] = &[0xFD, 0x09];                       // bytes received from a link
 //! while !bytes.is_empty() {
 //!     bytes = &bytes[framer.take(bytes)..];
 //!     while let Some(packet) = framer.next_packet() {
-//!         stream.packet(&packet, None);                       // the host's time, where it is wanted
+//!         stream.packet(&packet, None);                       // host time, if available
 //!     }
 //! }
 //! while let Some(timed) = stream.next_sample() {

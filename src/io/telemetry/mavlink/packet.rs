@@ -1,11 +1,10 @@
-//! MAVLink frames out of bytes that come in chunks of any size, with garbage between them.
+//! Framing of MAVLink 1 and 2: packets from bytes that arrive in chunks of any size, with other bytes between frames.
 //!
-//! Consumes bytes; produces every [`Packet`] of MAVLink 1 or 2 whose checksum is right, in order. After anything else the
-//! search goes on one byte later, so that no valid frame is lost to a false beginning. A frame whose checksum cannot be
-//! verified (wrong, or of a message that the dialect lacks) counts as such only where frames stood in step: it begins
-//! where the frame before it ended, and a marker or the end of the bytes follows it. All else is garbage, counted in
-//! bytes. Signatures are passed over, not verified. Memory: one buffer of [`BUFFER`] bytes, whatever comes.
-//! A false beginning can hold back what follows it until its supposed length (280 bytes at most) has come.
+//! Consumes bytes; produces every [`Packet`] with a correct checksum, in order. After a failure the search continues one byte
+//! later, so that no valid frame is lost to a false start marker. A frame with a wrong checksum, or of a message that the dialect
+//! does not contain, is counted as a frame only if it begins at the end of the frame before and is followed by a start marker or
+//! the end of the bytes; other bytes are counted as garbage. Signatures are skipped, not verified. Memory: one buffer of
+//! [`BUFFER`] bytes. A false start marker delays what follows by at most its supposed length, 280 bytes.
 
 use mavlink::Message as _;
 use mavlink::dialects::ardupilotmega::MavMessage;

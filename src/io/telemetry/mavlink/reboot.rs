@@ -1,11 +1,10 @@
-//! Whether a live clock that jumps has started again, or is another's: judged by host time.
+//! Detection of a reboot by host time: a live boot clock that jumps has restarted, or belongs to another sender.
 //!
-//! Consumes steps of a vehicle's boot clock with the host time of their arrival, us; produces a verdict. A stamp agrees
-//! where it is not more than two seconds late and not further ahead than host time explains. Those that do not agree
-//! form a series. The vehicle has started again where a series goes on for [`RESTART_US`] of host time, with a clock that
-//! runs, while nothing agrees with the old one; for a clock that was running before the old one fell silent, which is no
-//! fresh start, it takes [`CHANGE_US`]. A series that is broken by the old clock, again and again with the same difference,
-//! is another sender of the same id.
+//! Consumes steps of the boot clock with the host time of their arrival, us; produces a verdict. A time stamp is consistent if it
+//! is no more than two seconds late and no further ahead than host time allows. Inconsistent stamps form a series. A series that
+//! lasts [`RESTART_US`] of host time, with a running clock and no consistent stamp between, is a reboot; a clock that was running
+//! before the old one became silent, which is no restart, needs [`CHANGE_US`]. A series that is repeatedly interrupted by the old
+//! clock with the same difference is another sender with the same id.
 
 /// A message may come so much later than the newest, us.
 pub const LATE_US: i64 = 2_000_000;
@@ -39,7 +38,7 @@ pub struct StampSeries {
     pub count: u32,
 }
 
-/// What a stamp that does not agree comes to.
+/// Verdict on an inconsistent time stamp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StampVerdict {
     /// It may be a stray.

@@ -1,8 +1,8 @@
-//! A tlog, or a raw stream of frames, as a recording: who sent what, and the vehicle's samples row by row.
+//! A tlog or a raw stream of frames as a recording: counts of its senders, and the samples of the vehicle row by row.
 //!
-//! Consumes a file, twice: first to count senders and to find the vehicle and its channels, then for the samples.
-//! Produces [`RecordingRow`]s in order of time. With several boots each is a segment of its own, set behind the one before, and a
-//! column `boot` counts them. Refused: a file without anybody who sends motion.
+//! Consumes a file in two passes: the first counts senders and determines the vehicle and its channels, the second reads the
+//! samples. Produces [`RecordingRow`]s in order of time. Each boot is a segment placed after the one before, counted in the
+//! column `boot`. Refused: a file in which no sender transmits motion.
 
 use super::mapping::MavlinkConfig;
 use super::message::{MessageBody, MessageKind, MessageReading};

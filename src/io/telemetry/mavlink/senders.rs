@@ -1,9 +1,9 @@
-//! Who sent what: messages by system and component id, and which of the senders is the vehicle.
+//! Senders on a link: message counts by system and component id, and the vehicle among them.
 //!
-//! Consumes packets; produces counts, in memory that strangers cannot grow: senders beyond [`SENDERS_MAX`] are counted
-//! together; one that sends motion takes the place of one that sends none, or the least. The vehicle is who sends most
-//! messages of motion (inertial or attitude); of two with the same number the one with the lower ids. That is so for a
-//! whole recording; live the choice is made early, and made again ([`vehicle_selection`](super::vehicle_selection)).
+//! Consumes packets; produces counts in bounded memory: senders beyond [`SENDERS_MAX`] are counted together, and a sender of
+//! motion replaces one without, or the one with the least. The vehicle is the sender of most messages of motion (inertial or
+//! attitude); of two with equal counts the one with the lower ids. This rule is for a whole recording; live, see
+//! [`vehicle_selection`](super::vehicle_selection).
 
 use super::message::{MessageBody, MessageKind, MessageReading};
 use super::packet::{Packet, name_of};

@@ -1,7 +1,7 @@
-//! A serial line in raw mode at a given speed, as bytes with a time limit.
+//! A serial line in raw mode at a given speed, read with a time limit.
 //!
-//! Consumes the device's path and baud rate; produces an open file that gives what has come after at most a tenth of a
-//! second. Refused: a path that is no terminal device, a speed that the system does not know.
+//! Consumes the device's path and baud rate; produces an open file whose reads return after at most 0.1 s. Refused: a path that
+//! is not a terminal device, a speed that the system does not support.
 
 use std::fs::File;
 use std::io::{Error, Result};

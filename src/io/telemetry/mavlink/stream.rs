@@ -1,12 +1,12 @@
-//! One vehicle's packets as samples: its clock, its channels, messages of the same instant put together.
+//! Packets of one vehicle as samples: its clock, its channels, messages of the same instant combined.
 //!
-//! Consumes packets as they arrive; produces [`TimedSample`] samples in order of time, live and from files by the same code.
-//! Messages within a millisecond (what the millisecond clocks cut off) make one sample, at the time of the one that
-//! brings rates. A sample waits until the vehicle's clock is `reorder_us` further, so that late messages find their
-//! place; a message later than that is not used, and counted. No sample mixes two boots.
-//! The vehicle is the one that was named; else the first that sends motion (a recording names who sends most, and so
-//! does [`vehicle_selection`](super::vehicle_selection) live). Of other senders only MANUAL_CONTROL for the vehicle is used.
-//! Live, what comes while its clock is in doubt waits, and nothing of a new boot is lost.
+//! Consumes packets as they arrive; produces [`TimedSample`]s in order of time, live and from files by the same code. Messages
+//! within 1 ms (the resolution of millisecond clocks) form one sample, at the time of the message with angular rates. A sample is
+//! released when the vehicle's clock is `reorder_us` ahead of it, so that late messages are put in order; a message later than
+//! that is counted and not used. No sample combines two boots. The vehicle is the one named; otherwise the first sender of motion
+//! (a recording names the sender of most messages of motion, and so does [`vehicle_selection`](super::vehicle_selection) live).
+//! Of other senders only MANUAL_CONTROL for the vehicle is used. Live, messages that arrive while the clock is uncertain are
+//! held, and none of a new boot is lost.
 
 use super::clock::{BootClock, TimePlacement, has_boot_time};
 use super::clock_monitor::ClockMonitor;

@@ -1,7 +1,7 @@
-//! Packets out of a file or any other reader, and tlog records into a writer.
+//! tlog files: packets read from a file or any other reader, records written to any writer.
 //!
-//! A tlog is a row of records, each eight bytes of big-endian microseconds since 1970 and one frame. Damaged records are
-//! passed over and counted by the framer. Memory is that of the framer and one block.
+//! A tlog is a sequence of records: 8 bytes of big-endian microseconds since 1970, then one frame. Damaged records are skipped
+//! and counted by the framer. Memory: the framer's buffer and one block.
 
 use super::packet::{FrameTally, Framer, Framing, Packet};
 use std::io::{ErrorKind, Read, Result, Write};

@@ -1,10 +1,10 @@
-//! Which of several senders on a link is the vehicle: chosen early, and again where it has fallen silent.
+//! Selection of the vehicle among several senders on a live link, and reselection when it becomes silent.
 //!
-//! Consumes who sent a message of motion, and when; produces the choice. The vehicle is the sender of at least
-//! [`CLEAR`] such messages and twice as many as the next; or after [`LISTEN_US`] who sent most, at least [`FEW`] (of two
-//! with the same number the one with the lower ids). Where it sends none for [`SILENT_US`] while another sends [`CLEAR`],
-//! that one is the vehicle from then on. Time counts only while this process was awake, for after a pause the messages
-//! of all come at once. Strangers cannot make it grow.
+//! Consumes sender and time of each message of motion; produces the selection. The vehicle is the sender of at least [`CLEAR`]
+//! such messages and twice as many as the next; after [`LISTEN_US`] the sender of most, at least [`FEW`] (of two with equal
+//! counts the one with the lower ids). If it sends none for [`SILENT_US`] while another sends [`CLEAR`], that one becomes the
+//! vehicle. Time counts only while this process was running, because after a pause the queued messages of all senders arrive at
+//! once. Memory is bounded.
 
 use super::senders::{SENDERS_MAX, Sender};
 use std::collections::BTreeMap;

@@ -1,10 +1,10 @@
-//! Vibration at blade passing, followed through the wandering of the rotor's speed and taken out.
+//! Removal of vibration at the blade-passing frequency, which follows the rotor's speed.
 //!
-//! Consumes a channel z(t), the rotor's speed Omega(t), rad/s, and the number of blades b; takes out, with phi = b int Omega dt,
+//! Consumes a channel z(t), the rotor's speed Omega(t), rad/s, and the number of blades b; subtracts, with phi = b int Omega dt,
 //!     a(t) cos(phi) + b(t) sin(phi)                                                                  (1)
 //! a and b by least squares in windows of [`WINDOW_S`], weighted by 1 + cos, beside a parabola for the motion; straight lines
-//! between the windows' centres. What goes with it is a band of about 1 Hz about the line, where no motion is.
-//! A run that does not say how many blades there are may show it: their order stands out from those beside it.
+//! between the windows' centres. This removes a band of about 1 Hz about the line, which contains no motion.
+//! Where the run does not give the number of blades, it is the order whose line exceeds those beside it.
 
 use crate::flight::signal::series::Series;
 use nalgebra::{SMatrix, SVector};
@@ -14,7 +14,7 @@ const WINDOW_S: f64 = 1.0;
 /// From one window to the next, s.
 const HOP_S: f64 = 0.25;
 const TERMS: usize = 5;
-/// Numbers of blades that are looked for.
+/// Numbers of blades that are tested.
 const BLADES: core::ops::RangeInclusive<u32> = 2..=8;
 /// How far beside an order of the rotor the background of its line is.
 const BESIDE: f64 = 0.4;
@@ -57,7 +57,7 @@ pub(crate) fn removed(series: &Series, rotor: &Series, blades: f64) -> Series {
     }))
 }
 
-/// Whether a line is well below the Nyquist frequency: one above comes in under another name, and is not looked for.
+/// Whether a line is well below the Nyquist frequency: one above it is aliased, and is not tested.
 fn is_below_nyquist(series: &Series, rotor: &Series, order: f64) -> bool {
     series.interval_s().is_some_and(|interval_s| order * rotor.average() * interval_s < 0.95 * core::f64::consts::PI)
 }

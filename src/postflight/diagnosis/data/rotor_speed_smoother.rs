@@ -5,8 +5,8 @@
 //! hardly more than the least expected error
 //!     mean (x^ - x)^2  ~  mean (z - x^)^2 - sigma^2 + 2 sigma^2 mean S_ii                              (1)
 //! (C. L. Mallows, Some comments on C_p, Technometrics 15, 1973, for linear smoothers). A rotor, whose speed inertia keeps from
-//! jumping, comes out a few times better; what does move within a window is left as it was read. sigma is told by the median of
-//! third differences, in which a few steps do not count.
+//! jumping, comes out a few times better; what does move within a window is left as it was read. sigma is estimated by the median
+//! of third differences, in which a few steps do not count.
 
 use crate::flight::signal::series::Series;
 use crate::flight::signal::white_noise::white_noise_std_by_median;

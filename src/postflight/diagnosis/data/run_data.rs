@@ -3,13 +3,14 @@
 //! Consumes samples and where instruments stand; produces the mesh (`gyro_coverage` at [`MESH_RATE_HZ`]) and, for a given time
 //! skew, each output's readings, those that fall to one node averaged. Vibration of the rotor's blades is taken out first
 //! (`blade_passing`), so that what is left of a channel's third differences is its noise. The rotor's speed moves slowly beside
-//! its noise, which would make what correlates with it look smaller: it is smoothed (`rotor_speed_smoother`).
+//! its noise, which would bias what correlates with it towards zero: it is smoothed (`rotor_speed_smoother`).
 
 use super::rotor_speed_smoother::smoothed;
 use crate::flight::channel::Channel;
 use crate::flight::control::{CONTROLS, Control};
 use crate::flight::run::RunGeometry;
 use crate::flight::sample::Sample;
+use crate::flight::signal::GAP_S;
 use crate::flight::signal::gyro_coverage::{FirstNode, GyroCoverage};
 use crate::flight::signal::readings::{Groups, Mesh, Readings};
 use crate::flight::signal::series::Series;
@@ -18,8 +19,6 @@ use crate::postflight::diagnosis::record::{LENGTH_MIN_S, Unusable};
 
 /// Rate of the mesh, Hz: f of [`gyro_coverage`](crate::flight::signal::gyro_coverage).
 pub const MESH_RATE_HZ: f64 = 32.0;
-/// A gap of the gyros that ends a run, s.
-pub const GAP_S: f64 = 0.5;
 /// An input moves that goes through so many times its noise.
 const STILL: f64 = 12.0;
 /// Fewer readings of a channel are none.
@@ -114,14 +113,8 @@ impl RunData {
         if let Some((place, [before, after])) = back.and_then(|place| Some((place, samples.get(place..place + 2)?))) {
             return Err(Unusable::Back { sample: place + 2, before_s: before.time_s, time_s: after.time_s });
         }
-        let line = |channel: Channel| {
-            let series = Series::of(samples.iter().filter_map(|sample| Some((sample.time_s, sample.get(channel)?))));
-            (series.len() >= READINGS_MIN).then_some(series)
-        };
-        let mut outputs = OUTPUT_CHANNELS.map(|channel| {
-            let series = line(channel)?;
-            Some(if matches!(channel, Channel::Psi | Channel::Phi) { series.unwrapped() } else { series })
-        });
+        let line = |channel: Channel| Series::of_channel(samples, channel, READINGS_MIN);
+        let mut outputs = OUTPUT_CHANNELS.map(line);
         let mut inputs = core::array::from_fn(|input| if input < MEASURED_FORCE { line(input_channel(input)) } else { None });
         let noise = |series: &Option<Series>| series.as_ref().map_or(0.0, Series::noise_std);
         let mut input_noise = core::array::from_fn(|i| noise(&inputs[i]));
@@ -185,12 +178,8 @@ impl RunData {
             return Err(Unusable::Seldom(interval_s));
         }
         for series in self.outputs[RATE_OUTPUT..ATTITUDE_OUTPUT].iter().flatten() {
-            let mut before_s = first_s;
-            for (time_s, _) in series.samples() {
-                if time_s - before_s > GAP_S {
-                    return Err(Unusable::Gap(before_s, time_s));
-                }
-                before_s = time_s;
+            if let Some((before_s, time_s)) = series.gaps(first_s, GAP_S).next() {
+                return Err(Unusable::Gap(before_s, time_s));
             }
         }
         self.lay_mesh(MESH_RATE_HZ);

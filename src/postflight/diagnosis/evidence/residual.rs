@@ -15,9 +15,9 @@ use core::f64::consts::TAU;
 
 /// Part of the power that a band holds.
 const HELD: f64 = 0.8;
-/// Length of the means whose power is told, s.
+/// Length of the means whose power is reported, s.
 const MEAN_S: f64 = 0.25;
-/// Highest frequency that is looked at, Hz.
+/// Highest frequency of the spectrum, Hz.
 const HIGHEST_HZ: f64 = 4.0;
 
 /// Of one axis.

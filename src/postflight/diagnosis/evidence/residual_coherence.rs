@@ -20,7 +20,7 @@ use core::f64::consts::TAU;
 
 /// Length of a segment, s.
 pub const SEGMENT_S: f64 = 8.0;
-/// Fewest segments that coherence is told by.
+/// Fewest segments for an estimate of coherence.
 pub const FEWEST: usize = 8;
 /// Highest line, Hz.
 pub const HIGHEST_HZ: f64 = 4.0;
@@ -128,7 +128,7 @@ pub fn residual_coherence(problem: &DiagnosisProblem, searched: &SearchResult) -
     let lengths_s = problem.runs.iter().map(|run| run.mesh.length_s());
     // Of half-overlapping segments of length T, runs of lengths L have 2 L/T - 1 each.
     let segment_s = SEGMENT_S.min(2.0 * lengths_s.sum::<f64>() / (FEWEST + problem.runs.len()) as f64);
-    let cut = WelchConfig { segment_s, lines: (HIGHEST_HZ * segment_s + 1e-9) as usize };
+    let cut = WelchConfig::lines(segment_s, (HIGHEST_HZ * segment_s + 1e-9) as u32);
     let all: Vec<RunResiduals> = (0..problem.runs.len()).map(|number| run_residuals(problem, searched, number)).collect();
     let signals = signals(problem, searched, &cut);
     Axis::ALL.into_iter().map(|axis| of_axis(problem, &cut, &all, &signals, axis)).collect()
@@ -193,14 +193,14 @@ fn of_axis(
         .map(|(signal, own)| SignalCoherence { signal: *signal, before: with(&before, own), after: with(&after, own) })
         .collect();
     let count = before.iter().map(Vec::len).sum();
-    let looks = (cut.lines * residual_coherence.len()).max(1) as f64;
+    let tests = (cut.hz.len() * residual_coherence.len()).max(1) as f64;
     AxisSpectrum {
         axis,
-        hz: (0..cut.lines).map(|line| cut.hz(line)).collect(),
+        hz: cut.hz.clone(),
         before: cut.density(&before.concat()),
         after: cut.density(&after.concat()),
-        noise: (0..cut.lines).map(|line| noise_density(problem, axis, cut.hz(line))).collect(),
-        level: coherence_by_chance(count, CHANCE / looks),
+        noise: cut.hz.iter().map(|&hz| noise_density(problem, axis, hz)).collect(),
+        level: coherence_by_chance(count, CHANCE / tests),
         signals: residual_coherence,
         segments: count,
     }

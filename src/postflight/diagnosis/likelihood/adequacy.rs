@@ -12,7 +12,7 @@ use super::parameter_set::ParameterSet;
 use super::problem::DiagnosisProblem;
 use crate::flight::derivative::AXES;
 
-/// Lags that the colour of innovations is looked for in.
+/// Lags of the test for coloured innovations.
 const COLOUR_LAGS: usize = 40;
 /// Innovations that scatter by more than this, of the variance that they should have, are of noisier instruments.
 const NOISIER: f64 = 2.0;

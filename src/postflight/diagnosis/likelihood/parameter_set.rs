@@ -5,7 +5,7 @@ use super::parameter::{RUN_OFFSETS, components, with_number_changed, within_limi
 use crate::flight::derivative::AXES;
 use crate::flight::effect::Effect;
 
-/// An effect that is looked at, with what is known of its number beforehand.
+/// An effect under test, with the prior of its parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hypothesis {
     /// The effect with its number.

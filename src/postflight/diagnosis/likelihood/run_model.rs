@@ -13,7 +13,7 @@ use super::state::{ALTITUDE, ATTITUDE, FilterState, GUST, LAG, RATES, STATES, St
 use crate::dynamics::kinematics::{Attitude, velocity_rate, velocity_rate_by_rates, velocity_rate_by_velocity};
 use crate::dynamics::sensors::{
     AirData, centripetal_by_rates, centripetal_terms, cross, specific_force_by_angular_acceleration, specific_force_by_arm,
-    velocity_at_arm, velocity_of_air_data,
+    velocity_at_arm,
 };
 use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
 use crate::flight::model::Trim;
@@ -23,17 +23,16 @@ use crate::postflight::diagnosis::data::run_data::{
     ALPHA_OUTPUT, ALTITUDE_OUTPUT, ATTITUDE_OUTPUT, BETA_OUTPUT, FORCE_OUTPUT, MEASURED_FORCE, OUTPUTS, RATE_OUTPUT, ROTOR,
     RunData, TAS_OUTPUT,
 };
+use crate::postflight::start_state::{start_reading, start_velocity};
 
 /// Forward speed below which vanes tell nothing, m/s.
 const SPEED_MIN: f64 = 2.0;
 
 /// A run with the model and everything that reaches it.
+#[expect(missing_docs, reason = "fields are what their names say")]
 pub struct RunModel<'a> {
-    /// The run.
     pub record: &'a RunData,
-    /// The model.
     pub model: &'a ModifiedAircraft<'a>,
-    /// Its trim.
     pub trim: &'a Trim,
     /// What reaches the blades.
     pub blade_input: &'a BladeInput,
@@ -283,14 +282,14 @@ pub(crate) fn initial_state(run: &RunModel<'_>) -> Option<FilterState> {
     let time_s = record.mesh.time_s(0);
     let read = |output: usize| {
         let series = record.outputs.get(output).and_then(Option::as_ref)?;
-        Some((series.mean(time_s, time_s + 0.2) - run.bias[output]) / run.factor[output])
+        Some((start_reading(series, time_s) - run.bias[output]) / run.factor[output])
     };
     let trim = run.trim;
-    let speed = read(TAS_OUTPUT).unwrap_or(trim.airspeed()).max(3.0);
+    let speed = read(TAS_OUTPUT).unwrap_or(trim.airspeed());
     let alpha = read(ALPHA_OUTPUT).unwrap_or(trim.incidence());
     let beta = read(BETA_OUTPUT).unwrap_or(trim.sideslip());
     let mut x = [0.0; STATES];
-    x[VELOCITY..VELOCITY + 3].copy_from_slice(&velocity_of_air_data(speed, alpha, beta));
+    x[VELOCITY..VELOCITY + 3].copy_from_slice(&start_velocity(speed, alpha, beta));
     for (output, x) in x.iter_mut().enumerate().take(9).skip(3) {
         const THETA_OUTPUT: usize = ATTITUDE_OUTPUT + 1;
         let at_trim = match output {

@@ -26,7 +26,7 @@ pub struct SearchResult {
     pub local: Linearisation,
     /// By cause, the chosen one first.
     pub rivals: Vec<Vec<Rival>>,
-    /// What was looked at last and refused.
+    /// The candidates tested last and refused.
     pub refused: Vec<Rival>,
     /// Standard errors of the causes' main numbers where more is in doubt than at the point itself; none elsewhere.
     pub stds: Vec<f64>,
@@ -40,7 +40,7 @@ impl SearchResult {
     }
 }
 
-/// Looks for causes, after those that are known without the model: each with what else it may be.
+/// Forward search for causes, after those that are known without the model: each with its alternatives.
 pub fn search(problem: &DiagnosisProblem, known: &[Vec<DeclaredEffect>], settings: &SearchSettings) -> Option<SearchResult> {
     let (mut point, mut local) = maximise(problem, problem.null_hypothesis(), Effort::SETTLED)?;
     let before = unexplained(problem, &point)?;
@@ -54,7 +54,7 @@ pub fn search(problem: &DiagnosisProblem, known: &[Vec<DeclaredEffect>], setting
     forward_search(problem, (point, local), (rivals, 0), before, settings)
 }
 
-/// Looks for causes besides those that are there, the first `stand` of which are not looked at again.
+/// Forward search for causes besides those given, the first `stand` of which are not tested again.
 pub(crate) fn forward_search(
     problem: &DiagnosisProblem,
     (mut point, mut local): (ParameterSet, Linearisation),

@@ -1,8 +1,8 @@
 //! Gusts instead of a cause: their standard deviation and scale length by the likelihood of the innovations.
 //!
 //! Consumes the problem and a point; produces the point with gusts, or nothing. Gusts reach vanes and airspeed at once and the
-//! inertial instruments through the aircraft only, which tells them from noise of forces. Their standard deviation goes with the
-//! other noises, (1) of `maximise`; both numbers come to the bottom of a parabola along their logarithms.
+//! inertial instruments through the aircraft only, which separates them from process noise. Their standard deviation is estimated
+//! with the other noises, (1) of `maximise`; both numbers are refined by a parabola along their logarithms.
 
 use crate::flight::effect::Effect;
 use crate::postflight::diagnosis::likelihood::maximise::{Effort, maximise};
@@ -10,7 +10,7 @@ use crate::postflight::diagnosis::likelihood::normal_equations::{Detail, Lineari
 use crate::postflight::diagnosis::likelihood::parameter_set::ParameterSet;
 use crate::postflight::diagnosis::likelihood::problem::DiagnosisProblem;
 
-/// Noise of forces, of the least, beyond which gusts are looked for.
+/// Process noise over its least value beyond which gusts are tested.
 const EXCESS: f64 = 3.0;
 
 /// Whether there is more noise of forces than the controls' own makes.

@@ -73,7 +73,7 @@ pub fn prior_std(effect: &Effect) -> Option<f64> {
 }
 
 /// Whether what an effect takes from a control on its way to the blade is so little that it is the recorded control's noise and
-/// nothing else, or a dead zone as narrow as that; or a rate limit so low that it is not told from a control that is cut off.
+/// nothing else, or a dead zone as narrow as that; or a rate limit so low that it is not separable from a disconnected control.
 pub(crate) fn below_noise(problem: &DiagnosisProblem, effect: &Effect, std: f64) -> bool {
     let is_noise = |control: Control| {
         let (place, trim) = (control.index(), problem.aircraft.trim());
@@ -126,7 +126,7 @@ pub fn hypotheses(problem: &DiagnosisProblem, present: &[Effect]) -> Vec<Library
         if !problem.runs.iter().any(|run| run.outputs[output].is_some()) {
             continue;
         }
-        // Heading and height are told from where a run began.
+        // Heading and height are relative to the start of a run.
         if !matches!(channel, Channel::Psi | Channel::Altitude) {
             plain(Effect::SensorBias { channel, value: 0.0 }, 0);
         }

@@ -27,7 +27,7 @@ const CLOSE: f64 = 0.1;
 /// Odds against an instrument that reads early.
 const EARLY: f64 = 8.0;
 
-/// Part of a cause's odds that is left for gusts, below which they are not looked at.
+/// Part of a cause's odds that is left for gusts, below which they are not tested.
 const CALM: f64 = 0.02;
 
 /// Settings of the forward search.
@@ -95,7 +95,7 @@ impl PriorOdds {
     }
 }
 
-/// The next cause, where one is worth it, and everything that was looked at.
+/// The next cause, where one is worth its penalty, and all candidates that were tested.
 pub(crate) type NextCause = (Option<(ParameterSet, Linearisation)>, Vec<Rival>);
 
 /// The best cause besides those that are there, where it is worth it.
@@ -131,7 +131,7 @@ pub(crate) fn next_cause(
     let lagging = problem.effects(point).iter().any(|effect| matches!(effect, Effect::SensorLag { .. }));
     let before = local.evidence();
     let odds = |there: &Linearisation, effect: &Effect| before - there.evidence() + worth.odds(effect) - settings.odds_against;
-    // A few rounds for every start, and all for those that are still in the running, by what they have come to or by what the
+    // A few rounds for every start, and all for those that are still in the running, by the evidence reached or by what the
     // screening made of them.
     let mut fits: Vec<(ParameterSet, Linearisation, f64, f64)> = Vec::new();
     for (entry, score) in chosen {
@@ -206,7 +206,7 @@ pub(crate) fn next_cause(
 }
 
 /// Compares the best with those that are nearly as good on a mesh twice as fine, where the shape of a quick motion within a step
-/// counts: a lag is then told from a delay that is shorter than the step. What they are worth there replaces what they were.
+/// counts: a lag is then separable from a delay that is shorter than the step. Their evidence there replaces that before.
 fn refine_mesh(
     problem: &DiagnosisProblem,
     best: &ParameterSet,
@@ -223,16 +223,16 @@ fn refine_mesh(
         return None;
     }
     let finer = problem.with_mesh_rate(2.0 * MESH_RATE_HZ);
-    let mut looked: Vec<(ParameterSet, Rival, f64)> = Vec::new();
+    let mut refined: Vec<(ParameterSet, Rival, f64)> = Vec::new();
     for (point, _) in close {
         let (there, local) = maximise(&finer, point.clone(), Effort::some(HEAT + 1))?;
         let effect = there.hypotheses.last()?.effect;
         let std = local.std(there.place_of(there.hypotheses.len() - 1));
-        looked.push((there, Rival { effect, std, odds: leading, fitted: true }, local.evidence() - worth(&effect)));
+        refined.push((there, Rival { effect, std, odds: leading, fitted: true }, local.evidence() - worth(&effect)));
     }
-    let least = looked.iter().map(|look| look.2).fold(f64::INFINITY, f64::min);
+    let least = refined.iter().map(|one| one.2).fold(f64::INFINITY, f64::min);
     let mut better = None;
-    for (point, rival, evidence) in looked {
+    for (point, rival, evidence) in refined {
         let odds = leading - (evidence - least);
         if let Some(there) = ranked.iter_mut().find(|there| same_cause(&there.effect, &rival.effect)) {
             *there = Rival { odds, ..rival };

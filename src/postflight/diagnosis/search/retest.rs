@@ -58,7 +58,7 @@ pub(crate) fn drop_redundant(
     (point, local)
 }
 
-/// Looks for every cause but the newest again, with all others in place: its rivals are those of then, and where one of them is
+/// Tests every cause but the newest again, with all others in place: its rivals are those of then, and where one of them is
 /// likelier it stands instead. The first `stand` are left alone, and what was `known` beforehand has to be beaten by more.
 pub(crate) fn retest(
     problem: &DiagnosisProblem,

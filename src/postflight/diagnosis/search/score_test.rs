@@ -1,11 +1,11 @@
-//! Screening: what each hypothesis of the library would gain, linearised, with everything else free to answer.
+//! Score test of all hypotheses: the gain in evidence by each, linearised, with all other parameters free.
 //!
-//! Consumes the neighbourhood of a point; produces for each entry, with A, b of `problem` (1), its column's products c with the
-//! others, I_0 with itself and u_0 with the innovations,
+//! Consumes the linearisation at a point; produces for each entry, with A, b of `problem` (1), the products c of its sensitivity
+//! with the other columns, I_0 with itself and u_0 with the innovations,
 //!     I = I_0 - c' A^-1 c     u = u_0 - c' A^-1 b     size = u/(I + 1/s^2)                             (1)
 //!     gain = u^2/(I + 1/s^2) - ln(1 + s^2 I)                                                          (2)
-//! (2) is twice the logarithm of what the hypothesis raises the evidence by, s the standard deviation of its number beforehand.
-//! Where the unit says nothing of that, s makes the hypothesis's force as large as the model's own on that axis.
+//! (2) is twice the logarithm of the Bayes factor, s the prior standard deviation of the parameter. Where the parameter has no
+//! prior of its own, s makes the force of the hypothesis as large as the model's own on that axis.
 
 use super::hypotheses::LibraryEntry;
 use crate::flight::derivative::{AXES, Axis};
@@ -14,8 +14,8 @@ use crate::postflight::diagnosis::likelihood::normal_equations::Linearisation;
 use crate::postflight::diagnosis::likelihood::parameter::output_of;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-/// Least information of the data, of what is known beforehand.
-const KNOWN: f64 = 1.0;
+/// Least information of the data over that of the prior.
+const INFORMATION_OVER_PRIOR: f64 = 1.0;
 
 /// What an entry would gain.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,11 +75,10 @@ pub(crate) fn scores(
     scores
 }
 
-/// Gain (2), size (1) and its standard error from I, u and s; `None` where the data hardly know anything of it.
+/// Gain (2), size (1) and its standard error from I, u and s; `None` where the data have less information than the prior.
 pub(crate) fn scored(information: f64, gradient: f64, prior_std: f64) -> Option<(f64, f64, f64)> {
     let variance = prior_std * prior_std;
-    // What the data hardly know anything of is nobody's cause.
-    if !(information * variance >= KNOWN) {
+    if !(information * variance >= INFORMATION_OVER_PRIOR) {
         return None;
     }
     let whole = information + 1.0 / variance;

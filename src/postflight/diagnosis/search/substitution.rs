@@ -3,7 +3,7 @@
 //! Consumes the neighbourhood of a point, A and b of (1) of `problem`; produces for a hypothesis with size theta at place p, and
 //! for each candidate besides, what it gains where theta is nothing and all others are free to answer,
 //!     b' = b + A_p theta     u_c' = u_c + c_p theta                                                   (1)
-//! without row and column p, and then (1) and (2) of `score_test`. Two that gain alike are not told apart by these runs, and one
+//! without row and column p, and then (1) and (2) of `score_test`. Two that gain alike are not separable by these runs, and one
 //! that gains more than the hypothesis itself is the likelier cause.
 
 use super::hypotheses::LibraryEntry;

@@ -30,9 +30,7 @@ pub(crate) struct SensitivityFilter<'a> {
 pub(crate) struct ScalarInnovation<'a> {
     pub(crate) sample: usize,
     pub(crate) output: usize,
-    /// v.
     pub(crate) v: f64,
-    /// s.
     pub(crate) s: f64,
     /// -dv by column; empty without derivatives.
     pub(crate) change: &'a [f64],

@@ -136,7 +136,7 @@ impl<'a> FilterErrorLikelihood<'a> {
         &mut self,
         run: usize,
         stand: &FilterErrorIterate,
-        mut look: impl FnMut(&ScalarInnovation<'_>),
+        mut observe: impl FnMut(&ScalarInnovation<'_>),
     ) -> (Dense, Dense) {
         let layout = &self.problem.prepared.layout;
         let (stride, columns) = (layout.stride(), layout.columns());
@@ -144,7 +144,7 @@ impl<'a> FilterErrorLikelihood<'a> {
         let mut rows = [Vec::with_capacity((ROWS + 1) * stride), Vec::with_capacity((ROWS + 1) * stride)];
         let Some(run_parameters) = stand.run_parameters.get(run) else { return Default::default() };
         self.run(run, (&stand.theta, run_parameters, &stand.point), true, |one| {
-            look(one);
+            observe(one);
             let (root, [means, variances]) = (libm::sqrt(one.s), &mut rows);
             means.extend(one.change.iter().map(|x| x / root));
             let last = means.len() - stride + columns;
