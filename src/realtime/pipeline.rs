@@ -14,9 +14,9 @@ use crate::flight::run::RunGeometry;
 use crate::flight::sample::Sample;
 use heapless::Vec;
 
-/// Derivatives and modes are published at the first sample that is so much later than the last publication, s: 10 Hz or
-/// faster for every rate that is fast enough for derivatives.
-const PUBLISH_S: f64 = 0.05 - 1e-6;
+/// Derivatives and modes are published at the last sample that is no more than this later than the last publication, s: 10 Hz
+/// or faster for every rate of samples that is.
+const PUBLISH_S: f64 = 0.1 + 1e-6;
 
 /// Configuration of every stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -85,6 +85,8 @@ pub struct Pipeline {
     estimator: Estimator,
     recursive: Recursive,
     published_s: Option<f64>,
+    /// Time of the sample before, s.
+    before_s: f64,
     tick: Tick,
 }
 
@@ -104,6 +106,7 @@ impl Pipeline {
             estimator: Estimator::of(config.estimation, geometry),
             recursive: Recursive::of(config.regression),
             published_s: None,
+            before_s: 0.0,
             tick: Tick::EMPTY,
         }
     }
@@ -136,9 +139,15 @@ impl Pipeline {
         }
         let due = match self.published_s {
             // A clock that was set back counts as due.
-            Some(published_s) => sample.time_s - published_s >= PUBLISH_S || sample.time_s < published_s,
+            Some(published_s) => {
+                let next_s = sample.time_s + (sample.time_s - self.before_s).max(0.0);
+                next_s - published_s > PUBLISH_S || sample.time_s < published_s
+            }
             None => true,
         };
+        if sample.time_s.is_finite() {
+            self.before_s = sample.time_s;
+        }
         if due && sample.time_s.is_finite() {
             self.publish(sample.time_s);
         }

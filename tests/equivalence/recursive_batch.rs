@@ -298,7 +298,8 @@ fn instruments() -> Instrumentation {
         trusted: [true; AIDS],
         as_expected: [true; AIDS],
         vanes_disagree: [false; 2],
-        noise: SignalNoise::NONE,
+        // All residuals are the instruments' noise: the stage is least squares.
+        noise: SignalNoise { specific_force: [1e3; 3], angular_acceleration: [1e3; 3], ..SignalNoise::NONE },
     }
 }
 

@@ -77,7 +77,7 @@ impl Curvature {
     fn shift(&self, fit: &Fit, stiffness: Variable, speed: f64, residual_var: f64) -> [f64; REGRESSORS] {
         let mut shift = [0.0; REGRESSORS];
         let prior = (fit.theta[regressor(stiffness)] / (DOUBLING_RAD * speed)).abs();
-        if !(prior > 0.0 && residual_var > 0.0) {
+        if !(speed > 0.0 && prior > 0.0 && residual_var > 0.0) {
             return shift;
         }
         // G by place, a column for every curvature.

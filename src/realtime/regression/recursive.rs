@@ -37,10 +37,8 @@ const PATIENCE_S: f64 = 2.0;
 
 /// Independent samples that an equation needs besides one for each term: with fewer the terms absorb any disturbance.
 const LEFT_OVER: f64 = 1.0;
-
-/// Independent samples for each term without which an equation has not converged.
+/// As many for each term before it has converged.
 const SETTLED_PER_TERM: f64 = 2.0;
-
 /// Excited time after which the instruments of the equations are computed anew, s.
 const INSTRUMENTS_S: f64 = 0.5;
 
@@ -445,8 +443,8 @@ impl Recursive {
             term.std < self.config.known_relative * term.value.abs() || contribution < self.config.known_contribution
         });
         let resolved = equation.unresolved_variables().all(|variable| !is_primary(equation.axis, variable));
-        let samples = endogeneity::independent_samples(equation.samples, self.interval_s);
-        let enough = samples >= SETTLED_PER_TERM * equation.terms.len() as f64;
+        let independent = endogeneity::independent_samples(equation.samples, self.interval_s);
+        let enough = independent >= SETTLED_PER_TERM * equation.terms.len() as f64;
         if settled && known && resolved && enough { Status::Converged } else { Status::Converging }
     }
 }

@@ -213,9 +213,14 @@ fn derivatives() -> Value {
             "standard_errors": number("frequency domain less time domain, in combined standard errors", "1"),
         });
         let equation = json!({
-            "status": text("waiting, exciting, converging, converged, stale, not identifiable: reason"),
+            "status": text("waiting, exciting, converging, converged, disagree, depends on amplitude, stale, not identifiable: reason"),
             "reason": text("why there is no number and none to come"),
             "terms": { "type": "array", "items": { "type": "object", "properties": term } },
+            "unresolved": {
+                "type": "array",
+                "items": { "type": "string" },
+                "description": "derivatives in the equation without a number: their standard error is as large as the value",
+            },
             "r2": number("multiple correlation coefficient squared", "1"),
             "f_total": number("total F ratio", "1"),
             "samples": number("samples that it rests on", "1"),
@@ -281,7 +286,7 @@ fn modes() -> Value {
     };
     json!({
         "time": time(),
-        "status": text("waiting, exciting, converging, converged, stale, not identifiable: reason"),
+        "status": text("waiting, exciting, converging, converged, disagree, depends on amplitude, stale, not identifiable: reason"),
         "reason": text("why there is no number and none to come"),
         "dutch_roll": oscillation("Dutch roll; absent where there is no number"),
         "roll": root("roll subsidence; absent where there is no number"),

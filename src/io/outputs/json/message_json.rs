@@ -200,6 +200,8 @@ pub(crate) struct EquationJson {
     #[serde(skip_serializing_if = "Option::is_none")]
     reason: Option<String>,
     terms: Vec<TermJson>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    unresolved: Vec<String>,
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     fit: Option<FitJson>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -253,6 +255,10 @@ impl EquationJson {
             status: status_text(equation.status, controls),
             reason: reason_text(equation.status, controls),
             terms: equation.terms.iter().map(term).collect(),
+            unresolved: equation
+                .unresolved_variables()
+                .map(|variable| DerivativeLabel { axis, variable: Some(variable), controls }.to_string())
+                .collect(),
             fit: (!equation.terms.is_empty()).then_some(FitJson {
                 r2: equation.r_squared,
                 f_total: equation.f_total,

@@ -229,9 +229,9 @@ impl EstimateTable<'_> {
 /// The status with what it means where there is no number yet.
 fn status_in_words(status: Status, controls: ControlNames) -> String {
     let more = match status {
-        Status::Waiting => ": the aircraft has not been excited enough",
+        Status::Waiting => ": no input has excited the aircraft yet; gusts and controls that answer them do not",
         Status::Exciting => ": not enough data yet",
-        Status::Stale => ": no new excitation for a while",
+        Status::Stale => ": no new input for a while",
         Status::Disagree => ": the frequency domain gives other numbers",
         Status::DependsOnAmplitude => ": the numbers hold for this amplitude of motion",
         Status::Converging | Status::Converged | Status::NotIdentifiable(_) => "",
