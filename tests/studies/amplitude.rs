@@ -208,7 +208,9 @@ fn judge(study: &Study, amplitudes_deg: &[f64]) {
         assert!((found - 1.0).abs() < 0.15, "derivative {place} of a small input: {found} of its value");
     }
     let departure = |clock: usize, amplitude: usize| (ratio(study, clock, amplitude, DAMPING) - 1.0).abs();
-    assert!(departure(0, last) > 2.0 * departure(0, small), "damping departs with amplitude");
+    // Where the errors that cover the curvature are as large as the damping, it is not reported and its ratio no number.
+    let departs = departure(0, last);
+    assert!(departs.is_nan() || departs > 2.0 * departure(0, small), "damping departs with amplitude");
     assert!(departure(1, half_degree) > departure(0, half_degree), "and with the clock");
     let coupling = (ratio(study, 1, half_degree, COUPLING) - 1.0).abs();
     assert!(coupling > departure(1, half_degree), "coupling departs further than damping");

@@ -143,7 +143,12 @@ fn filtered_states_beside_smoothed_ones() {
     sheet.write();
     for (case, name, derivative, truth, score) in scores {
         let what = format!("{case}, {name}, {derivative}: {score:?}");
-        assert_eq!(score.count as u64, seeds_run, "{what}");
+        // What is not resolved has no number; the stiffnesses and roll damping always are.
+        let always = ["N_v", "L_v", "L_p"].contains(&derivative);
+        assert!(score.count as u64 == seeds_run || !always, "{what}");
+        if (score.count as u64) < seeds_run {
+            continue;
+        }
         if case == "flight-test" {
             // Nothing in either way is late behind anything else: the mean of z is chance, 1/sqrt(seeds), and z is of something.
             assert!(score.z_mean.abs() < 4.0 / (seeds_run as f64).sqrt(), "{what}");

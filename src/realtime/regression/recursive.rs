@@ -269,8 +269,8 @@ impl Recursive {
             let bias_var = fits[equation.axis.index()].as_ref().map_or([0.0; REGRESSORS], |fit| fit.bias_var);
             for term in &mut equation.terms {
                 let place = place(term);
-                // Least squares in the band has the bias of least squares over time.
-                let std = libm::sqrt(estimate.std[place] * estimate.std[place] + bias_var[place]);
+                // Biased as least squares over time is; and a part of the data tells no more than all of it.
+                let std = libm::sqrt(estimate.std[place] * estimate.std[place] + bias_var[place]).max(term.std);
                 term.frequency = Some(FrequencyTerm { value: estimate.theta[place], std });
             }
             let apart =
