@@ -1,6 +1,6 @@
 //! The modes stage: derivatives in, modes out, with a status of their own.
 //!
-//! A mode has numbers where its standard errors tell it: its frequency to [`TOLD`] of itself, its damping ratio to [`TOLD`], a
+//! A mode has numbers where its standard errors tell it: its frequency to `TOLD` of itself, its damping ratio to `TOLD`, a
 //! real root to its own size. One that comes out unstable has them from two standard errors on: what cannot be told from a
 //! stable mode is not reported as unstable.
 

@@ -5,7 +5,7 @@
 //! and produces, for a fitted equation, by how much its estimates would shift were c among the regressors. With G = (X'X)^-1
 //! X'c, c_r the part of c that the regressors leave, e the residual, and s^2 the residual's variance for independent samples,
 //!     kappa = (c_r'c_r/s^2 + T^-1)^-1 c_r'e/s^2,    shift = -G kappa                                 (2)
-//! T is the prior that a derivative doubles over [`DOUBLING_RAD`] of flow angle, by the stiffness of the equation; it keeps small
+//! T is the prior that a derivative doubles over `DOUBLING_RAD` of flow angle, by the stiffness of the equation; it keeps small
 //! motion, in which c cannot be told from v, from giving any curvature.
 //! Source: (2) is ridge regression with a Gaussian prior, A. E. Hoerl and R. W. Kennard, Technometrics 12(1), 1970; polynomial
 //! terms of aerodynamic models: V. Klein and E. A. Morelli, Aircraft System Identification, AIAA, 2006, ch. 5.

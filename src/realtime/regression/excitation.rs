@@ -3,10 +3,10 @@
 //! Consumes z on the regression grid; produces whether the aircraft is being excited by its controls. Motion alone is not
 //! enough: in gusts the motion correlates with the disturbance of the equations, and so do controls that a pilot or an
 //! augmentation system moves to oppose it. Such feedback is smooth on the scale of the grid; test inputs have edges. The sign of
-//! an input is therefore what extrapolation of the control's own past cannot predict, its third difference over [`SPACING`]
+//! an input is therefore what extrapolation of the control's own past cannot predict, its third difference over `SPACING`
 //! instants:
 //!     e_k = d_k - 3 d_(k-s) + 3 d_(k-2s) - d_(k-3s),   s2 <- (1 - g)(s2 + g e_k^2)                           (1)
-//! The response to an input carries information while it lasts, for [`RESPONSE_S`] at most, and while some regressor deviates
+//! The response to an input carries information while it lasts, for `RESPONSE_S` at most, and while some regressor deviates
 //! from its recent mean by more than one at rest does:
 //!     m <- m + g (z - m),   s2 <- (1 - g)(s2 + g (z - m)^2)                                          (2)
 //! Other instants are not added, and nothing is forgotten in them.

@@ -22,7 +22,7 @@
 //! than ten instants count as zero in (4).
 //! Source: two-stage least squares and its standard errors: J. M. Wooldridge, Econometric Analysis of Cross Section and Panel
 //! Data, 2nd ed., 2010, ch. 5; instruments in a closed loop: L. Ljung, System Identification, 2nd ed., 1999, ch. 13; (1) is ours.
-//! Numerics: normal matrices scaled to unit diagonal, with [`RIDGE`] added: directions that no instrument moves get a variance of
+//! Numerics: normal matrices scaled to unit diagonal, with `RIDGE` added: directions that no instrument moves get a variance of
 //! 1/RIDGE, not a failure. Refused (`None`): no control that moves.
 
 use super::candidate::{BIAS, Coefficients, REGRESSORS, SIGNALS, STILL, regressor, response};
