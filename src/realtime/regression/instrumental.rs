@@ -22,8 +22,8 @@
 //! than ten instants count as zero in (4).
 //! Source: two-stage least squares and its standard errors: J. M. Wooldridge, Econometric Analysis of Cross Section and Panel
 //! Data, 2nd ed., 2010, ch. 5; instruments in a closed loop: L. Ljung, System Identification, 2nd ed., 1999, ch. 13; (1) is ours.
-//! Numerics: normal matrices scaled to unit diagonal, with `RIDGE` added: directions that no instrument moves get a variance of
-//! 1/RIDGE, not a failure. Refused (`None`): no control that moves.
+//! Numerics: normal matrices scaled to unit diagonal, with `RIDGE` added: directions that no instrument moves (with fewer
+//! instruments than terms there are some) get a variance of 1/RIDGE, not a failure. Refused (`None`): no control that moves.
 
 use super::candidate::{BIAS, Coefficients, REGRESSORS, SIGNALS, STILL, regressor, response};
 use super::coloured_errors::{residual_covariance, taper};
@@ -238,7 +238,9 @@ impl Instruments {
             residual[place] = -estimate.theta[place];
         }
         let autocovariance = residual_covariance(information, &residual, &residual, order.len());
-        let middle = self.middle(information, &autocovariance, order, size);
+        let mut middle = self.middle(information, &autocovariance, order, size);
+        // What no instrument moves is known from the ridge alone, which knows nothing.
+        (0..order.len()).for_each(|i| middle[(i, i)] += RIDGE * autocovariance[0]);
         let cov = inverse * middle * inverse;
         for (i, &a) in order.iter().enumerate() {
             for (j, &b) in order.iter().enumerate() {
@@ -435,6 +437,26 @@ mod tests {
             // 60 right standard errors: 1 +- 0.09.
             assert!(instrumental.iter().all(|score| *score < 1.3), "{instrumental:?}");
         }
+    }
+
+    #[test]
+    fn what_fewer_instruments_than_terms_do_not_tell_is_not_known() {
+        let mut rows = flight(7, 1.0, 0.0);
+        let mut normals = Normals(5);
+        // Six more regressors that no input moves.
+        let others = [Variable::U, Variable::W, Variable::P, Variable::Q, Variable::LonCyclic, Variable::Collective];
+        for z in &mut rows[20..420] {
+            others.iter().for_each(|&variable| z[regressor(variable)] = 1e-4 * normals.next());
+        }
+        let information = information(&rows);
+        let order: Rows<usize> = order().into_iter().chain(others.map(regressor)).collect();
+        let found = Instruments::new(&information).unwrap().estimate(&information, &order, response(Axis::N)).unwrap();
+        let unknown = others.iter().filter(|&&variable| {
+            let place = regressor(variable);
+            // The whole response would not be out of its error.
+            found.cov[place][place].sqrt() * 1e-4 > 0.1
+        });
+        assert!(unknown.count() >= 3, "{:?}", others.map(|variable| found.cov[regressor(variable)][regressor(variable)]));
     }
 
     #[test]
