@@ -15,6 +15,8 @@ pub mod excitation;
 pub mod frequency;
 pub mod information;
 pub mod instrumental;
+#[cfg(test)]
+mod instrumental_tests;
 pub mod record;
 pub mod recursive;
 pub mod status;
