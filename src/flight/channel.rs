@@ -61,6 +61,9 @@ pub enum Channel {
 /// How many channels there are.
 pub const CHANNELS: usize = 24;
 
+/// The channels that the kinematics of a rigid body are of, the first of [`Channel::ALL`].
+pub const MOTION_CHANNELS: usize = Channel::Altitude.index() + 1;
+
 /// What the four control channels are called: the same four places serve a helicopter and a fixed wing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum ControlNames {

@@ -56,6 +56,11 @@ impl Axis {
     pub const fn is_force(self) -> bool {
         matches!(self, Axis::X | Axis::Y | Axis::Z)
     }
+
+    /// Whether its equation is of the lateral motion (v p r) rather than of the longitudinal (u w q).
+    pub const fn is_lateral(self) -> bool {
+        matches!(self, Axis::Y | Axis::L | Axis::N)
+    }
 }
 
 /// What a linear derivative is taken with respect to: six body velocities and rates, four controls.

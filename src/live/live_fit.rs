@@ -29,6 +29,8 @@ const ZETA_KNOWN: f64 = 0.02;
 const TOLERANCE: f64 = 0.02;
 /// Ratio of corrected standard errors to those for white residuals (median) above which the model is inadequate.
 const COLOURED: f64 = 2.0;
+/// Standard errors from which on a control is known to cause a moment.
+const CONTROLLED: f64 = 3.0;
 
 const LATERAL: [&str; 4] = ["v", "p", "phi", "r"];
 const LONGITUDINAL: [&str; 4] = ["u", "w", "q", "theta"];
@@ -174,7 +176,7 @@ fn structure(
             vec!["tas", "alpha", "beta", "p", "q", "r", "phi", "theta", "ax", "ay", "az"],
         ),
     };
-    let own = |axis: Axis| if matches!(axis, Axis::Y | Axis::L | Axis::N) { lateral } else { longitudinal };
+    let own = |axis: Axis| if axis.is_lateral() { lateral } else { longitudinal };
     let name = |variable: Variable| variable.name(geometry.controls);
     let axes = || Axis::ALL.into_iter().filter(|axis| own(*axis));
     let inputs: Vec<Variable> =
@@ -220,15 +222,18 @@ fn output_error_record(
         modes(structure, &fitted.theta, &fitted.cov, &linear.reference_trim.steps(linear.reference_trim_std, &structure.states))
             .unwrap_or_default()
     };
-    for part in [LATERAL, LONGITUDINAL] {
+    for (part, moments) in [(LATERAL, &[Axis::L, Axis::N][..]), (LONGITUDINAL, &[Axis::M])] {
         let Some(part) = subsystem(&linear.structure, &part) else { continue };
+        if !is_controlled(&record, moments) {
+            continue;
+        }
         for root in roots(&part) {
             match root.name {
-                Some("dutch_roll") => record.dutch_roll = Some(pair(&root)),
-                Some("lateral_phugoid") => record.lateral_phugoid = Some(pair(&root)),
-                Some("roll") => record.roll = Some(RealRoot { value: root.real, std: root.std_real }),
-                Some("spiral") => record.spiral = Some(RealRoot { value: root.real, std: root.std_real }),
-                Some("short_period") => record.short_period = Some(pair(&root)),
+                Some("dutch_roll") => record.dutch_roll = resolved_pair(&root),
+                Some("lateral_phugoid") => record.lateral_phugoid = resolved_pair(&root),
+                Some("roll") => record.roll = resolved_root(&root),
+                Some("spiral") => record.spiral = resolved_root(&root),
+                Some("short_period") => record.short_period = resolved_pair(&root),
                 _ => {}
             }
         }
@@ -237,14 +242,30 @@ fn output_error_record(
         let away = |root: &IdentifiedRoot| libm::hypot(root.real - alone.real, root.imag - alone.imag);
         let all = roots(&linear.structure);
         let pairs = all.iter().filter(|root| root.imag > 0.0);
-        record.coupled = pairs.min_by(|a, b| away(a).total_cmp(&away(b))).map(pair);
+        record.coupled = pairs.min_by(|a, b| away(a).total_cmp(&away(b))).and_then(resolved_pair);
     }
     LiveFit { record, searched: fitted.converged, coloured }
 }
 
-fn pair(root: &IdentifiedRoot) -> OscillatoryMode {
+fn resolved_pair(root: &IdentifiedRoot) -> Option<OscillatoryMode> {
     let IdentifiedRoot { real, imag, omega, zeta, std_omega, std_zeta, .. } = *root;
-    OscillatoryMode { real, imag, omega, zeta, std_omega, std_zeta }
+    Some(OscillatoryMode { real, imag, omega, zeta, std_omega, std_zeta }).filter(OscillatoryMode::is_resolved)
+}
+
+fn resolved_root(root: &IdentifiedRoot) -> Option<RealRoot> {
+    Some(RealRoot { value: root.real, std: root.std_real }).filter(RealRoot::is_resolved)
+}
+
+/// Whether a control is known to move the plane of these moments: motion that none of its controls causes is of gusts, of the
+/// other plane or of noise, and its modes are not identified.
+fn is_controlled(record: &OutputErrorRecord, moments: &[Axis]) -> bool {
+    let own = |variable: Variable| match variable {
+        Variable::LonCyclic | Variable::Collective => moments.contains(&Axis::M),
+        Variable::LatCyclic | Variable::Pedal => moments.contains(&Axis::N),
+        _ => false,
+    };
+    let of_controls = record.parameters.iter().filter(|one| moments.contains(&one.axis) && own(one.variable));
+    of_controls.into_iter().any(|one| one.value.abs() > CONTROLLED * one.std)
 }
 
 /// The part of the structure that is of those states alone; `None` where one is missing.

@@ -89,6 +89,13 @@ impl ManoeuvreBuffer {
         self.open_s.map(|open_s| time_s - open_s)
     }
 
+    /// Length of all manoeuvres in the buffer, the open one included, s.
+    pub fn recorded_s(&self, time_s: f64) -> f64 {
+        let long_s =
+            |samples: &Vec<Sample>| samples.last().zip(samples.first()).map_or(0.0, |(last, first)| last.time_s - first.time_s);
+        self.kept.iter().map(long_s).sum::<f64>() + self.open_for(time_s).unwrap_or(0.0)
+    }
+
     /// Number of manoeuvres dropped for lack of room.
     pub fn dropped(&self) -> u32 {
         self.dropped

@@ -6,7 +6,9 @@
 //! excitation was detected and ends with it; each has its own trim, initial state and biases, all share one model.
 //! Time is that of the samples, so a recording gives the same numbers however fast it is played.
 //! Assumed: the regression's terms are those of the aircraft, the manoeuvres are of one flight condition.
-//! Bounded: memory for a fixed number of samples; where a manoeuvre does not fit, the oldest is dropped, which is reported.
+//! Bounded: memory for a fixed number of samples; where a manoeuvre does not fit, the oldest is dropped, which is reported. The
+//! work of a fit grows with what it is made to, so the interval between fits does too: the work per second of flight stays that
+//! of the first `full_pace_s` of manoeuvres.
 
 use super::manoeuvre_buffer::{ManoeuvreBuffer, SegmentLimits};
 use super::output_error_config::LiveOutputErrorConfig;
@@ -34,7 +36,7 @@ impl From<&DerivativesRecord> for RegressionReport {
         for (bits, equation) in terms.iter_mut().zip(&record.equations) {
             if equation.status.rank() >= Status::Stale.rank() {
                 let variables = equation.terms.iter().filter_map(|term| term.variable);
-                *bits = variables.fold(0, |bits, variable: Variable| bits | 1 << variable.index());
+                *bits = variables.fold(equation.unresolved, |bits, variable: Variable| bits | 1 << variable.index());
             }
         }
         RegressionReport { time_s: record.time_s, excited: record.excited, terms }
@@ -91,7 +93,8 @@ impl LiveOutputError {
         self.over(ended);
         let open_for_s = self.manoeuvres.open_for(report.time_s);
         let long_enough = open_for_s.is_some_and(|open_for_s| open_for_s >= self.config.shortest_s);
-        let again = self.config.streaming && long_enough && report.time_s - self.fitted_s >= self.config.every_s;
+        let length = (self.manoeuvres.recorded_s(report.time_s) / self.config.full_pace_s).max(1.0);
+        let again = self.config.streaming && long_enough && report.time_s - self.fitted_s >= length * self.config.every_s;
         self.due |= again && self.terms.iter().any(|bits| *bits != 0);
         let old = open_for_s.is_none() && report.time_s - self.record.fitted_s > self.config.stale_s;
         if old && !self.due && matches!(self.record.progress, OutputErrorProgress::Converging | OutputErrorProgress::Converged) {

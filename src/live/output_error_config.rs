@@ -7,6 +7,8 @@ pub struct LiveOutputErrorConfig {
     pub streaming: bool,
     /// Interval between fits during a manoeuvre, s.
     pub every_s: f64,
+    /// Recorded manoeuvres, s, beyond which the interval is longer in proportion.
+    pub full_pace_s: f64,
     /// Time of trim before excitation is detected that belongs to a manoeuvre, s.
     pub lead_s: f64,
     /// Window of a manoeuvre's trim, s.
@@ -36,6 +38,7 @@ impl Default for LiveOutputErrorConfig {
         LiveOutputErrorConfig {
             streaming: true,
             every_s: 0.5,
+            full_pace_s: 20.0,
             lead_s: 4.0,
             trim_s: 1.0,
             shortest_s: 2.0,

@@ -7,6 +7,7 @@ use sideslip::realtime::estimation::record::{AIDS, Instrumentation, SignalNoise,
 use sideslip::realtime::regression::candidate::{BIAS, REGRESSORS, SIGNALS, regressor, response, signals};
 use sideslip::realtime::regression::coloured_errors;
 use sideslip::realtime::regression::config::RegressionConfig;
+use sideslip::realtime::regression::endogeneity::independent_samples;
 use sideslip::realtime::regression::information::{Information, LAGS};
 use sideslip::realtime::regression::record::{DerivativesRecord, LATERAL, LateralDerivatives};
 use sideslip::realtime::regression::recursive::Recursive;
@@ -298,6 +299,7 @@ fn instruments() -> Instrumentation {
         trusted: [true; AIDS],
         as_expected: [true; AIDS],
         vanes_disagree: [false; 2],
+        doubt: None,
         // All residuals are the instruments' noise: the stage is least squares.
         noise: SignalNoise { specific_force: [1e3; 3], angular_acceleration: [1e3; 3], ..SignalNoise::NONE },
     }
@@ -328,7 +330,9 @@ fn assert_published(record: &DerivativesRecord, stored: &Stored) {
         let places: Vec<usize> = equation.terms.iter().map(|term| term.variable.map_or(BIAS, regressor)).collect();
         assert!(places.len() > 2 && places[0] == BIAS, "{equation:?}");
         let batch = stored.fit(&places, response(equation.axis));
-        let cov = stored.own_covariance(&batch) + stored.omitted(&batch, equation.axis);
+        let (samples, parameters) = (stored.effective(), places.len() as f64);
+        let factor = coloured_errors::small_sample_factor(samples, independent_samples(samples, GRID_S), parameters);
+        let cov = (stored.own_covariance(&batch) + stored.omitted(&batch, equation.axis)) * factor;
         let white = stored.covariance(&batch, &batch, 0);
         for (i, term) in equation.terms.iter().enumerate() {
             let what = format!("{:?} {:?}", equation.axis, term.variable);

@@ -1,6 +1,7 @@
 //! Recovery: a simulated aircraft whose derivatives are known gives them back inside their own standard errors.
 
 mod gusts;
+mod instruments;
 mod live_output_error;
 mod pilot;
 mod puma_100kn;
@@ -19,3 +20,8 @@ const WANTED: [(Axis, Variable); 8] = [
     (Axis::L, Variable::R),
     (Axis::L, Variable::LatCyclic),
 ];
+
+/// Places of [`WANTED`].
+const N_V: usize = 0;
+const N_R: usize = 2;
+const L_P: usize = 5;

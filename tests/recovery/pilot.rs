@@ -19,7 +19,7 @@ use sideslip::simulation::instrument::InstrumentSet;
 use sideslip::simulation::integrate::TrueState;
 use sideslip::simulation::pilot::Pilot;
 
-const KNOT: f64 = 1852.0 / 3600.0;
+pub(super) const KNOT: f64 = 1852.0 / 3600.0;
 
 /// The Level-1 Puma at that speed with these inputs.
 fn flight(knots: f64, inputs: &[&str], duration_s: f64) -> (Flight, FlightModel) {

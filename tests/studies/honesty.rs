@@ -199,8 +199,8 @@ impl Points<'_> {
         assert!(coverage > 0.9, "{}: {coverage} within 3 standard errors", self.name);
         let all = self.x.iter().zip(&self.scores).zip(&self.bounds);
         for ((x, scores), bounds) in all.filter(|(_, bounds)| bounds[0] > 0.0) {
-            // Of a record too short for a number there is no score.
-            let reported = scores.iter().zip(bounds).zip(QUANTITIES).filter(|((score, _), _)| score.count > 0);
+            // Of a record too short for a number there is no score, and a single number has no scatter.
+            let reported = scores.iter().zip(bounds).zip(QUANTITIES).filter(|((score, _), _)| score.count > 1);
             for ((score, bound), (name, _)) in reported {
                 assert!(score.scatter > *bound, "{name} at {x}: scatter {} beats the bound {bound}", score.scatter);
                 if self.seeds >= 50 && (self.name == "noise" || *x >= 15.0) {

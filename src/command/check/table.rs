@@ -10,8 +10,8 @@ use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::io::outputs::tables::wrapped::wrapped_list;
 use sideslip::io::outputs::words::instrument_words::{detection_limit, not_observable, separation, verdict_reason};
 use sideslip::postflight::reconstruction::correction::Correction;
-use sideslip::postflight::reconstruction::gross_errors::speed_unit;
 use sideslip::postflight::reconstruction::verdict::RunVerdict;
+use sideslip::realtime::estimation::screening::gross_error::speed_unit;
 use std::fmt::Write;
 
 const WIDTH: usize = 110;

@@ -6,16 +6,12 @@
 
 use super::record::InstrumentErrorKind;
 use crate::flight::channel::Channel;
+pub use crate::realtime::estimation::screening::kinematic_agreement::{OUTPUT_CHANNELS, OUTPUTS};
 
 /// The inputs of the kinematics, in the order of their parameters.
 pub const INPUT_CHANNELS: [Channel; 6] = [Channel::Ax, Channel::Ay, Channel::Az, Channel::P, Channel::Q, Channel::R];
-/// The outputs of the kinematics, in the order of their parameters.
-pub const OUTPUT_CHANNELS: [Channel; 7] =
-    [Channel::Tas, Channel::Alpha, Channel::Beta, Channel::Phi, Channel::Theta, Channel::Psi, Channel::Altitude];
 /// Number of inputs.
 pub const INPUTS: usize = INPUT_CHANNELS.len();
-/// Number of outputs.
-pub const OUTPUTS: usize = OUTPUT_CHANNELS.len();
 /// Inputs and outputs.
 pub const MEASURED: usize = INPUTS + OUTPUTS;
 /// All of them, inputs first.

@@ -2,6 +2,7 @@
 //! distinguishes two explanations. The words for people are made in `io/outputs/words/instrument_words.rs`.
 
 use crate::flight::channel::Channel;
+use crate::realtime::estimation::screening::gross_error::GrossError;
 
 /// Which sort of error an instrument has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,17 +34,6 @@ pub struct ChannelError {
     pub kind: InstrumentErrorKind,
     /// Its channel; positions have none.
     pub channel: Option<Channel>,
-}
-
-/// A coarse error.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum GrossError {
-    /// These read with the opposite sign.
-    Turned(&'static [Channel]),
-    /// These read in that unit; its size in SI.
-    Unit(&'static [Channel], &'static str, f64),
-    /// Two are exchanged.
-    Swapped([Channel; 2]),
 }
 
 /// A wiring error of channels that hardly move.
@@ -137,7 +127,7 @@ pub enum VerdictReason {
     /// A sign, a unit or names are wrong.
     Gross {
         /// The errors that explain it, any one of them.
-        either: Vec<GrossError>,
+        either: Vec<&'static GrossError>,
         /// The channel that then follows from the others.
         shown: Channel,
         /// Its R2 as recorded.

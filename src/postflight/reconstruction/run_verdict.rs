@@ -4,7 +4,6 @@ use super::correction::{Alternative, Correction, effect_of, merged, splits};
 use super::fault_selection::{Fault, FaultSearch, is_gusty, is_turbulent};
 use super::fit::{RunWithNoise, parameter_at, place_of};
 use super::flow_angle_r2::flow_angle_r2;
-use super::gross_errors::speed_unit;
 use super::mean_force_check::contradicted_mean_force;
 use super::observability::{absent, insufficient_motion, may_be_misalignment, motion_std, undetectable, unreported};
 use super::parameter::{BIAS, SHARED_BIAS, Theta};
@@ -17,6 +16,7 @@ use crate::flight::channel::Channel;
 use crate::flight::effect::Effect;
 use crate::flight::file::effect_file::DeclaredEffect;
 use crate::flight::unit::STANDARD_GRAVITY;
+use crate::realtime::estimation::screening::gross_error::speed_unit;
 
 /// R2 of a flow angle's rate below which a run is not fit even when corrected.
 const R2_FIT: f64 = 0.9;

@@ -25,6 +25,7 @@ use super::record::{
     AIDS, Aid, EstimationEvent, Innovation, Instrumentation, LaggedRecord, NoiseRecord, SignalNoise, SmoothedRecord, StateRecord,
     StateSet, TrimRecord,
 };
+use super::screening::{Screening, ScreeningEvent};
 use super::state_variable::StateVariable;
 use super::trim::TrimWindow;
 use super::vibration::LineNotch;
@@ -52,9 +53,10 @@ const TURN: f64 = 2.0 * core::f64::consts::PI;
 /// derivatives.
 pub const INSTANTS: usize = 4;
 
-/// Events that one sample can bring: two of its time, one a channel (taken out, or judged as an aid), the start or a breakdown,
-/// the trim, two vanes that disagree, and once the states, the lines of vibration and the instruments that are missing.
-pub const EVENTS: usize = 2 + CHANNELS + 1 + 1 + 2 + 3 + 3 + AIDS;
+/// Events that one sample can bring: two of its time, one a channel (taken out, standing still, or judged as an aid), the start
+/// or a breakdown, the trim, two vanes that disagree, a gross error, and once the states, the lines of vibration and the
+/// instruments that are missing.
+pub const EVENTS: usize = 2 + CHANNELS + 1 + 1 + 2 + 3 + 3 + AIDS + 1;
 
 /// Time that the filter waits for optional aids before it starts, s.
 const START_WAIT_S: f64 = 0.5;
@@ -104,9 +106,12 @@ pub struct Estimator {
     config: EstimationConfig,
     geometry: RunGeometry,
     admission: Admission,
+    screening: Screening,
     vibration: LineNotch,
     latest: Latest,
     ekf: Option<Ekf>,
+    /// Biases and scale errors at the last restart, with their standard deviations: those of instruments outlast a silence.
+    errors_before: Option<(State, State)>,
     fixed_lag: FixedLag,
     noise: NoiseStatistics,
     noise_due_s: f64,
@@ -144,9 +149,11 @@ impl Estimator {
     pub(crate) const fn of(config: EstimationConfig, geometry: RunGeometry) -> Self {
         Estimator {
             admission: Admission::new(config.gap_s),
+            screening: Screening::NEW,
             vibration: LineNotch::new(geometry.blades, config.hold_s),
             latest: Latest::new(config.hold_s),
             ekf: None,
+            errors_before: None,
             fixed_lag: FixedLag::new(config.smoother_lag_s, config.grid_s),
             noise: NoiseStatistics::new(&config),
             noise_due_s: 0.0,
@@ -174,13 +181,21 @@ impl Estimator {
 
     /// Which instruments have been found.
     pub fn instrumentation(&self) -> Instrumentation {
+        let found = self.latest.instrumentation(self.ekf.is_some());
+        let moves = |channel| !self.screening.stands_still(channel);
         Instrumentation {
+            gyros: found.gyros && [Channel::P, Channel::Q, Channel::R].into_iter().all(moves),
+            accelerometers: core::array::from_fn(|i| {
+                found.accelerometers[i] && moves([Channel::Ax, Channel::Ay, Channel::Az][i])
+            }),
+            aids: Aid::ALL.map(|aid| found.aids[aid.index()] && moves(aid.channel())),
+            doubt: self.screening.doubt(),
             trusted: self.health.map(|health| health.is_trusted()),
             as_expected: self.health.map(|health| health.is_as_expected()),
             // A disagreement is kept: quiet flight afterwards only adds noise to the comparison.
             vanes_disagree: self.disagreement_said,
             noise: self.signal_noise,
-            ..self.latest.instrumentation(self.ekf.is_some())
+            ..found
         }
     }
 
@@ -209,7 +224,11 @@ impl Estimator {
         self.output = EstimationOutput::default();
         let mut sample = *sample;
         let events = &mut self.output.events;
+        let screening = &mut self.screening;
         let verdict = self.admission.admit(&mut sample, |event| {
+            if let EstimationEvent::OutOfRange { channel, .. } = event {
+                screening.out_of_range(channel);
+            }
             // `EVENTS` has a place for every channel and for the time.
             let _ = events.push(event);
         });
@@ -218,6 +237,13 @@ impl Estimator {
             Verdict::Restart => self.restart(),
             Verdict::Use => {}
         }
+        self.screening.step(&mut sample, &self.geometry, |event| {
+            let event = match event {
+                ScreeningEvent::GrossError(error, r_squared) => EstimationEvent::GrossError { error, r_squared },
+                ScreeningEvent::StandsStill(channel) => EstimationEvent::StandsStill { channel },
+            };
+            let _ = self.output.events.push(event);
+        });
         self.vibration.clean(&mut sample);
         let silence_s = self.latest.silence_s(sample.time_s);
         if silence_s > self.config.hold_s && verdict == Verdict::Use && !carries_rates(&sample) {
@@ -238,6 +264,7 @@ impl Estimator {
         } else if self.advance(&sample, tick, observer).is_err() {
             self.notice(EstimationEvent::NumericBreakdown);
             self.restart();
+            self.errors_before = None;
         }
         &self.output
     }
@@ -247,7 +274,7 @@ impl Estimator {
     }
 
     fn restart(&mut self) {
-        self.ekf = None;
+        self.errors_before = self.ekf.take().map(|ekf| (*ekf.state(), ekf.stds())).or(self.errors_before);
         self.fixed_lag.clear();
         self.noise.break_off();
         self.waiting_since_s = None;
@@ -305,6 +332,12 @@ impl Estimator {
             variances[ACCELEROMETER_BIAS + i] = square(self.config.accelerometer_bias_std);
             variances[GYRO_BIAS + i] = square(self.config.gyro_bias_std);
             variances[SCALE_ERROR + i] = square(self.config.scale_error_std[i].max(EXACT_STD));
+        }
+        if let Some((before, stds)) = &self.errors_before {
+            for i in (0..3).flat_map(|i| [ACCELEROMETER_BIAS + i, GYRO_BIAS + i, SCALE_ERROR + i]) {
+                x[i] = before[i];
+                variances[i] = variances[i].min(square(stds[i].max(EXACT_STD)));
+            }
         }
         self.input = self.latest.input(time_s, &x).0;
         x[RATES..RATES + 3].copy_from_slice(&self.input[3..]);

@@ -139,6 +139,7 @@ impl Latest {
             as_expected: [true; AIDS],
             vanes_disagree: [false; 2],
             noise: SignalNoise::NONE,
+            doubt: None,
         }
     }
 }

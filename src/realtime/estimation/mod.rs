@@ -23,6 +23,7 @@ pub mod noise;
 pub mod noise_bank;
 pub mod process;
 pub mod record;
+pub mod screening;
 pub mod state_variable;
 pub mod trim;
 pub mod vibration;

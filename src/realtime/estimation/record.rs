@@ -2,6 +2,8 @@
 
 pub use super::aid_kind::{AIDS, Aid};
 use super::config::Noise;
+pub use super::screening::Doubt;
+pub use super::screening::gross_error::GrossError;
 use crate::flight::channel::Channel;
 
 /// What one aid did at one sample. Log, diagnosis input and test surface in one.
@@ -191,6 +193,8 @@ pub struct Instrumentation {
     pub vanes_disagree: [bool; 2],
     /// Noise of the smoothed signals, as of the last instant of the grid.
     pub noise: SignalNoise,
+    /// Why no instrument can be relied on, where the screening has found a reason.
+    pub doubt: Option<Doubt>,
 }
 
 /// What the estimator noticed. Repeats are counted by whoever keeps them.
@@ -204,6 +208,14 @@ pub enum EstimationEvent {
         channel: Channel,
         /// The number, SI.
         value: f64,
+    },
+    /// A channel stands still while the aircraft moves (frozen, clipped or dead); such readings count as not sampled.
+    StandsStill { channel: Channel },
+    /// Wrong unit, reversed sign or wiring: correcting it makes the increments agree with the kinematics.
+    GrossError {
+        error: &'static GrossError,
+        /// Coefficient of determination of the increments that show it, once it is corrected.
+        r_squared: f64,
     },
     /// The time of a sample is not finite; the sample is dropped.
     TimeNotFinite,

@@ -1,8 +1,6 @@
 //! The modes stage: derivatives in, modes out, with a status of their own.
 //!
-//! A mode has numbers where its standard errors tell it: its frequency to `TOLD` of itself, its damping ratio to `TOLD`, a
-//! real root to its own size. One that comes out unstable has them from two standard errors on: what cannot be told from a
-//! stable mode is not reported as unstable.
+//! A mode has numbers where its standard errors resolve it: [`OscillatoryMode::is_resolved`], [`RealRoot::is_resolved`].
 
 use super::record::{ModesRecord, OscillatoryMode, RealRoot};
 use crate::flight::derivative::{Axis, Variable};
@@ -13,11 +11,6 @@ use crate::realtime::regression::record::{DerivativesRecord, LateralDerivatives,
 const OMEGA_KNOWN: f64 = 0.05;
 /// Standard error of zeta below which the Dutch roll is known.
 const ZETA_KNOWN: f64 = 0.02;
-
-/// Standard error of zeta, and of omega relative to itself, above which a pair has no numbers.
-const TOLD: f64 = 0.3;
-/// Standard errors from which on an unstable mode is one.
-const UNSTABLE: f64 = 2.0;
 
 /// The modes of these derivatives; `six_axis` where all six equations have what the whole aircraft's need.
 pub fn step(derivatives: &DerivativesRecord, six_axis: Option<&SixAxisDerivatives>) -> ModesRecord {
@@ -33,14 +26,14 @@ pub fn step(derivatives: &DerivativesRecord, six_axis: Option<&SixAxisDerivative
     if let (Some(six_axis), Some(lateral), Some(alone)) = (six_axis, &derivatives.lateral, &record.dutch_roll) {
         record.coupled = coupled::dutch_roll(six_axis, lateral, alone);
     }
-    if record.status.rank() >= Status::Stale.rank() && record.dutch_roll.is_some_and(|pair| !is_told(&pair)) {
+    if record.status.rank() >= Status::Stale.rank() && record.dutch_roll.is_some_and(|pair| !pair.is_resolved()) {
         record.status = Status::NotIdentifiable(Reason::Unresolved);
     }
-    record.dutch_roll = record.dutch_roll.filter(is_told);
-    record.coupled = record.coupled.filter(is_told);
-    record.lateral_phugoid = record.lateral_phugoid.filter(is_told);
-    record.roll = record.roll.filter(root_is_told);
-    record.spiral = record.spiral.filter(root_is_told);
+    record.dutch_roll = record.dutch_roll.filter(OscillatoryMode::is_resolved);
+    record.coupled = record.coupled.filter(OscillatoryMode::is_resolved);
+    record.lateral_phugoid = record.lateral_phugoid.filter(OscillatoryMode::is_resolved);
+    record.roll = record.roll.filter(RealRoot::is_resolved);
+    record.spiral = record.spiral.filter(RealRoot::is_resolved);
     if record.status == Status::Converged {
         let known = record.dutch_roll.is_some_and(|pair| pair.std_omega < OMEGA_KNOWN * pair.omega && pair.std_zeta < ZETA_KNOWN);
         if !known {
@@ -48,18 +41,6 @@ pub fn step(derivatives: &DerivativesRecord, six_axis: Option<&SixAxisDerivative
         }
     }
     record
-}
-
-/// Whether the standard errors of the pair tell it.
-fn is_told(pair: &OscillatoryMode) -> bool {
-    let unclear = pair.zeta < 0.0 && -pair.zeta < UNSTABLE * pair.std_zeta;
-    pair.std_omega < TOLD * pair.omega && pair.std_zeta < TOLD && !unclear
-}
-
-/// Whether the standard error of the root tells it.
-fn root_is_told(root: &RealRoot) -> bool {
-    let unclear = if root.value > 0.0 { UNSTABLE * root.std } else { root.std };
-    unclear > 0.0 && unclear < root.value.abs()
 }
 
 /// The first derivative that the modes need and no equation has.

@@ -34,6 +34,19 @@ pub fn residual_covariance(
     information.forms(a, b).map(|form| scale * form)
 }
 
+/// By how much more a variance of (1) has to be, for p parameters fitted to n samples of which m are independent: p of them are
+/// absorbed, and the residual's variance is known from m - p alone, so that 95 % lie within t/1.96 times as many standard errors,
+///     f = (m/(m - p)) ((n - p)/n) (t/z)^2,   t = z + (z^3 + z)/(4 nu) + (5 z^5 + 16 z^3 + 3 z)/(96 nu^2),   nu = m - p  (2)
+/// with z = 1.96, t the quantile of Student's distribution: Abramowitz and Stegun, 26.7.5. At least one of nu is counted.
+pub fn small_sample_factor(samples: f64, independent: f64, parameters: f64) -> f64 {
+    const Z: f64 = 1.96;
+    const FIRST: f64 = (Z * Z + 1.0) / 4.0;
+    const SECOND: f64 = (5.0 * Z * Z * Z * Z + 16.0 * Z * Z + 3.0) / 96.0;
+    let left = (independent - parameters).max(1.0);
+    let student = 1.0 + FIRST / left + SECOND / (left * left);
+    independent.max(1.0) / left * ((samples - parameters) / samples).clamp(0.0, 1.0) * student * student
+}
+
 /// Weight of a lag in (1).
 pub(crate) fn taper(lag: usize) -> f64 {
     1.0 - lag as f64 / (LAGS + 1) as f64
@@ -140,4 +153,24 @@ fn product(a: &[[f64; REGRESSORS]; REGRESSORS], b: &[[f64; REGRESSORS]; REGRESSO
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Quantiles of Student's distribution at 97.5 %: Abramowitz and Stegun, table 26.10.
+    #[test]
+    fn few_independent_samples_widen_by_the_quantile_of_student_and_by_what_the_parameters_absorb() {
+        for (left, quantile, within) in [(4.0, 2.776, 0.02), (6.0, 2.447, 0.01), (10.0, 2.228, 0.003), (30.0, 2.042, 0.001)] {
+            // As many samples as independent ones: nothing is absorbed beyond n/(n - p).
+            let student = libm::sqrt(small_sample_factor(left + 8.0, left + 8.0, 8.0));
+            assert!((student * 1.96 / quantile - 1.0).abs() < within, "{left}: {}", student * 1.96);
+        }
+        let many = small_sample_factor(1e7, 1e6, 8.0);
+        assert!((many - 1.0).abs() < 1e-4, "{many}");
+        let factor = small_sample_factor(120.0, 20.0, 8.0);
+        let student = small_sample_factor(20.0, 20.0, 8.0);
+        assert!((factor - student * (20.0 / 12.0) * (112.0 / 120.0)).abs() < 1e-12);
+    }
 }

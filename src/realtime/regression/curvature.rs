@@ -52,7 +52,7 @@ impl Curvature {
     /// Adds the square of the shift (2) to the covariance of the fit, as for any term that is left out (`stepwise` (3));
     /// whether it is large for a primary term. `residual_var` is the variance of the residual.
     pub fn account_for(&self, axis: Axis, fit: &mut Fit, speed: f64, residual_var: f64) -> bool {
-        let stiffness = if matches!(axis, Axis::Y | Axis::L | Axis::N) { Variable::V } else { Variable::W };
+        let stiffness = if axis.is_lateral() { Variable::V } else { Variable::W };
         // How much more variance the residual's colour makes of an estimate, at most.
         let colour = |&place: &usize| fit.cov[place][place] / (fit.dispersion[place][place] * residual_var);
         let colour = fit.order.iter().filter(|&&place| place != BIAS).map(colour).fold(1.0, f64::max);

@@ -42,6 +42,8 @@ pub struct Excitation {
     /// Instants in a row that `past` holds.
     filled: usize,
     innovation_var: [f64; CONTROLS],
+    /// Whether an input has moved the control, rather than an answer to the motion.
+    moved: [bool; CONTROLS],
     /// Time since a control was last moved by an input, s.
     since_input_s: f64,
 }
@@ -56,6 +58,7 @@ impl Excitation {
         past: [[0.0; CONTROLS]; SPAN],
         filled: 0,
         innovation_var: [0.0; CONTROLS],
+        moved: [false; CONTROLS],
         since_input_s: f64::INFINITY,
     };
 
@@ -79,9 +82,9 @@ impl Excitation {
         self.quiet_s <= HOLD_S && self.since_input_s <= RESPONSE_S
     }
 
-    /// Whether the aircraft moves although no input moves it: gusts, or controls that answer them.
-    pub fn moves_without_input(&self) -> bool {
-        self.started && self.quiet_s <= HOLD_S && self.since_input_s > RESPONSE_S
+    /// Whether an input has moved the control so far.
+    pub fn has_moved(&self, control: Control) -> bool {
+        self.moved[control.index()]
     }
 
     /// An instant without signals: differences do not reach across it.
@@ -101,6 +104,7 @@ impl Excitation {
                 *var = (1.0 - gain) * (*var + gain * innovation * innovation);
                 if *var > INPUT_RAD * INPUT_RAD {
                     self.since_input_s = 0.0;
+                    self.moved[control] = true;
                 }
             }
         }

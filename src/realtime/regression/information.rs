@@ -43,6 +43,8 @@ pub struct Information<const N: usize> {
     weight: f64,
     weight2: f64,
     weight3: f64,
+    /// Sums of z_i^4.
+    fourth: [f64; N],
     /// Entry `[i][l - 1]` is z_i of l instants ago over the f of then; zero where it was skipped.
     recent: [Lagged; N],
 }
@@ -63,6 +65,7 @@ impl<const N: usize> Information<N> {
         weight: 0.0,
         weight2: 0.0,
         weight3: 0.0,
+        fourth: [0.0; N],
         recent: [Lagged([0.0; LAGS]); N],
     };
 
@@ -74,6 +77,9 @@ impl<const N: usize> Information<N> {
         self.weight = lambda * self.weight + 1.0;
         self.weight2 = forget * self.weight2 + 1.0;
         self.weight3 = forget * lambda * self.weight3 + 1.0;
+        for (sum, &zi) in self.fourth.iter_mut().zip(z) {
+            *sum = lambda * *sum + (zi * zi) * (zi * zi);
+        }
         self.scale *= lambda;
         if self.scale < SMALL {
             self.rescale();
@@ -208,6 +214,12 @@ impl<const N: usize> Information<N> {
     /// Number of vectors that carry as much information: weight^2/weight2.
     pub fn effective_samples(&self) -> f64 {
         if self.weight2 > 0.0 { self.weight * self.weight / self.weight2 } else { 0.0 }
+    }
+
+    /// Vectors in which entry `i` moves: of n equal squares n, of one that exceeds all others 1,
+    ///     (sum z_i^2)^2 / sum z_i^4.
+    pub fn moving_samples(&self, i: usize) -> f64 {
+        if self.fourth[i] > 0.0 { self.sums[i][i] * self.sums[i][i] / self.fourth[i] } else { 0.0 }
     }
 
     /// Standard deviation of entry `i` about its mean.

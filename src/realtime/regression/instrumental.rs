@@ -148,7 +148,6 @@ impl Instruments {
             products: [[[0.0; 2 * REACH + 1]; CONTROLS]; CONTROLS],
         };
         instruments.multiply(information, &innovations);
-        let normal = instruments.normal(information, &innovations);
         for signal in 0..SIGNALS {
             instruments.against[(0, signal)] = information.squared()[BIAS][signal];
             for (c, taps) in innovations.iter().enumerate() {
@@ -159,6 +158,7 @@ impl Instruments {
                 }
             }
         }
+        let normal = instruments.normal();
         let size: [f64; INSTRUMENTS] = core::array::from_fn(|i| libm::sqrt(normal[(i, i)]));
         let scaled = Normal::from_fn(|i, j| normal[(i, j)] / (size[i] * size[j]) + if i == j { RIDGE } else { 0.0 });
         let against = FirstStage::from_fn(|i, j| instruments.against[(i, j)] / size[i]);
@@ -196,24 +196,13 @@ impl Instruments {
     }
 
     /// Z'Z, the identity in rows that are not used.
-    fn normal(&self, information: &Information<SIGNALS>, innovations: &[ControlInnovation]) -> Normal {
+    fn normal(&self) -> Normal {
         let count = self.count();
-        let mut normal = Normal::identity();
-        for i in 1..count {
-            for j in 1..count {
-                normal[(i, j)] = self.product(i, j, 0);
-            }
-        }
-        normal[(0, 0)] = information.squared()[BIAS][BIAS];
-        for (c, taps) in innovations.iter().enumerate() {
-            for n in 0..PER_CONTROL {
-                let products = taps.iter().map(|tap| tap.weight * information.shifted(tap.place, tap.lag + n * SPACING, BIAS, 0));
-                let mean = products.sum();
-                let i = 1 + c * PER_CONTROL + n;
-                (normal[(0, i)], normal[(i, 0)]) = (mean, mean);
-            }
-        }
-        normal
+        Normal::from_fn(|i, j| match (i.min(j), i.max(j)) {
+            (_, larger) if larger >= count => f64::from(u8::from(i == j)),
+            (0, larger) => self.against[(larger, BIAS)],
+            _ => self.product(i, j, 0),
+        })
     }
 
     /// (3) and (4) of the equation with those terms, the response at that place of z; `None` where they cannot be computed.
@@ -229,11 +218,12 @@ impl Instruments {
             _ => f64::from(u8::from(i == j)),
         });
         let inverse = normal.cholesky()?.inverse();
+        let against: Vec<f64, REGRESSORS> = order.iter().map(|&place| projected(place, response)).collect();
         let mut estimate = InstrumentalEstimate { theta: [0.0; REGRESSORS], cov: [[0.0; REGRESSORS]; REGRESSORS] };
         let mut residual: Coefficients = [0.0; SIGNALS];
         residual[response] = 1.0;
         for (i, &place) in order.iter().enumerate() {
-            let sum: f64 = order.iter().enumerate().map(|(j, &other)| inverse[(i, j)] * projected(other, response)).sum();
+            let sum: f64 = against.iter().enumerate().map(|(j, product)| inverse[(i, j)] * product).sum();
             estimate.theta[place] = sum * size(response) / size(place);
             residual[place] = -estimate.theta[place];
         }

@@ -19,5 +19,6 @@ pub mod instrumental;
 mod instrumental_tests;
 pub mod record;
 pub mod recursive;
+pub mod required_aids;
 pub mod status;
 pub mod stepwise;

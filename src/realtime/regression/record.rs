@@ -44,6 +44,11 @@ pub enum Reason {
         /// The aid's channel.
         channel: Channel,
     },
+    /// An instrument reads in a wrong unit, with the wrong sign or what no aircraft reaches; `None` where it is not known which.
+    InstrumentDoubted {
+        /// The first of its channels.
+        channel: Option<Channel>,
+    },
     /// The regressors cannot be told apart in these data.
     Collinear {
         /// Largest condition index.

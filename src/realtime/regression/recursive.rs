@@ -4,6 +4,7 @@
 //! asked, with a status where there is no number.
 
 mod in_band;
+mod instruments;
 mod joint;
 
 use super::candidate::{BIAS, REGRESSORS, SIGNALS, STILL, UNMOVED, is_primary, noise_variances, regressor, response};
@@ -18,13 +19,14 @@ use super::instrumental::Instruments;
 use super::record::{
     DerivativesRecord, EquationRecord, FrequencyTerm, Reason, RegressionEvent, SixAxisDerivatives, Status, TermRecord,
 };
+use super::required_aids::{needs, observed};
 use super::status::Settling;
 use super::stepwise::{Fit, Offer, Thresholds, fit};
 use crate::flight::channel::Channel;
 use crate::flight::derivative::{AXES, Axis, Variable};
 use crate::flight::setting::ConfigError;
 use crate::num::eigen::condition_index;
-use crate::realtime::estimation::record::{Aid, Instrumentation, SmoothedRecord, TrimRecord};
+use crate::realtime::estimation::record::{Instrumentation, SmoothedRecord, TrimRecord};
 use crate::realtime::regression::candidate;
 use crate::realtime::regression::coloured_errors;
 use heapless::Vec;
@@ -34,11 +36,17 @@ pub const EVENTS: usize = AXES + 6;
 
 /// Silence of an instrument after which the equations that need it are not identifiable, s.
 const PATIENCE_S: f64 = 2.0;
+/// Silence after which the filter has started anew, and time that its states then take to settle, s.
+const SILENT_S: f64 = 0.5;
+const SETTLING_S: f64 = 1.5;
 
 /// Independent samples that an equation needs besides one for each term: with fewer the terms absorb any disturbance.
 const LEFT_OVER: f64 = 1.0;
 /// As many for each term before it has converged.
 const SETTLED_PER_TERM: f64 = 2.0;
+/// Independent samples in which a variable has to have moved before its term can be selected: with fewer it explains whatever
+/// else happened meanwhile.
+const MOVING_SAMPLES: f64 = 2.0;
 /// Excited time after which the instruments of the equations are computed anew, s.
 const INSTRUMENTS_S: f64 = 0.5;
 
@@ -46,25 +54,6 @@ const INSTRUMENTS_S: f64 = 0.5;
 const SMALL_CONTRIBUTION: f64 = 0.1;
 
 const ACCELEROMETERS: [Channel; 3] = [Channel::Ax, Channel::Ay, Channel::Az];
-
-/// Whether the axis' equation is about v, which the sideslip vane observes; the others are about w and the incidence vane.
-const fn is_lateral(axis: Axis) -> bool {
-    matches!(axis, Axis::Y | Axis::L | Axis::N)
-}
-
-/// The aids that observe the motion of the axis.
-const fn needs(axis: Axis) -> [Aid; 3] {
-    if is_lateral(axis) { [Aid::Sideslip, Aid::Bank, Aid::Airspeed] } else { [Aid::Incidence, Aid::Pitch, Aid::Airspeed] }
-}
-
-/// Whether the velocity is observed: without its vane it drifts with the accelerometers' bias.
-fn observed(variable: Variable, instruments: &Instrumentation) -> bool {
-    match variable {
-        Variable::V => instruments.aids[Aid::Sideslip.index()],
-        Variable::W => instruments.aids[Aid::Incidence.index()],
-        _ => true,
-    }
-}
 
 /// The regression stage.
 #[derive(Clone, Debug)]
@@ -79,6 +68,8 @@ pub struct Recursive {
     excited_s: f64,
     quiet_s: f64,
     newest_s: Option<f64>,
+    /// Until then the states settle after a silence, s.
+    settled_at_s: f64,
     /// Interval of the grid, s.
     interval_s: f64,
     /// Time without a record, s.
@@ -87,8 +78,9 @@ pub struct Recursive {
     settling: [Settling; AXES],
     statuses: [Status; AXES],
     six_axis: Option<SixAxisDerivatives>,
-    /// Instrumental variables and the excited time that they are of.
-    instruments: Option<(Instruments, f64)>,
+    /// Instrumental variables of the record up to `instruments_of_s` of excited time; `None` where there are none.
+    instruments: Option<Instruments>,
+    instruments_of_s: f64,
     /// Channels whose absence has been reported, a bit each.
     reported: u32,
     events: Vec<RegressionEvent, EVENTS>,
@@ -116,6 +108,7 @@ impl Recursive {
             excited_s: 0.0,
             quiet_s: 0.0,
             newest_s: None,
+            settled_at_s: f64::NEG_INFINITY,
             interval_s: 0.0,
             silent_s: 0.0,
             age_s: 0.0,
@@ -123,6 +116,7 @@ impl Recursive {
             statuses: [Status::Waiting; AXES],
             six_axis: None,
             instruments: None,
+            instruments_of_s: f64::NEG_INFINITY,
             reported: 0,
             events: Vec::new(),
             config,
@@ -160,18 +154,24 @@ impl Recursive {
         if missed > 0.0 {
             self.excitation.skip(missed * record.interval_s);
         }
+        if missed * record.interval_s > SILENT_S {
+            self.settled_at_s = record.time_s + SETTLING_S;
+        }
         for _ in 0..missed.clamp(0.0, LAGS as f64) as usize {
             self.information.skip();
             self.transforms.hole();
         }
         self.silent_s = 0.0;
         self.untrimmed(record, &trim);
-        let Some(z) = candidate::signals(record, &trim) else {
+        let settling = record.time_s < self.settled_at_s && self.settled_at_s <= record.time_s + SETTLING_S;
+        let Some(z) = candidate::signals(record, &trim).filter(|_| !settling) else {
             self.information.skip();
             self.transforms.hole();
             self.excitation.skip(record.interval_s);
             self.quiet_s += record.interval_s;
-            self.missing(record, &trim);
+            if !settling {
+                self.missing(record, &trim);
+            }
             return;
         };
         let interval_s = record.interval_s;
@@ -286,41 +286,6 @@ impl Recursive {
         self.six_axis.as_ref()
     }
 
-    /// Why the axis can have no number from these instruments.
-    fn refusal(&self, axis: Axis, instruments: &Instrumentation) -> Option<Reason> {
-        if self.age_s < PATIENCE_S {
-            return None;
-        }
-        if !instruments.gyros || instruments.rate_hz <= 0.0 {
-            return Some(Reason::NoRates);
-        }
-        if instruments.rate_hz > 0.0 && instruments.rate_hz < self.config.rate_min_hz {
-            return Some(Reason::RateTooLow { hz: instruments.rate_hz, needed_hz: self.config.rate_min_hz });
-        }
-        if !instruments.aids[Aid::Airspeed.index()] {
-            return Some(Reason::Unobserved { variable: Variable::U, missing: Channel::Tas });
-        }
-        if axis.is_force() && !instruments.accelerometers[axis.index()] {
-            return Some(Reason::NoAccelerometer { channel: ACCELEROMETERS[axis.index()] });
-        }
-        if axis.is_force() && self.trim.is_some_and(|trim| !trim.specific_force[axis.index()].is_finite()) {
-            return Some(Reason::NoTrim { channel: ACCELEROMETERS[axis.index()] });
-        }
-        let (needed, vane) = if is_lateral(axis) { (Variable::V, Aid::Sideslip) } else { (Variable::W, Aid::Incidence) };
-        if !observed(needed, instruments) {
-            return Some(Reason::Unobserved { variable: needed, missing: vane.channel() });
-        }
-        let rejected = needs(axis).into_iter().find(|aid| !instruments.trusted[aid.index()])?;
-        Some(Reason::AidRejected { channel: rejected.channel() })
-    }
-
-    /// Whether an unobserved velocity must have moved: its terms are in no equation and bias the others.
-    fn unobserved_motion(&self, instruments: &Instrumentation) -> bool {
-        let moved = |variable: Variable| self.information.deviation(regressor(variable)) > STILL[variable.index()];
-        !observed(Variable::V, instruments) && (moved(Variable::P) || moved(Variable::R))
-            || !observed(Variable::W, instruments) && moved(Variable::Q)
-    }
-
     fn offer(&self, axis: Axis, instruments: &Instrumentation) -> Offer {
         let mut offer = Offer { primary: [false; REGRESSORS], optional: [false; REGRESSORS] };
         for variable in Variable::ALL {
@@ -329,6 +294,10 @@ impl Recursive {
             let still = STILL[variable.index()];
             if deviation > UNMOVED * still && observed(variable, instruments) {
                 let primary = is_primary(axis, variable) && deviation > still;
+                let moving = endogeneity::independent_samples(self.information.moving_samples(place), self.interval_s);
+                if !primary && moving < MOVING_SAMPLES {
+                    continue;
+                }
                 offer.primary[place] = primary;
                 offer.optional[place] = !primary;
             }
@@ -344,21 +313,29 @@ impl Recursive {
             return (EquationRecord::empty(axis, Status::Exciting), None);
         }
         let offer = self.offer(axis, instruments);
-        let thresholds = Thresholds { f_enter: self.config.f_enter, f_remove: self.config.f_remove };
+        let samples = self.information.effective_samples();
+        let independent = endogeneity::independent_samples(samples, self.interval_s);
+        let small_sample = |parameters: usize| coloured_errors::small_sample_factor(samples, independent, parameters as f64);
+        let primary = 1 + offer.primary.iter().filter(|primary| **primary).count();
+        let [f_enter, f_remove] = [self.config.f_enter, self.config.f_remove].map(|f| f * small_sample(primary));
+        let thresholds = Thresholds { f_enter, f_remove };
         let Some(mut fit) = fit(&self.information, response(axis), &offer, &thresholds) else {
             return (EquationRecord::empty(axis, Status::Exciting), None);
         };
-        let samples = self.information.effective_samples();
-        if endogeneity::independent_samples(samples, self.interval_s) < fit.order.len() as f64 + LEFT_OVER {
+        if independent < fit.order.len() as f64 + LEFT_OVER {
             return (EquationRecord::empty(axis, Status::Exciting), None);
         }
+        let factor = small_sample(fit.order.len());
+        fit.cov.iter_mut().flatten().for_each(|entry| *entry *= factor);
         let residual = coloured_errors::residual_covariance(&self.information, &fit.residual, &fit.residual, fit.order.len());
         let speed = self.trim.map_or(0.0, |trim| trim.velocity[0]);
         let depends_on_amplitude = self.curvature.account_for(axis, &mut fit, speed, residual[0]);
-        self.account_for_disturbance(axis, &mut fit, residual[0], &noise_variances(&instruments.noise));
-        let mut equation = self.written(axis, &fit, &offer);
+        let noise = noise_variances(&instruments.noise);
+        endogeneity::account_for_attenuation(&mut fit, &noise, self.information.weight());
+        self.account_for_disturbance(axis, &mut fit, residual[0], &noise);
+        let mut equation = self.written(axis, &fit, &offer, residual[0], &self.withheld(axis, instruments));
         let doubtful = self.unobserved_motion(instruments)
-            || instruments.vanes_disagree[usize::from(is_lateral(axis))]
+            || instruments.vanes_disagree[usize::from(axis.is_lateral())]
             || needs(axis).into_iter().any(|aid| !instruments.as_expected[aid.index()]);
         equation.status = match self.status(&equation, time_s) {
             // Settled, about a motion that may not be the aircraft's.
@@ -374,14 +351,11 @@ impl Recursive {
     fn account_for_disturbance(&mut self, axis: Axis, fit: &mut Fit, residual_var: f64, noise: &[f64; SIGNALS]) {
         let disturbance_var =
             endogeneity::disturbance_variance(fit, residual_var, noise, self.information.effective_samples(), self.interval_s);
-        if disturbance_var > 0.0 {
-            let age_s = self.instruments.as_ref().map_or(f64::INFINITY, |(_, of_s)| self.excited_s - of_s);
-            if age_s >= INSTRUMENTS_S {
-                self.instruments = Instruments::new(&self.information).map(|instruments| (instruments, self.excited_s));
-            }
+        if disturbance_var > 0.0 && self.excited_s - self.instruments_of_s >= INSTRUMENTS_S {
+            self.instruments = Instruments::new(&self.information);
+            self.instruments_of_s = self.excited_s;
         }
-        let instruments = self.instruments.as_ref().map(|(instruments, _)| instruments);
-        endogeneity::account_for(fit, response(axis), &self.information, instruments, disturbance_var);
+        endogeneity::account_for(fit, response(axis), &self.information, self.instruments.as_ref(), disturbance_var);
     }
 
     /// Whether the data tell the term: from zero, or that it hardly matters.
@@ -391,11 +365,10 @@ impl Recursive {
     }
 
     /// The fit as a record, without the terms that are not resolved; the status is still to come.
-    fn written(&self, axis: Axis, fit: &Fit, offer: &Offer) -> EquationRecord {
+    fn written(&self, axis: Axis, fit: &Fit, offer: &Offer, residual_var: f64, withheld: &[bool; REGRESSORS]) -> EquationRecord {
         let information = &self.information;
         let parameters = fit.order.len();
-        let residual = coloured_errors::residual_covariance(information, &fit.residual, &fit.residual, parameters);
-        let cov_white = coloured_errors::white_covariance(information, &fit.dispersion, residual[0]);
+        let cov_white = coloured_errors::white_covariance(information, &fit.dispersion, residual_var);
         let samples = information.effective_samples();
         let r_squared = if fit.response_squares > 0.0 { 1.0 - fit.squares / fit.response_squares } else { 0.0 };
         let mut equation = EquationRecord::empty(axis, Status::Converging);
@@ -403,7 +376,7 @@ impl Recursive {
         // (21) of Padfield et al. 1987: p parameters, the bias among them, on m samples.
         equation.f_total = r_squared / (parameters as f64 - 1.0) * (samples - parameters as f64) / (1.0 - r_squared);
         equation.samples = samples;
-        equation.residual_std = libm::sqrt(residual[0]);
+        equation.residual_std = libm::sqrt(residual_var);
         equation.condition_index = condition_index(information.sums(), &fit.order);
         for (step, &place) in fit.order.iter().enumerate() {
             let term = TermRecord {
@@ -416,7 +389,7 @@ impl Recursive {
                 frequency: None,
             };
             match term.variable {
-                Some(variable) if !self.is_resolved(axis, place, term.value, term.std) => {
+                Some(variable) if withheld[place] || !self.is_resolved(axis, place, term.value, term.std) => {
                     equation.unresolved |= 1 << variable.index();
                 }
                 _ => {

@@ -6,13 +6,13 @@ use crate::flight::channel::Channel;
 use crate::flight::derivative::Axis;
 use crate::io::bus::error::BusError;
 use crate::io::outputs::record::{EventKind, EventRecord};
-use crate::realtime::estimation::record::{Aid, EstimationEvent as Noticed, StateSet};
+use crate::realtime::estimation::record::{Aid, EstimationEvent as Noticed, GrossError, StateSet};
 use crate::realtime::regression::record::RegressionEvent;
 use iceoryx2::prelude::ZeroCopySend;
 
 const SCHEMA: &str = "sideslip.Event.1";
 
-/// An event. A kind keeps its code for good; a new kind takes the next number (now 25), whichever stage it is of.
+/// An event. A kind keeps its code for good; a new kind takes the next number (now 27), whichever stage it is of.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[type_name("sideslip.Event.1")]
@@ -57,6 +57,8 @@ impl From<&EventRecord> for EventPayload {
                 Noticed::StatesChosen { set } => (22, ABSENT, set.code().into()),
                 Noticed::LinesNotched { passing_hz } => (23, ABSENT, passing_hz),
                 Noticed::LineFolded => (24, ABSENT, 0.0),
+                Noticed::StandsStill { channel: which } => (25, channel(which), 0.0),
+                Noticed::GrossError { error, r_squared } => (26, place(error.index()), r_squared),
             },
             EventKind::Regression(RegressionEvent::ExcitationBegan) => (16, ABSENT, 0.0),
             EventKind::Regression(RegressionEvent::ExcitationEnded) => (17, ABSENT, 0.0),
@@ -108,9 +110,19 @@ impl EventPayload {
             22 => Noticed::StatesChosen { set: StateSet::from_code(value as u8) },
             23 => Noticed::LinesNotched { passing_hz: value },
             24 => Noticed::LineFolded,
+            25 => Noticed::StandsStill { channel: channel()? },
+            26 => {
+                let error = GrossError::ALL.get(self.subject as usize).ok_or_else(|| BusError::Payload {
+                    schema: SCHEMA,
+                    field: "subject",
+                    expected: "a gross error",
+                    found: self.subject.into(),
+                })?;
+                Noticed::GrossError { error, r_squared: value }
+            }
             20 => return Ok(self.of_regression(RegressionEvent::SignalMissing { channel: channel()? })),
             21 => return Ok(self.of_regression(RegressionEvent::NoTrim { channel: channel()? })),
-            found => return Err(BusError::Payload { schema: SCHEMA, field: "code", expected: "0 to 24", found: found.into() }),
+            found => return Err(BusError::Payload { schema: SCHEMA, field: "code", expected: "0 to 26", found: found.into() }),
         };
         Ok(EventRecord { time_s: self.header.time_s, kind: EventKind::Estimation(estimation) })
     }

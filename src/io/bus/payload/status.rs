@@ -51,6 +51,9 @@ impl From<Status> for StatusBody {
             Reason::NoTrim { channel } => (7, [place(channel.index()), ABSENT], [0.0; 2]),
             Reason::AidRejected { channel } => (8, [place(channel.index()), ABSENT], [0.0; 2]),
             Reason::Unresolved => (9, [ABSENT; 2], [0.0; 2]),
+            Reason::InstrumentDoubted { channel } => {
+                (10, [channel.map_or(ABSENT, |channel| place(channel.index())), ABSENT], [0.0; 2])
+            }
         };
         StatusBody { reason: code, places, numbers, ..plain(5) }
     }
@@ -84,8 +87,10 @@ impl StatusBody {
                 7 => Reason::NoTrim { channel: channel(first)? },
                 8 => Reason::AidRejected { channel: channel(first)? },
                 9 => Reason::Unresolved,
+                10 if first == ABSENT => Reason::InstrumentDoubted { channel: None },
+                10 => Reason::InstrumentDoubted { channel: Some(channel(first)?) },
                 found => {
-                    return Err(BusError::Payload { schema: SCHEMA, field: "reason", expected: "0 to 9", found: found.into() });
+                    return Err(BusError::Payload { schema: SCHEMA, field: "reason", expected: "0 to 10", found: found.into() });
                 }
             }),
             (6, _) => Status::Disagree,

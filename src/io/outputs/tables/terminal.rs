@@ -145,7 +145,11 @@ impl EstimateTable<'_> {
             })
             .collect();
         if !unresolved.is_empty() {
-            writeln!(f, "     not resolved (standard error above the value): {}", unresolved.join(" "))?;
+            writeln!(
+                f,
+                "     not resolved (standard error above the value, or moved by feedback alone): {}",
+                unresolved.join(" ")
+            )?;
         }
         Ok(())
     }

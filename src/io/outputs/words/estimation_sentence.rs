@@ -1,5 +1,6 @@
 //! Events of the state estimation in words: one sentence for each kind.
 
+use super::instrument_words::gross_error;
 use super::status_text::aid_name;
 use crate::flight::channel::ControlNames;
 use crate::io::outputs::number::Digits;
@@ -92,6 +93,17 @@ pub(crate) fn estimation_sentence(f: &mut Formatter<'_>, event: &EstimationEvent
             "the aircraft was not steady in its trim window (rms body rate {} rad/s); perturbations have no steady reference",
             Digits(rate_rms, 3)
         ),
+        EstimationEvent::StandsStill { channel } => {
+            write!(
+                f,
+                "{} stands still while the aircraft moves (frozen, clipped or dead); it is left out",
+                channel.name(controls)
+            )
+        }
+        EstimationEvent::GrossError { error, r_squared } => {
+            let corrected = Digits(r_squared, 3);
+            write!(f, "it reads like {}: corrected, it agrees with the kinematics (R2 {corrected})", gross_error(error))
+        }
         EstimationEvent::NumericBreakdown => f.write_str("numeric breakdown; the filter starts again"),
     }
 }

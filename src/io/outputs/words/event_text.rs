@@ -34,7 +34,7 @@ impl Severity {
 }
 
 /// How many kinds of event there are.
-pub const EVENT_KINDS: usize = 25;
+pub const EVENT_KINDS: usize = 27;
 
 /// The names of all kinds of event, by [`event_place`].
 pub const EVENT_NAMES: [&str; EVENT_KINDS] = [
@@ -63,6 +63,8 @@ pub const EVENT_NAMES: [&str; EVENT_KINDS] = [
     "states_chosen",
     "lines_notched",
     "line_folded",
+    "stands_still",
+    "gross_error",
 ];
 
 /// Place of the event's kind in tables per kind.
@@ -89,6 +91,8 @@ pub const fn event_place(kind: &EventKind) -> usize {
             EstimationEvent::StatesChosen { .. } => 22,
             EstimationEvent::LinesNotched { .. } => 23,
             EstimationEvent::LineFolded => 24,
+            EstimationEvent::StandsStill { .. } => 25,
+            EstimationEvent::GrossError { .. } => 26,
         },
         EventKind::Regression(event) => match event {
             RegressionEvent::ExcitationBegan => 16,
@@ -128,6 +132,8 @@ pub const fn event_severity(kind: &EventKind) -> Severity {
             | EstimationEvent::InnovationsTooLarge { .. }
             | EstimationEvent::TrimNotSteady { .. }
             | EstimationEvent::LineFolded
+            | EstimationEvent::StandsStill { .. }
+            | EstimationEvent::GrossError { .. }
             | EstimationEvent::NumericBreakdown => Severity::Warning,
         },
         EventKind::Regression(event) => match event {
@@ -145,6 +151,7 @@ pub const fn event_subject(kind: &EventKind, controls: ControlNames) -> Option<&
         EventKind::Estimation(event) => match event {
             EstimationEvent::NotFinite { channel }
             | EstimationEvent::OutOfRange { channel, .. }
+            | EstimationEvent::StandsStill { channel }
             | EstimationEvent::NoAccelerometer { channel } => Some(channel.name(controls)),
             EstimationEvent::AidMissing { aid }
             | EstimationEvent::AidRejected { aid, .. }

@@ -2,9 +2,10 @@
 
 use crate::flight::channel::{Channel, ControlNames};
 use crate::postflight::reconstruction::record::{
-    AgreementScope, ChannelError, GrossError, InstrumentErrorKind, MeanForceContradiction, NotObservable, Separation,
-    UnreportedReason, VerdictReason, WiringError, WiringFinding,
+    AgreementScope, ChannelError, InstrumentErrorKind, MeanForceContradiction, NotObservable, Separation, UnreportedReason,
+    VerdictReason, WiringError, WiringFinding,
 };
+use crate::realtime::estimation::record::GrossError;
 
 fn name(channel: Channel) -> &'static str {
     channel.name(ControlNames::Rotorcraft)
@@ -41,7 +42,7 @@ pub fn verdict_reason(reason: &VerdictReason) -> String {
         }
         VerdictReason::NoExcitation(most) => format!("no excitation: no angular rate moves more than {most:.4} rad/s rms"),
         VerdictReason::Gross { either, shown, before, after } => {
-            let either: Vec<String> = either.iter().map(|one| gross_error(*one)).collect();
+            let either: Vec<String> = either.iter().map(|one| gross_error(one)).collect();
             format!(
                 "reads like {}: corrected, {} follows from the other channels (R2 {after:.2} instead of {before:.2})",
                 either.join(" or "),
@@ -108,8 +109,8 @@ fn mean_force(one: &MeanForceContradiction) -> String {
     )
 }
 
-fn gross_error(error: GrossError) -> String {
-    match error {
+pub(super) fn gross_error(error: &GrossError) -> String {
+    match *error {
         GrossError::Turned(these) => format!("{} with its sign reversed", names(these)),
         GrossError::Unit(these, unit, _) => format!("{} in {unit}", names(these)),
         GrossError::Swapped([a, b]) => format!("{} and {} exchanged", name(a), name(b)),

@@ -115,6 +115,12 @@ impl Display for ReasonText {
             Reason::AidRejected { channel } => {
                 write!(f, "{} is rejected: it disagrees with the other instruments", channel.name(self.controls))
             }
+            Reason::InstrumentDoubted { channel: Some(channel) } => {
+                write!(f, "{} is doubted (unit, sign or wiring)", channel.name(self.controls))
+            }
+            Reason::InstrumentDoubted { channel: None } => {
+                f.write_str("the instruments contradict each other as with a wrong unit or sign, not yet known whose")
+            }
             Reason::Collinear { condition_index } => {
                 write!(f, "the regressors are collinear (condition index {})", Digits(condition_index, 3))
             }

@@ -17,7 +17,7 @@ use crate::realtime::regression::frequency::estimate::{InFull, Shared};
 use crate::realtime::regression::record::{
     DerivativesRecord, EquationRecord, LATERAL, LateralDerivatives, Reason, Status, TermRecord,
 };
-use crate::realtime::regression::recursive::{Recursive, is_lateral};
+use crate::realtime::regression::recursive::Recursive;
 use crate::realtime::regression::stepwise::Offer;
 use heapless::Vec;
 
@@ -138,7 +138,7 @@ impl Recursive {
         if LateralDerivatives::NEEDED.iter().any(|&(axis, variable)| equations[axis.index()].term(variable).is_none()) {
             return None;
         }
-        debug_assert!(LateralDerivatives::NAMES.iter().all(|(axis, _)| is_lateral(*axis)));
+        debug_assert!(LateralDerivatives::NAMES.iter().all(|(axis, _)| axis.is_lateral()));
         let (mut values, mut cov) = ([0.0; LATERAL], [[0.0; LATERAL]; LATERAL]);
         for (i, (axis, variable)) in LateralDerivatives::NAMES.into_iter().enumerate() {
             let fit = fits[axis.index()].as_ref()?;

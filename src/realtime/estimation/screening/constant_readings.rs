@@ -1,0 +1,166 @@
+//! Readings that stand still while the aircraft moves: a frozen, clipped or dead instrument.
+//!
+//! Consumes the readings of every channel; produces whether one stands. Of N readings whose values repeat with probability rho
+//! elsewhere, n equal ones in a row are no chance where
+//!     N rho^n < `CHANCE`                                                                              (1)
+//! as in `postflight/reconstruction/screening`, but from the readings so far, and from `LEAST` in a row and `LEAST_S` on. Only
+//! while another channel moves, and not of a channel that goes in steps: its own slow motion stands as well.
+
+use crate::flight::channel::{Channel, MOTION_CHANNELS};
+
+/// (1).
+const CHANCE: f64 = 1e-5;
+/// Fewest equal readings, and least time of them, s.
+const LEAST: f64 = 5.0;
+const LEAST_S: f64 = 0.05;
+/// The same before so many readings are known.
+const UNKNOWN: f64 = 100.0;
+const UNKNOWN_S: f64 = 2.0;
+/// Mean change over the smallest of a channel that does not go in steps.
+const FINE: f64 = 6.0;
+/// Part of a channel's whole span that counts as no change: rounding.
+const ROUNDING: f64 = 1e-4;
+
+#[derive(Clone, Copy, Debug)]
+struct LastReadings {
+    newest: Option<f64>,
+    /// Since when the newest reading stands, s, and how many equal ones followed it.
+    since_s: f64,
+    equal: f64,
+    count: f64,
+    repeats: f64,
+    changes: f64,
+    change_sum: f64,
+    change_min: f64,
+    range: [f64; 2],
+    moved_s: f64,
+}
+
+/// Every channel's newest readings.
+#[derive(Clone, Debug)]
+pub struct ConstantReadings {
+    runs: [LastReadings; MOTION_CHANNELS],
+}
+
+impl ConstantReadings {
+    /// Without readings.
+    pub const NEW: ConstantReadings = ConstantReadings {
+        runs: [LastReadings {
+            newest: None,
+            since_s: 0.0,
+            equal: 0.0,
+            count: 0.0,
+            repeats: 0.0,
+            changes: 0.0,
+            change_sum: 0.0,
+            change_min: f64::INFINITY,
+            range: [f64::INFINITY, f64::NEG_INFINITY],
+            moved_s: f64::NEG_INFINITY,
+        }; MOTION_CHANNELS],
+    };
+
+    /// One reading; whether the channel stands still. Never of altitude, which goes in steps whatever it is written as.
+    pub fn take(&mut self, channel: Channel, time_s: f64, value: f64) -> bool {
+        let Some(run) = self.runs.get_mut(channel.index()) else { return false };
+        run.count += 1.0;
+        run.range = [run.range[0].min(value), run.range[1].max(value)];
+        match run.newest {
+            // Zeros of either sign are one reading.
+            Some(newest) if newest.to_bits() == value.to_bits() || newest.abs() + value.abs() <= 0.0 => {
+                run.equal += 1.0;
+                run.repeats += 1.0;
+            }
+            newest => {
+                if let Some(newest) = newest {
+                    let change = (value - newest).abs();
+                    let span = run.range[1] - run.range[0];
+                    if change > ROUNDING * span {
+                        run.moved_s = time_s;
+                        run.changes += 1.0;
+                        run.change_sum += change;
+                        run.change_min = run.change_min.min(change);
+                    }
+                }
+                run.newest = Some(value);
+                run.since_s = time_s;
+                run.equal = 0.0;
+            }
+        }
+        let run = *run;
+        let stands_s = time_s - run.since_s;
+        let known = run.count - run.equal > UNKNOWN;
+        let (least, least_s) = if known { (LEAST, LEAST_S) } else { (LEAST, UNKNOWN_S) };
+        if channel == Channel::Altitude || run.equal < least || stands_s < least_s || in_steps(&run) {
+            return false;
+        }
+        let elsewhere = (run.repeats - run.equal + 1.0) / (run.count - run.equal + 1.0);
+        let by_chance = run.count * libm::pow(elsewhere.min(1.0), run.equal);
+        by_chance < CHANCE && self.another_moves(channel, run.since_s)
+    }
+
+    fn another_moves(&self, channel: Channel, since_s: f64) -> bool {
+        let others = Channel::ALL.into_iter().zip(&self.runs).filter(|(other, _)| *other != channel);
+        others.filter(|(_, run)| run.moved_s > since_s).count() >= 2
+    }
+}
+
+fn in_steps(run: &LastReadings) -> bool {
+    run.changes > 0.0 && run.change_sum / run.changes < FINE * run.change_min
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A number between -1 and 1 that looks random.
+    fn noise(k: u32, salt: f64) -> f64 {
+        libm::sin(salt * f64::from(k) * f64::from(k % 1009))
+    }
+
+    /// Times at which the yaw rate stands, of readings at 50 Hz for 20 s beside two channels that move.
+    fn standing(yaw_rate: impl Fn(u32) -> f64) -> heapless::Vec<f64, 1000> {
+        let mut readings = ConstantReadings::NEW;
+        let mut found = heapless::Vec::new();
+        for k in 0..1000 {
+            let time_s = 0.02 * f64::from(k);
+            assert!(!readings.take(Channel::P, time_s, 0.1 * noise(k, 7.3)));
+            assert!(!readings.take(Channel::Phi, time_s, 0.02 * noise(k, 3.1)));
+            if readings.take(Channel::R, time_s, yaw_rate(k)) {
+                let _ = found.push(time_s);
+            }
+        }
+        found
+    }
+
+    #[test]
+    fn frozen_clipped_and_dead_channels_stand() {
+        let moving = |k: u32| 0.05 * libm::sin(0.03 * f64::from(k)) + 1e-3 * noise(k, 5.7);
+        let frozen = standing(|k| moving(if (400..600).contains(&k) { 400 } else { k }));
+        assert!(frozen[0] < 8.2 && frozen.len() > 190 && frozen.iter().all(|time_s| (8.0..12.0).contains(time_s)));
+        let clipped = standing(|k| moving(k).clamp(-0.03, 0.03));
+        assert!(clipped.len() > 150, "{}", clipped.len());
+        // Zeros of both signs are one reading.
+        let dead = standing(|k| if k % 2 == 0 { 0.0 } else { -0.0 });
+        assert!(dead[0] < 2.1 && dead.len() > 890);
+    }
+
+    #[test]
+    fn channels_that_move_repeat_or_go_in_steps_do_not_stand() {
+        let moving = |k: u32| 0.05 * libm::sin(0.03 * f64::from(k)) + 1e-3 * noise(k, 5.7);
+        assert!(standing(moving).is_empty());
+        assert!(standing(|k| moving(k / 10 * 10)).is_empty(), "sampled at 5 Hz and repeated");
+        assert!(standing(|k| libm::round(moving(k) / 0.02) * 0.02).is_empty(), "coarse steps");
+        assert!(standing(|k| libm::round(moving(k) / 2e-4) * 2e-4).is_empty(), "fine steps");
+    }
+
+    #[test]
+    fn a_trim_without_noise_is_no_standing_channel() {
+        let mut readings = ConstantReadings::NEW;
+        for k in 0..1000 {
+            let time_s = 0.02 * f64::from(k);
+            for channel in [Channel::P, Channel::Q, Channel::R, Channel::Phi] {
+                assert!(!readings.take(channel, time_s, 0.01));
+            }
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! Screening of the instruments during the flight: gross errors (unit, sign, wiring), frozen, clipped and dead channels.
+//!
+//! In: every admitted sample. Out: what was found, as events; readings that stand still are taken out of the sample, and while
+//! an instrument is suspected of a gross error the regression has no numbers.
+//! Assumed: the kinematics of a rigid body in still air; gusts contradict them too, but no correction then explains it.
+
+pub mod bin_means;
+pub mod constant_readings;
+pub mod gross_error;
+pub mod gross_error_test;
+pub mod kinematic_agreement;
+
+use self::bin_means::{BIN_S, BinMeans, SILENCE_S};
+use self::constant_readings::ConstantReadings;
+use self::gross_error::{GrossError, force_unit};
+use self::gross_error_test::{GrossErrorTest, Suspicion};
+use crate::flight::channel::{Channel, MOTION_CHANNELS};
+use crate::flight::run::RunGeometry;
+use crate::flight::sample::Sample;
+use core::f64::consts::PI;
+
+/// Part of a channel beyond the limits from which its unit is in question, and least number of such readings.
+const UNIT_PART: f64 = 0.05;
+const UNIT_COUNT: u32 = 3;
+/// Bins of az before its mean is taken for the weight.
+const WEIGHED_BINS: u32 = 20;
+/// Tests in a row that have to name the same error: each correction has its turn in four.
+const NAMED_TESTS: u32 = 5;
+
+/// What the screening noticed at a sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ScreeningEvent {
+    /// This gross error explains the contradiction with the kinematics: R2 of the increments that show it, once it is corrected.
+    GrossError(&'static GrossError, f64),
+    /// A channel has begun to stand still.
+    StandsStill(Channel),
+}
+
+/// Why no number can be relied on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Doubt {
+    /// Some instrument, not known which.
+    Unknown,
+    /// Because of this gross error.
+    GrossError(&'static GrossError),
+    /// This channel: too many of its readings are beyond what any aircraft reaches, or a gross error of it is likely.
+    Channel(Channel),
+}
+
+impl Doubt {
+    /// The first channel that it is of; `None` where it is not known which.
+    pub fn channel(&self) -> Option<Channel> {
+        match self {
+            Doubt::Unknown => None,
+            Doubt::GrossError(error) => error.channels().first().copied(),
+            Doubt::Channel(channel) => Some(*channel),
+        }
+    }
+}
+
+/// Screening of one flight.
+#[derive(Clone, Debug)]
+pub struct Screening {
+    means: [BinMeans; MOTION_CHANNELS],
+    constant: ConstantReadings,
+    test: GrossErrorTest,
+    /// Number of the newest bin that has been tested.
+    tested: Option<i64>,
+    /// Channels that stand still, a bit each.
+    standing: u32,
+    /// Readings, and those beyond the limits.
+    readings: [u32; MOTION_CHANNELS],
+    beyond: [u32; MOTION_CHANNELS],
+    doubt: Option<Doubt>,
+    /// The error that was the only likely one at the last tests, and at how many.
+    likely: Option<(&'static GrossError, u32)>,
+    /// Sum of az over bins, and their number.
+    az: (f64, u32),
+}
+
+impl Screening {
+    /// Before the first sample.
+    pub const NEW: Screening = Screening {
+        means: [BinMeans::EMPTY; MOTION_CHANNELS],
+        constant: ConstantReadings::NEW,
+        test: GrossErrorTest::NEW,
+        tested: None,
+        standing: 0,
+        readings: [0; MOTION_CHANNELS],
+        beyond: [0; MOTION_CHANNELS],
+        doubt: None,
+        likely: None,
+        az: (0.0, 0),
+    };
+
+    /// A reading beyond what any aircraft reaches, which admission has taken out.
+    pub fn out_of_range(&mut self, channel: Channel) {
+        if let Some(count) = self.beyond.get_mut(channel.index()) {
+            *count = count.saturating_add(1);
+        }
+    }
+
+    /// Takes readings that stand still out of the sample and tests the others; events go to `notice`.
+    pub fn step(&mut self, sample: &mut Sample, geometry: &RunGeometry, mut notice: impl FnMut(ScreeningEvent)) {
+        for channel in Channel::ALL.into_iter().take(MOTION_CHANNELS) {
+            let Some(value) = sample.get(channel) else { continue };
+            let mark = 1 << channel.index();
+            if self.constant.take(channel, sample.time_s, value) {
+                if self.standing & mark == 0 {
+                    self.standing |= mark;
+                    notice(ScreeningEvent::StandsStill(channel));
+                }
+                sample.clear(channel);
+                continue;
+            }
+            self.standing &= !mark;
+            let turn = matches!(channel, Channel::Phi | Channel::Psi).then_some(2.0 * PI);
+            if let (Some(means), Some(count)) = (self.means.get_mut(channel.index()), self.readings.get_mut(channel.index())) {
+                means.take(sample.time_s, value, turn);
+                *count = count.saturating_add(1);
+            }
+        }
+        // The bin after the window is complete too.
+        let newest = (libm::floor((sample.time_s - SILENCE_S) / BIN_S) as i64).saturating_sub(2);
+        if self.tested.is_none_or(|tested| newest != tested) {
+            self.tested = Some(newest);
+            if let Some(az) = self.means.get(Channel::Az.index()).and_then(|means| means.mean(newest)) {
+                self.az = (self.az.0 + az, self.az.1.saturating_add(1));
+            }
+            self.test.window(newest, &self.means, geometry);
+            self.judge(notice);
+        }
+    }
+
+    fn judge(&mut self, mut notice: impl FnMut(ScreeningEvent)) {
+        let beyond = Channel::ALL.into_iter().zip(self.beyond.iter().zip(&self.readings)).find(|(_, (beyond, readings))| {
+            let all = f64::from(**beyond) + f64::from(**readings);
+            **beyond >= UNIT_COUNT && f64::from(**beyond) > UNIT_PART * all
+        });
+        let before = self.doubt;
+        let named = match before {
+            Some(Doubt::GrossError(error)) => Some(error),
+            _ => None,
+        };
+        let suspicion = self.test.suspicion(named);
+        self.likely = match (suspicion, self.likely) {
+            (Some(Suspicion::Named(error, _)), Some((before, times))) if error == before => {
+                Some((error, times.saturating_add(1)))
+            }
+            (Some(Suspicion::Named(error, _)), _) => Some((error, 1)),
+            _ => None,
+        };
+        let by_weight = if self.az.1 >= WEIGHED_BINS { force_unit(self.az.0 / f64::from(self.az.1)) } else { None };
+        let certain = self.likely.is_some_and(|(_, times)| times >= NAMED_TESTS);
+        let of = |error: &GrossError| error.channels().first().map_or(Doubt::Unknown, |first| Doubt::Channel(*first));
+        self.doubt = match (suspicion, beyond, named) {
+            _ if by_weight.is_some_and(|error| named != Some(error)) => by_weight.map(|error| {
+                notice(ScreeningEvent::GrossError(error, 1.0));
+                Doubt::GrossError(error)
+            }),
+            _ if by_weight.is_some() => before,
+            (Some(Suspicion::Named(error, gain)), ..) if certain => {
+                if named != Some(error) {
+                    notice(ScreeningEvent::GrossError(error, 1.0 - gain.a[1]));
+                }
+                Some(Doubt::GrossError(error))
+            }
+            // What has been named stays named while nothing else is.
+            (.., Some(error)) => Some(Doubt::GrossError(error)),
+            (_, Some((channel, _)), _) => Some(Doubt::Channel(channel)),
+            (Some(Suspicion::Of(error)), ..) => Some(of(error)),
+            (Some(_), ..) => Some(Doubt::Unknown),
+            _ => None,
+        };
+    }
+
+    /// Why no number can be relied on.
+    pub fn doubt(&self) -> Option<Doubt> {
+        self.doubt
+    }
+
+    /// Whether the channel stands still.
+    pub fn stands_still(&self, channel: Channel) -> bool {
+        self.standing & (1 << channel.index()) != 0
+    }
+}
