@@ -1,7 +1,7 @@
 //! Test of a flight for gross errors of instruments, while it goes on.
 //!
 //! Consumes every channel's bin means; produces the likeliest gross error by `kinematic_agreement` (2), from windows of
-//! [`WINDOW_S`] that are forgotten over `MEMORY_S`. A window counts where some output moves by more than its noise. The windows
+//! `WINDOW_S` that are forgotten over `MEMORY_S`. A window counts where some output moves by more than its noise. The windows
 //! of one correction begin 4 bins apart; the corrections take turns, those of one channel together, each beside the windows as
 //! recorded that begin with its own.
 
