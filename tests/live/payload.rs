@@ -151,11 +151,11 @@ fn codes_that_there_are_not_are_refused_with_the_field() {
     let refused = |error: String, words: &str| assert!(error.contains(words), "{error}");
     let status = |code, reason, places| StatusBody { code, reason, places, numbers: [0.0; 2] }.status().unwrap_err().to_string();
     refused(status(8, ABSENT, [0; 2]), "sideslip.Status.1: code: expected 0 to 7, found 8");
-    refused(status(5, 10, [0; 2]), "reason: expected 0 to 9, found 10");
+    refused(status(5, 11, [0; 2]), "reason: expected 0 to 10, found 11");
     refused(status(5, 3, [10, 0]), "variable: expected a place in its table, found 10");
     let event = EventPayload { code: 0, subject: 24, ..EventPayload::default() };
     refused(event.record().unwrap_err().to_string(), "subject");
-    refused(EventPayload { code: 25, ..event }.record().unwrap_err().to_string(), "code");
+    refused(EventPayload { code: 27, ..event }.record().unwrap_err().to_string(), "code");
     let mut derivatives = DerivativesPayload::default();
     derivatives.record().unwrap();
     derivatives.equations[0].count = 12;
