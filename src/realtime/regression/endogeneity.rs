@@ -162,7 +162,7 @@ mod tests {
         account_for(&mut after, response(Axis::N), &information, None, disturbance_var);
         let v = regressor(Variable::V);
         assert!((after.theta[v] - before.theta[v]).abs() < 1e-15);
-        // One regressor of variance 1/2: the bias is at most the disturbance's deviation over the regressor's; the prior is c of it.
+        // One regressor of variance 1/2: the bias is at most the disturbance's deviation over the regressor's, the prior c of it.
         let bias_var = after.cov[v][v] - before.cov[v][v];
         assert!((bias_var - PRIOR * disturbance_var / 0.5).abs() < 0.02 * bias_var, "{bias_var}");
         assert!((after.bias_var[v] - bias_var).abs() < 1e-12);
