@@ -120,6 +120,11 @@ impl Variable {
         self.index() >= Variable::LonCyclic.index()
     }
 
+    /// Whether it is of the lateral motion (v p r, lateral cyclic and pedal) rather than of the longitudinal.
+    pub const fn is_lateral(self) -> bool {
+        matches!(self, Variable::V | Variable::P | Variable::R | Variable::LatCyclic | Variable::Pedal)
+    }
+
     /// The control channel that carries it; `None` for a body velocity or rate.
     pub const fn control_channel(self) -> Option<Channel> {
         match self {

@@ -222,9 +222,9 @@ fn output_error_record(
         modes(structure, &fitted.theta, &fitted.cov, &linear.reference_trim.steps(linear.reference_trim_std, &structure.states))
             .unwrap_or_default()
     };
-    for (part, moments) in [(LATERAL, &[Axis::L, Axis::N][..]), (LONGITUDINAL, &[Axis::M])] {
+    for (part, lateral) in [(LATERAL, true), (LONGITUDINAL, false)] {
         let Some(part) = subsystem(&linear.structure, &part) else { continue };
-        if !is_controlled(&record, moments) {
+        if !is_controlled(&record, lateral) {
             continue;
         }
         for root in roots(&part) {
@@ -256,16 +256,12 @@ fn resolved_root(root: &IdentifiedRoot) -> Option<RealRoot> {
     Some(RealRoot { value: root.real, std: root.std_real }).filter(RealRoot::is_resolved)
 }
 
-/// Whether a control is known to move the plane of these moments: motion that none of its controls causes is of gusts, of the
+/// Whether a control is known to cause a moment of its own plane: motion that none of its controls causes is of gusts, of the
 /// other plane or of noise, and its modes are not identified.
-fn is_controlled(record: &OutputErrorRecord, moments: &[Axis]) -> bool {
-    let own = |variable: Variable| match variable {
-        Variable::LonCyclic | Variable::Collective => moments.contains(&Axis::M),
-        Variable::LatCyclic | Variable::Pedal => moments.contains(&Axis::N),
-        _ => false,
-    };
-    let of_controls = record.parameters.iter().filter(|one| moments.contains(&one.axis) && own(one.variable));
-    of_controls.into_iter().any(|one| one.value.abs() > CONTROLLED * one.std)
+fn is_controlled(record: &OutputErrorRecord, lateral: bool) -> bool {
+    let mut of_plane = record.parameters.iter().filter(|one| !one.axis.is_force() && one.axis.is_lateral() == lateral);
+    of_plane
+        .any(|one| one.variable.is_control() && one.variable.is_lateral() == lateral && one.value.abs() > CONTROLLED * one.std)
 }
 
 /// The part of the structure that is of those states alone; `None` where one is missing.

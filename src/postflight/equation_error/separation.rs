@@ -23,10 +23,6 @@ fn variable(column: &str) -> Option<Variable> {
     }
 }
 
-const fn is_lateral(variable: Variable) -> bool {
-    matches!(variable, Variable::V | Variable::P | Variable::R)
-}
-
 /// The sentence for those terms.
 pub(crate) fn input_that_splits(terms: &[&Expression]) -> String {
     use Variable::{P, Q, R, U, V, W};
@@ -65,7 +61,7 @@ pub(crate) fn input_that_splits(terms: &[&Expression]) -> String {
         }
         [] => {}
     }
-    let sideways = motion.iter().copied().all(is_lateral);
+    let sideways = motion.iter().copied().all(Variable::is_lateral);
     if sideways && has(P) {
         return format!(
             "a roll input (lat_cyclic or aileron doublet) beside the yaw input: in a free Dutch roll {listed} keep one ratio \
@@ -81,7 +77,7 @@ pub(crate) fn input_that_splits(terms: &[&Expression]) -> String {
     if has(W) && has(Q) && motion.len() == 2 {
         return "lon_cyclic or elevator 3211 at two clock times, or a climb by collective: w and q then differ in phase".into();
     }
-    if motion.iter().copied().any(is_lateral) {
+    if motion.iter().copied().any(Variable::is_lateral) {
         return format!("a lateral input with pitch held and a longitudinal one with bank held: {listed} move together here");
     }
     format!("an input that moves one of {listed} while the others stay")

@@ -9,8 +9,8 @@ use super::run_channels::RunChannels;
 use crate::flight::channel::Channel;
 use crate::realtime::estimation::screening::gross_error::{GROSS_ERRORS, GrossError};
 use crate::realtime::estimation::screening::kinematic_agreement::{
-    Agreement, COMPARED, CONTRIBUTES_TO, CorrectionGain, OUTPUT_CHANNELS, OUTPUTS, OutputRates, SIGNAL, THRESHOLD, WINDOW_S,
-    by_arm, compared_channel, contradicts, correction_gain, likeliest, output_rates,
+    Agreement, COMPARED, CorrectionGain, OUTPUT_CHANNELS, OutputRates, SIGNAL, THRESHOLD, WINDOW_S, by_arm, compared_channel,
+    compared_increments, compared_output, contradicts, correction_gain, likeliest, output_rates,
 };
 
 /// Length of the mean at either end of a window, s; steps of a window over which the kinematics are constant.
@@ -76,24 +76,15 @@ fn agreement(record: &RunChannels, error: Option<&GrossError>) -> Agreement {
             let turn = 2.0 * core::f64::consts::PI;
             Some(if channel == Channel::Psi { moved - turn * libm::round(moved / turn) } else { moved })
         });
-        let OutputRates { whole, by_force } = increments(&read, from_s);
-        for k in 0..OUTPUTS {
-            if let (Some(moved), Some(kinematic)) = (moved[k], whole[k]) {
-                pairs[k].push((moved, kinematic));
-            }
-        }
-        for (axis, output) in CONTRIBUTES_TO.into_iter().enumerate() {
-            if let (Some(moved), Some(kinematic), Some(share)) = (moved[output], whole[output], by_force[axis]) {
-                pairs[OUTPUTS + axis].push((moved - (kinematic - share), share));
-            }
-        }
+        let increments = compared_increments(moved, &integral(&read, from_s));
+        pairs.iter_mut().zip(increments).for_each(|(pairs, pair)| pairs.extend(pair));
     }
     core::array::from_fn(|k| {
-        let (pairs, shown) = (pairs.get(k)?, k.checked_sub(OUTPUTS).map_or(k, |axis| CONTRIBUTES_TO[axis]));
+        let pairs = pairs.get(k)?;
         if pairs.len() < WINDOWS_MIN {
             return None;
         }
-        let (whose, factor) = corrected_by(compared_channel(shown));
+        let (whose, factor) = corrected_by(compared_output(k));
         let source = record.series(whose)?;
         let averaged = (END_S / source.interval_s()?).max(1.0);
         let noise = 2.0 * factor * factor * source.noise_std() * source.noise_std() / averaged;
@@ -108,16 +99,13 @@ fn variance(values: impl Iterator<Item = f64> + Clone) -> f64 {
     values.map(|value| (value - mean) * (value - mean)).sum::<f64>() / count
 }
 
-/// Kinematic increments over the window from `from_s`.
-fn increments(read: &impl Fn(Channel, f64, f64) -> Option<f64>, from_s: f64) -> OutputRates {
-    let mut sums = OutputRates { whole: [Some(0.0); OUTPUTS], by_force: [Some(0.0); 3] };
+/// Integral of the kinematic rates over the window from `from_s`.
+fn integral(read: &impl Fn(Channel, f64, f64) -> Option<f64>, from_s: f64) -> OutputRates {
+    let mut sum = OutputRates::ZERO;
     let step_s = WINDOW_S / PARTS as f64;
     for part in 0..PARTS {
         let (from_s, to_s) = (from_s + step_s * part as f64, from_s + step_s * (part + 1) as f64);
-        let rates = output_rates(|channel| read(channel, from_s, to_s)).unwrap_or_default();
-        let add = |sum: &mut Option<f64>, rate: Option<f64>| *sum = sum.zip(rate).map(|(sum, rate)| sum + step_s * rate);
-        sums.whole.iter_mut().zip(rates.whole).for_each(|(sum, rate)| add(sum, rate));
-        sums.by_force.iter_mut().zip(rates.by_force).for_each(|(sum, rate)| add(sum, rate));
+        sum.integrate(&output_rates(|channel| read(channel, from_s, to_s)).unwrap_or_default(), step_s);
     }
-    sums
+    sum
 }

@@ -5,24 +5,21 @@
 //!   then its unit is in question, not its samples;
 //! - a spike: up to `WIDTH_MAX` samples that leave both neighbours to one side by more than `SPIKE_STDS` standard deviations
 //!   of the channel's noise and `SPIKE_STEPS` times what it usually changes, there and in nine of ten steps;
-//! - standing still (frozen, clipped, zeroed): n equal values in a row by (1). Not where nothing else moves either, and not of a
-//!   channel that goes in steps, as an altimeter does: its own slow motion stands as well.
+//! - standing still (frozen, clipped, zeroed): equal values in a row by (1) of `constant_readings`. Not where nothing else
+//!   moves either, and not of a channel that goes in steps, as an altimeter does: its own slow motion stands as well.
 //!
-//! Of N samples whose values repeat with probability rho elsewhere, n in a row are no chance where
-//!     N rho^(n-1) < CHANCE                                                                            (1)
 //! Nothing is put in their place. Not for controls, which jump and rest as the pilot likes.
 
 use super::parameter::CHANNELS;
 use crate::flight::channel::Channel;
 use crate::flight::sample::Sample;
 use crate::realtime::estimation::admission::range;
+use crate::realtime::estimation::screening::constant_readings::{ROUNDING, is_improbable};
 
 /// What a spike stands out of: the noise, and the changes beside it.
 const SPIKE_STDS: f64 = 15.0;
 const SPIKE_STEPS: f64 = 4.0;
 const WIDTH_MAX: usize = 2;
-/// (1).
-const CHANCE: f64 = 1e-5;
 /// Part of a channel beyond the limits from which its unit is in question.
 const UNIT_PART: f64 = 0.05;
 /// Median change over the smallest (2 %) of a channel that does not go in steps; of normal noise it is 27.
@@ -35,8 +32,6 @@ const COUNT_MIN: usize = 20;
 /// Median of the absolute value of normal noise, and the third difference's gain for white noise, (1) of `series`.
 const MEDIAN: f64 = 0.6745;
 const THIRD_GAIN: f64 = 4.472_135_954_999_579;
-/// Part of a channel's whole span that counts as no motion: the trim of a simulation without noise.
-const ROUNDING: f64 = 1e-4;
 /// Neighbours of a spike are not further apart, s: what lasts longer may be the aircraft.
 const SPIKE_S: f64 = 0.13;
 
@@ -204,10 +199,8 @@ fn frozen(readings: &ChannelReadings, else_moves: impl Fn(f64, f64) -> bool) -> 
     let mut taken = Vec::new();
     for (from, to) in stretches {
         let own = to - from - 1;
-        let elsewhere = (repeats - own + 1) as f64 / (count - own + 1) as f64;
-        let by_chance = count as f64 * libm::pow(elsewhere.min(1.0), own as f64);
         let time = |k: usize| readings.get(k).map_or(0.0, |one| one.1);
-        if own > 0 && by_chance < CHANCE && else_moves(time(from), time(to - 1)) {
+        if own > 0 && is_improbable(count as f64, repeats as f64, own as f64) && else_moves(time(from), time(to - 1)) {
             taken.extend(from + 1..to);
         }
     }

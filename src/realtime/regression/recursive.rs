@@ -36,7 +36,7 @@ pub const EVENTS: usize = AXES + 6;
 
 /// Silence of an instrument after which the equations that need it are not identifiable, s.
 const PATIENCE_S: f64 = 2.0;
-/// Silence after which the filter has started anew, and time that its states then take to settle, s.
+/// Silence of the rates after which the states are no longer those of before, and time that they then take to settle, s.
 const SILENT_S: f64 = 0.5;
 const SETTLING_S: f64 = 1.5;
 
@@ -325,8 +325,7 @@ impl Recursive {
         if independent < fit.order.len() as f64 + LEFT_OVER {
             return (EquationRecord::empty(axis, Status::Exciting), None);
         }
-        let factor = small_sample(fit.order.len());
-        fit.cov.iter_mut().flatten().for_each(|entry| *entry *= factor);
+        fit.scale_covariance(small_sample(fit.order.len()));
         let residual = coloured_errors::residual_covariance(&self.information, &fit.residual, &fit.residual, fit.order.len());
         let speed = self.trim.map_or(0.0, |trim| trim.velocity[0]);
         let depends_on_amplitude = self.curvature.account_for(axis, &mut fit, speed, residual[0]);

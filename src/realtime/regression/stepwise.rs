@@ -114,6 +114,11 @@ pub fn fit(information: &Information<SIGNALS>, response: usize, offer: &Offer, t
 }
 
 impl Fit {
+    /// Multiplies the covariance of the estimates by `factor`.
+    pub fn scale_covariance(&mut self, factor: f64) {
+        self.cov.iter_mut().flatten().for_each(|entry| *entry *= factor);
+    }
+
     /// The optional term with the smallest F on its final standard error, where that is below `f_remove`.
     fn weakest(&self, offer: &Offer, f_remove: f64) -> Option<usize> {
         let mut worst: Option<(usize, f64)> = None;

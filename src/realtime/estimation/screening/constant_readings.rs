@@ -2,15 +2,15 @@
 //!
 //! Consumes the readings of every channel; produces whether one stands. Of N readings whose values repeat with probability rho
 //! elsewhere, n equal ones in a row are no chance where
-//!     N rho^n < `CHANCE`                                                                              (1)
-//! as in `postflight/reconstruction/screening`, but from the readings so far, and from `LEAST` in a row and `LEAST_S` on. Only
-//! while another channel moves, and not of a channel that goes in steps: its own slow motion stands as well.
+//!     N rho^(n-1) < `CHANCE`                                                                          (1)
+//! of the readings so far, and from `LEAST` repeats and `LEAST_S` on. Only while another channel moves, and not of a channel
+//! that goes in steps: its own slow motion stands as well.
 
 use crate::flight::channel::{Channel, MOTION_CHANNELS};
 
 /// (1).
 const CHANCE: f64 = 1e-5;
-/// Fewest equal readings, and least time of them, s.
+/// Fewest repeats of a reading, and least time of them, s.
 const LEAST: f64 = 5.0;
 const LEAST_S: f64 = 0.05;
 /// The same before so many readings are known.
@@ -18,8 +18,8 @@ const UNKNOWN: f64 = 100.0;
 const UNKNOWN_S: f64 = 2.0;
 /// Mean change over the smallest of a channel that does not go in steps.
 const FINE: f64 = 6.0;
-/// Part of a channel's whole span that counts as no change: rounding.
-const ROUNDING: f64 = 1e-4;
+/// Part of a channel's whole span that counts as no change: rounding, as of a simulated trim without noise.
+pub const ROUNDING: f64 = 1e-4;
 
 #[derive(Clone, Copy, Debug)]
 struct LastReadings {
@@ -93,15 +93,19 @@ impl ConstantReadings {
         if channel == Channel::Altitude || run.equal < least || stands_s < least_s || in_steps(&run) {
             return false;
         }
-        let elsewhere = (run.repeats - run.equal + 1.0) / (run.count - run.equal + 1.0);
-        let by_chance = run.count * libm::pow(elsewhere.min(1.0), run.equal);
-        by_chance < CHANCE && self.another_moves(channel, run.since_s)
+        is_improbable(run.count, run.repeats, run.equal) && self.another_moves(channel, run.since_s)
     }
 
     fn another_moves(&self, channel: Channel, since_s: f64) -> bool {
         let others = Channel::ALL.into_iter().zip(&self.runs).filter(|(other, _)| *other != channel);
         others.filter(|(_, run)| run.moved_s > since_s).count() >= 2
     }
+}
+
+/// (1) for a reading that is repeated `repeated` times in a row, of `count` readings with `repeats` repeats in all.
+pub fn is_improbable(count: f64, repeats: f64, repeated: f64) -> bool {
+    let elsewhere = (repeats - repeated + 1.0) / (count - repeated + 1.0);
+    count * libm::pow(elsewhere.min(1.0), repeated) < CHANCE
 }
 
 fn in_steps(run: &LastReadings) -> bool {

@@ -8,8 +8,8 @@
 use super::bin_means::{BIN_S, BinMeans};
 use super::gross_error::{GROSS_ERRORS, GrossError};
 use super::kinematic_agreement::{
-    AGREES, Agreement, COMPARED, CONTRIBUTES_TO, CorrectionGain, OUTPUT_CHANNELS, OUTPUTS, OutputRates, SIGNAL, THRESHOLD,
-    by_arm, compared_channel, contradicts, correction_gain, likeliest, output_rates,
+    AGREES, Agreement, COMPARED, CorrectionGain, Increments, OUTPUT_CHANNELS, OutputRates, SIGNAL, THRESHOLD, by_arm,
+    compared_increments, compared_output, contradicts, correction_gain, likeliest, output_rates,
 };
 use crate::flight::channel::{Channel, MOTION_CHANNELS};
 use crate::flight::run::RunGeometry;
@@ -77,9 +77,6 @@ pub struct GrossErrorTest {
     corrected: [OutputMoments; GROSS_ERRORS],
     gains: [Option<CorrectionGain>; GROSS_ERRORS],
 }
-
-/// Increments over one window: measured and kinematic.
-type Increments = [Option<(f64, f64)>; COMPARED];
 
 impl GrossErrorTest {
     /// Without windows.
@@ -192,38 +189,27 @@ impl Window<'_> {
     /// Measured and kinematic increments from the middle of the first bin to that of the last, these by the trapezoidal rule.
     fn increments(&self, error: Option<&GrossError>) -> Option<Increments> {
         let mut ends = [[None; MOTION_CHANNELS]; 2];
-        let mut sums = OutputRates { whole: [Some(0.0); OUTPUTS], by_force: [Some(0.0); 3] };
+        let mut kinematic = OutputRates::ZERO;
         for part in 0..=LENGTH {
             let readings = self.at_centre(error, self.first.saturating_add(part as i64));
             let rates = output_rates(|channel| readings.get(channel.index()).copied().flatten())?;
-            let weight = if part == 0 || part == LENGTH { 0.5 * BIN_S } else { BIN_S };
-            let add = |sum: &mut Option<f64>, rate: Option<f64>| *sum = sum.zip(rate).map(|(sum, rate)| sum + weight * rate);
-            sums.whole.iter_mut().zip(rates.whole).for_each(|(sum, rate)| add(sum, rate));
-            sums.by_force.iter_mut().zip(rates.by_force).for_each(|(sum, rate)| add(sum, rate));
+            kinematic.integrate(&rates, if part == 0 || part == LENGTH { 0.5 * BIN_S } else { BIN_S });
             match part {
                 0 => ends[0] = readings,
                 LENGTH => ends[1] = readings,
                 _ => {}
             }
         }
-        let mut increments: Increments = [None; COMPARED];
-        for (k, channel) in OUTPUT_CHANNELS.into_iter().enumerate() {
+        let measured = OUTPUT_CHANNELS.map(|channel| {
             let end = |end: usize| ends[end].get(channel.index()).copied().flatten();
-            increments[k] = end(1).zip(end(0)).map(|(after, before)| after - before).zip(sums.whole[k]);
-        }
-        for (axis, output) in CONTRIBUTES_TO.into_iter().enumerate() {
-            increments[OUTPUTS + axis] = increments[output].zip(sums.by_force[axis]).map(|((measured, kinematic), share)| {
-                let without = kinematic - share;
-                (measured - without, share)
-            });
-        }
-        Some(increments)
+            Some(end(1)? - end(0)?)
+        });
+        Some(compared_increments(measured, &kinematic))
     }
 
     /// Variance of the noise of the reading that shows a compared output.
     fn noise_var(&self, k: usize, error: Option<&GrossError>) -> f64 {
-        let shown = k.checked_sub(OUTPUTS).and_then(|axis| CONTRIBUTES_TO.get(axis)).map_or(k, |output| *output);
-        let channel = compared_channel(shown);
+        let channel = compared_output(k);
         let (whose, factor) = error.map_or((channel, 1.0), |error| error.corrected_by(channel));
         self.means.get(whose.index()).map_or(0.0, |means| factor * factor * means.noise_var())
     }

@@ -54,6 +54,30 @@ pub fn compared_channel(k: usize) -> Channel {
     k.checked_sub(OUTPUTS).map_or(OUTPUT_CHANNELS[k.min(OUTPUTS - 1)], |axis| FORCES[axis.min(2)])
 }
 
+/// The output that a compared one is, or that the accelerometer of a share contributes to.
+pub fn compared_output(k: usize) -> Channel {
+    let output = k.checked_sub(OUTPUTS).map_or(k, |axis| CONTRIBUTES_TO[axis.min(2)]);
+    OUTPUT_CHANNELS[output.min(OUTPUTS - 1)]
+}
+
+/// Increments of the compared outputs over one window, measured and kinematic.
+pub type Increments = [Option<(f64, f64)>; COMPARED];
+
+/// The increments that are compared, from those of the outputs and the integral of their kinematic rates.
+pub fn compared_increments(measured: [Option<f64>; OUTPUTS], kinematic: &OutputRates) -> Increments {
+    let mut increments = [None; COMPARED];
+    for (k, increment) in increments.iter_mut().enumerate() {
+        *increment = match k.checked_sub(OUTPUTS) {
+            None => measured[k].zip(kinematic.whole[k]),
+            Some(axis) => {
+                let whole = measured[CONTRIBUTES_TO[axis]].zip(kinematic.whole[CONTRIBUTES_TO[axis]]);
+                whole.zip(kinematic.by_force[axis]).map(|((measured, kinematic), share)| (measured - (kinematic - share), share))
+            }
+        };
+    }
+    increments
+}
+
 /// Whether an output contradicts the kinematics.
 pub fn contradicts(agreement: &Agreement) -> bool {
     agreement.iter().flatten().any(|a| *a > CONTRARY)
@@ -126,6 +150,18 @@ pub struct OutputRates {
     pub whole: [Option<f64>; OUTPUTS],
     /// Contribution of each accelerometer to the output in `CONTRIBUTES_TO`.
     pub by_force: [Option<f64>; 3],
+}
+
+impl OutputRates {
+    /// An integral before its first step.
+    pub const ZERO: OutputRates = OutputRates { whole: [Some(0.0); OUTPUTS], by_force: [Some(0.0); 3] };
+
+    /// Adds rates over a step, s; what has none has no integral.
+    pub fn integrate(&mut self, rates: &OutputRates, step_s: f64) {
+        let add = |sum: &mut Option<f64>, rate: Option<f64>| *sum = sum.zip(rate).map(|(sum, rate)| sum + step_s * rate);
+        self.whole.iter_mut().zip(rates.whole).for_each(|(sum, rate)| add(sum, rate));
+        self.by_force.iter_mut().zip(rates.by_force).for_each(|(sum, rate)| add(sum, rate));
+    }
 }
 
 /// Kinematic rates of the outputs, from readings at the centre of mass.

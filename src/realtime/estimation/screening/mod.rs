@@ -133,45 +133,54 @@ impl Screening {
     }
 
     fn judge(&mut self, mut notice: impl FnMut(ScreeningEvent)) {
-        let beyond = Channel::ALL.into_iter().zip(self.beyond.iter().zip(&self.readings)).find(|(_, (beyond, readings))| {
-            let all = f64::from(**beyond) + f64::from(**readings);
-            **beyond >= UNIT_COUNT && f64::from(**beyond) > UNIT_PART * all
-        });
-        let before = self.doubt;
-        let named = match before {
+        let named = match self.doubt {
             Some(Doubt::GrossError(error)) => Some(error),
             _ => None,
         };
         let suspicion = self.test.suspicion(named);
-        self.likely = match (suspicion, self.likely) {
-            (Some(Suspicion::Named(error, _)), Some((before, times))) if error == before => {
-                Some((error, times.saturating_add(1)))
-            }
-            (Some(Suspicion::Named(error, _)), _) => Some((error, 1)),
-            _ => None,
-        };
-        let by_weight = if self.az.1 >= WEIGHED_BINS { force_unit(self.az.0 / f64::from(self.az.1)) } else { None };
-        let certain = self.likely.is_some_and(|(_, times)| times >= NAMED_TESTS);
-        let of = |error: &GrossError| error.channels().first().map_or(Doubt::Unknown, |first| Doubt::Channel(*first));
-        self.doubt = match (suspicion, beyond, named) {
-            _ if by_weight.is_some_and(|error| named != Some(error)) => by_weight.map(|error| {
-                notice(ScreeningEvent::GrossError(error, 1.0));
-                Doubt::GrossError(error)
-            }),
-            _ if by_weight.is_some() => before,
-            (Some(Suspicion::Named(error, gain)), ..) if certain => {
+        let by_kinematics = self.certain(suspicion);
+        let by_weight = self.unit_by_weight().map(|error| (error, 1.0));
+        // What has been named stays named while nothing else is.
+        let found = by_weight.or(by_kinematics).or(named.map(|error| (error, 1.0)));
+        self.doubt = match (found, self.beyond_limits(), suspicion) {
+            (Some((error, r_squared)), ..) => {
                 if named != Some(error) {
-                    notice(ScreeningEvent::GrossError(error, 1.0 - gain.a[1]));
+                    notice(ScreeningEvent::GrossError(error, r_squared));
                 }
                 Some(Doubt::GrossError(error))
             }
-            // What has been named stays named while nothing else is.
-            (.., Some(error)) => Some(Doubt::GrossError(error)),
-            (_, Some((channel, _)), _) => Some(Doubt::Channel(channel)),
-            (Some(Suspicion::Of(error)), ..) => Some(of(error)),
-            (Some(_), ..) => Some(Doubt::Unknown),
+            (_, Some(channel), _) => Some(Doubt::Channel(channel)),
+            (.., Some(Suspicion::Of(error))) => error.channels().first().map(|first| Doubt::Channel(*first)),
+            (.., Some(_)) => Some(Doubt::Unknown),
             _ => None,
         };
+    }
+
+    /// The error that the last tests all named, and its R2; counts this test.
+    fn certain(&mut self, suspicion: Option<Suspicion>) -> Option<(&'static GrossError, f64)> {
+        let Some(Suspicion::Named(error, gain)) = suspicion else {
+            self.likely = None;
+            return None;
+        };
+        let before = self.likely.filter(|(before, _)| *before == error).map_or(0, |(_, tests)| tests);
+        self.likely = Some((error, before.saturating_add(1)));
+        (before.saturating_add(1) >= NAMED_TESTS).then_some((error, 1.0 - gain.a[1]))
+    }
+
+    /// The unit of the accelerometers by the mean of az.
+    fn unit_by_weight(&self) -> Option<&'static GrossError> {
+        let (sum, bins) = self.az;
+        if bins >= WEIGHED_BINS { force_unit(sum / f64::from(bins)) } else { None }
+    }
+
+    /// A channel of which too many readings are beyond what any aircraft reaches.
+    fn beyond_limits(&self) -> Option<Channel> {
+        let counts = Channel::ALL.into_iter().zip(self.beyond.iter().zip(&self.readings));
+        let mut beyond = counts.filter(|(_, (beyond, readings))| {
+            let all = f64::from(**beyond) + f64::from(**readings);
+            **beyond >= UNIT_COUNT && f64::from(**beyond) > UNIT_PART * all
+        });
+        beyond.next().map(|(channel, _)| channel)
     }
 
     /// Why no number can be relied on.
