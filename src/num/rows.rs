@@ -52,9 +52,44 @@ pub(crate) fn subtract_row<T: Real, const N: usize>(rows: &mut [[T; N]], weights
     }
 }
 
+/// c' M c of a symmetric M, from its lower triangle and the whole of its blocks on the diagonal.
+pub(crate) fn quadratic_form<const N: usize>(lower: &[[f64; N]; N], c: &[f64; N]) -> f64 {
+    let doubled = c.map(|entry| 2.0 * entry);
+    let (blocks, rest) = c.as_chunks::<BLOCK>();
+    let mut form = 0.0;
+    for (b, entries) in blocks.iter().enumerate() {
+        let mut register = [0.0; BLOCK];
+        let (own, below) = (b * BLOCK, (b + 1) * BLOCK);
+        let rows = lower[own..below].iter().zip(entries).chain(lower[below..].iter().zip(&doubled[below..]));
+        for (row, &weight) in rows {
+            for (sum, &entry) in register.iter_mut().zip(&row.as_chunks::<BLOCK>().0[b]) {
+                *sum += weight * entry;
+            }
+        }
+        form += register.iter().zip(entries).map(|(sum, entry)| sum * entry).sum::<f64>();
+    }
+    let first = blocks.len() * BLOCK;
+    for (i, &entry) in rest.iter().enumerate() {
+        let row = &lower[first + i][first..];
+        form += entry * (row[i] * entry + row.iter().zip(&doubled[first..]).take(i).map(|(m, c)| m * c).sum::<f64>());
+    }
+    form
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_quadratic_form_is_the_plain_double_sum_whatever_stands_above_the_blocks() {
+        const N: usize = 19;
+        let c: [f64; N] = core::array::from_fn(|i| libm::cos(5.0 * i as f64));
+        let whole = |i: usize, j: usize| libm::sin((i * j + i + j) as f64);
+        let above = |i: usize, j: usize| j > i && (j / BLOCK > i / BLOCK || i >= N / BLOCK * BLOCK);
+        let lower = core::array::from_fn(|i| core::array::from_fn(|j| if above(i, j) { f64::NAN } else { whole(i, j) }));
+        let plain: f64 = (0..N).map(|i| (0..N).map(|j| c[i] * whole(i, j) * c[j]).sum::<f64>()).sum();
+        assert!((quadratic_form(&lower, &c) - plain).abs() < 1e-13 * plain.abs().max(1.0));
+    }
 
     #[test]
     fn blocks_and_rest_are_the_plain_sums_bit_by_bit() {

@@ -1,15 +1,16 @@
 //! Live estimates in air that moves: silent without a test input, right with one.
 //!
-//! The built-in Puma's linear model at three speeds in Dryden gusts, alone, with a pilot who holds attitude or heading too, and
-//! with attitude and rate feedback of 1.5 rad/s; every second of every flight is looked at. CI flies one seed of each; the
-//! study, `cargo nextest run --release --test slow --run-ignored all recovery::gusts`, as many as `SIDESLIP_SEEDS` says.
-//! At 1 m/s N_v, L_p and the Dutch roll have a number in 0.2 to 0.5 of the flights; 0.7 is wanted.
+//! The built-in Puma's linear model at three speeds and the Navion's, in Dryden gusts, alone, with a pilot who holds attitude or
+//! heading too, and with attitude and rate feedback of 1.5 rad/s; every second of every flight is looked at. CI flies one seed of
+//! each; the study, `cargo nextest run --release --test slow --run-ignored all recovery::gusts`, as many as `SIDESLIP_SEEDS`
+//! says.
 //! Gates: of all numbers with a pilot's test input the root mean square of (estimate - truth)/standard error; it is a mean over
 //! some hundred correlated numbers, and right standard errors would give 1.
 
 use super::pilot::{KNOT, with_inputs};
 use super::{L_P, N_R, N_V, WANTED};
 use crate::support::manoeuvre::{over_seeds, seeds};
+use crate::support::navion::navion;
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::effect::Effect;
 use sideslip::flight::model::LinearModel;
@@ -109,9 +110,9 @@ fn watched(flight: &Flight, model: &LinearModel) -> Reported {
     found
 }
 
-/// Flights of every speed, every pair of hands and `seeds` seeds each.
+/// Flights of every aircraft and speed, every pair of hands and `seeds` seeds each.
 fn flown(gust: f64, inputs: &[&[&str]], duration_s: f64, seeds: u64) -> Vec<Reported> {
-    let models = SPEEDS_KN.map(model);
+    let models: Vec<LinearModel> = SPEEDS_KN.into_iter().map(model).chain([navion()]).collect();
     let inputs = if inputs.is_empty() { &[&[][..]][..] } else { inputs };
     let kinds = (models.len() * HANDS.len() * inputs.len()) as u64;
     over_seeds(seeds * kinds, |n| {
@@ -150,7 +151,7 @@ fn gusts_alone_and_hands_that_answer_them_tell_nothing() {
 #[test]
 fn with_a_test_input_what_is_reported_is_right_and_silence_is_no_way_out() {
     let mut failed = Vec::new();
-    for (gust, most_rms, least_share) in [(0.0, 1.1, 0.98), (0.3, 1.2, 0.9), (1.0, 1.3, 0.2)] {
+    for (gust, most_rms, least_share) in [(0.0, 1.1, 0.98), (0.3, 1.2, 0.9), (1.0, 1.3, 0.7)] {
         let all = flown(gust, &INPUT, 22.0, seeds(1));
         let score = rms(&all, |_| true);
         let wrong: usize = all.iter().map(|one| one.converged_and_wrong).sum();
@@ -174,10 +175,10 @@ fn with_a_test_input_what_is_reported_is_right_and_silence_is_no_way_out() {
 }
 
 /// The first example of the README, the Level-1 Puma and a pedal doublet of 20 mrad, and other amplitudes of it: least squares is
-/// off by the curvature, which the errors of yaw cover. Those of roll, which this input moves through sideslip alone, do not:
-/// L_v and L_p are 2 to 4 standard errors off from half of the input on.
+/// off by the curvature, which the errors cover, or the equation depends on amplitude. At a quarter of the input N_v has a number
+/// in 0.93 of 40 flights; CI flies four.
 #[test]
-fn of_a_larger_motion_the_errors_of_yaw_cover_the_curvature() {
+fn of_a_larger_motion_the_errors_cover_the_curvature() {
     let model = FlightModel::puma(&FlightRequest { speed: Some(100.0 * KNOT), ..FlightRequest::default() }).unwrap();
     let linear = model.linear().clone();
     let mut failed = Vec::new();
@@ -199,7 +200,8 @@ fn of_a_larger_motion_the_errors_of_yaw_cover_the_curvature() {
             n_r,
             dutch_roll
         );
-        if of(Axis::N) > 1.3 || [n_v, n_r, dutch_roll].iter().any(|share| *share < least_share) {
+        let wrong: usize = all.iter().map(|one| one.converged_and_wrong).sum();
+        if of(Axis::N).max(of(Axis::L)) > 1.3 || wrong > 0 || [n_v, n_r, dutch_roll].iter().any(|share| *share < least_share) {
             failed.push(amplitude);
         }
     }

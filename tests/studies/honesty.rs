@@ -281,7 +281,8 @@ fn error_against_record_length() {
         let first = points.scores.iter().map(|scores| scores[quantity]).find(|score| score.count > 1).unwrap();
         let last = points.scores[lengths.len() - 1][quantity];
         // Roll is fast: its damping is known from the first seconds, and what is left is the state estimate's own error.
-        let gain = if name == "L_p" { 1.0 } else { 0.5 };
+        // What curvature may hide does not shrink with the noise.
+        let gain = if name == "L_p" { 1.0 } else { 0.6 };
         assert!(last.reported < gain * first.reported, "{name}: a longer record knows more");
     }
 }

@@ -11,6 +11,7 @@ pub(crate) mod fingerprint;
 pub(crate) mod firmware_manoeuvre;
 pub(crate) mod identified;
 pub(crate) mod manoeuvre;
+pub(crate) mod navion;
 pub(crate) mod paper_cases;
 pub(crate) mod patience;
 pub(crate) mod program;

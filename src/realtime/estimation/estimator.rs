@@ -13,6 +13,7 @@ use super::consistency::Consistency;
 use super::delay_line::DelayLine;
 use super::ekf::{Ekf, FilterObserver};
 use super::fixed_lag::FixedLag;
+use super::gust_velocity::GustVelocity;
 use super::health::AidHealth;
 use super::latest::{INPUTS, Input};
 use super::latest::{Latest, carries_rates};
@@ -39,12 +40,13 @@ use crate::realtime::estimation::aid;
 use heapless::Vec;
 
 /// Signals that go through the delay line: u v w, p q r, phi theta, ax ay az, controls, then measured alpha and beta and
-/// their rates by kinematics.
-const SIGNALS: usize = 19;
+/// their rates by kinematics, and the measured airspeed.
+const SIGNALS: usize = 20;
 const CONTROL_SIGNALS: usize = 11;
 /// The regression's signals end here.
 const VANE_SIGNALS: usize = 15;
 const KINEMATIC_SIGNALS: usize = 17;
+const AIRSPEED_SIGNAL: usize = 19;
 
 /// rad/s of 1 Hz.
 const TURN: f64 = 2.0 * core::f64::consts::PI;
@@ -113,6 +115,7 @@ pub struct Estimator {
     /// Biases and scale errors at the last restart, with their standard deviations: those of instruments outlast a silence.
     errors_before: Option<(State, State)>,
     fixed_lag: FixedLag,
+    gust: GustVelocity,
     noise: NoiseStatistics,
     noise_due_s: f64,
     time_s: f64,
@@ -155,6 +158,7 @@ impl Estimator {
             ekf: None,
             errors_before: None,
             fixed_lag: FixedLag::new(config.smoother_lag_s, config.grid_s),
+            gust: GustVelocity::NEW,
             noise: NoiseStatistics::new(&config),
             noise_due_s: 0.0,
             time_s: 0.0,

@@ -23,7 +23,7 @@
 use super::ekf::{Ekf, FilterObserver, Fusion, Transition};
 use super::process::{ANGULAR_ACCELERATION, MOVING, NAVIGATION, RATES, STATES, State};
 use crate::num::product::dot;
-use crate::num::rows::add_rows;
+use crate::num::rows::{add_rows, quadratic_form};
 
 /// Largest number of stored instants.
 pub const POINTS: usize = 8;
@@ -162,15 +162,6 @@ impl Since {
         self.waiting = 0;
     }
 
-    /// The whole of L from its lower half.
-    fn mirror(&mut self) {
-        for i in 0..STATES {
-            for j in 0..i {
-                self.matrix[j][i] = self.matrix[i][j];
-            }
-        }
-    }
-
     /// Phi' in place of Phi.
     fn transpose(&mut self) {
         for i in 0..STATES {
@@ -189,14 +180,9 @@ impl LaggedInstant {
         core::array::from_fn(|i| self.x[i] + dot(&self.cross[i], &since.vector))
     }
 
-    /// var_j of (5), with the whole of L.
+    /// var_j of (5).
     fn variance(&self, since: &Since) -> Moving {
-        core::array::from_fn(|i| {
-            let c = &self.cross[i];
-            let mut lc = [0.0; STATES];
-            add_rows(&mut lc, &since.matrix, c, STATES);
-            (self.var[i] - dot(&lc, c)).max(0.0)
-        })
+        core::array::from_fn(|i| (self.var[i] - quadratic_form(&since.matrix, &self.cross[i])).max(0.0))
     }
 }
 
@@ -229,7 +215,6 @@ impl FixedLag {
         let mut ripe = None;
         if self.len > 0 && time_s - self.points[self.first].time_s >= self.lag_s {
             self.since.settle();
-            self.since.mirror();
             let LaggedInstant { time_s, filtered, .. } = self.points[self.first];
             let (x, var) = (self.points[self.first].estimate(&self.since), self.points[self.first].variance(&self.since));
             let correction = core::array::from_fn(|i| x[i] - filtered[i]);
@@ -259,7 +244,6 @@ impl FixedLag {
     /// (5) for every point; from here on it is gathered anew.
     fn bring_up(&mut self) {
         self.since.settle();
-        self.since.mirror();
         self.since.transpose();
         for age in 0..self.len {
             let place = self.place(age);

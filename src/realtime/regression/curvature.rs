@@ -1,22 +1,27 @@
 //! Curvature: how far derivatives by least squares depend on the amplitude of the motion.
 //!
-//! Consumes z and, beside the information matrix, its products with the curvature of the flow velocities
-//!     c = [v^2, v|v|, w^2, w|w|]                                                                     (1)
-//! and produces, for a fitted equation, by how much its estimates would shift were c among the regressors. With G = (X'X)^-1
-//! X'c, c_r the part of c that the regressors leave, e the residual, and s^2 the residual's variance for independent samples,
-//!     kappa = (c_r'c_r/s^2 + T^-1)^-1 c_r'e/s^2,    shift = -G kappa                                 (2)
-//! T is the prior that a derivative doubles over `DOUBLING_RAD` of flow angle, by the stiffness of the equation; it keeps small
-//! motion, in which c cannot be told from v, from giving any curvature.
-//! Source: (2) is ridge regression with a Gaussian prior, A. E. Hoerl and R. W. Kennard, Technometrics 12(1), 1970; polynomial
-//! terms of aerodynamic models: V. Klein and E. A. Morelli, Aircraft System Identification, AIAA, 2006, ch. 5.
+//! Consumes z and, beside the information matrix, its products with the curvature of the forces and moments
+//!     c = [v^2, v|v|, w^2, w|w|, v w,  w p, w r,  q r, p r, p q]                                      (1)
+//! (flow angles; damping that changes with incidence; inertia) and produces, for a fitted equation, by how much its estimates
+//! would shift were c among the regressors. With G = (X'X)^-1 X'c, c_r the part of c that the regressors leave, e the residual,
+//! and s^2 the residual's variance for independent samples,
+//!     kappa = P c_r'e/s^2,   P = (c_r'c_r/s^2 + T^-1)^-1,   shift = -G kappa, of covariance G P G'    (2)
+//! T is the prior: a derivative by v, w, p or r doubles over `DOUBLING_RAD` of flow angle, and the coupling by inertia,
+//! (Izz - Iyy)/Ixx and its like, is 1. It keeps small motion, in which c cannot be told from the regressors, from giving any
+//! curvature.
+//! Source: (2) is ridge regression with a Gaussian prior, A. E. Hoerl and R. W. Kennard, Technometrics 12(1), 1970, and its
+//! posterior covariance; polynomial terms of aerodynamic models: V. Klein and E. A. Morelli, Aircraft System Identification,
+//! AIAA, 2006, ch. 5; coupling by inertia: Euler's equations of a rigid body.
 
 use super::candidate::{BIAS, REGRESSORS, SIGNALS, is_primary, regressor};
 use super::stepwise::Fit;
 use crate::flight::derivative::{Axis, Variable};
 use nalgebra::{SMatrix, SVector};
 
-/// Length of (1).
-const CURVATURES: usize = 4;
+/// Length of (1), and its places from which on its parts begin.
+const CURVATURES: usize = 10;
+const BY_INCIDENCE: usize = 5;
+const BY_INERTIA: usize = 7;
 
 /// Flow angle over which a derivative may change by its own size, rad.
 const DOUBLING_RAD: f64 = 0.2;
@@ -31,74 +36,123 @@ pub struct Curvature {
     among: [[f64; CURVATURES]; CURVATURES],
 }
 
+/// Shift (2) of the estimates by place, zero where a term is not in, with its covariance.
+struct Shift {
+    mean: [f64; REGRESSORS],
+    cov: [[f64; REGRESSORS]; REGRESSORS],
+}
+
 impl Curvature {
     /// No vector yet.
     pub const EMPTY: Curvature = Curvature { with_signals: [[0.0; SIGNALS]; CURVATURES], among: [[0.0; CURVATURES]; CURVATURES] };
 
     /// One vector, with everything before it forgotten by `lambda`.
     pub fn add(&mut self, z: &[f64; SIGNALS], lambda: f64) {
-        let (v, w) = (z[regressor(Variable::V)], z[regressor(Variable::W)]);
-        let c = [v * v, v * v.abs(), w * w, w * w.abs()];
+        let [v, w, p, q, r] = [Variable::V, Variable::W, Variable::P, Variable::Q, Variable::R].map(|one| z[regressor(one)]);
+        let c = [v * v, v * v.abs(), w * w, w * w.abs(), v * w, w * p, w * r, q * r, p * r, p * q];
         for (i, &ci) in c.iter().enumerate() {
             for (sum, &zj) in self.with_signals[i].iter_mut().zip(z) {
                 *sum = lambda * *sum + ci * zj;
             }
-            for (sum, &cj) in self.among[i].iter_mut().zip(&c) {
+            // The lower triangle.
+            for (sum, &cj) in self.among[i].iter_mut().zip(&c[..=i]) {
                 *sum = lambda * *sum + ci * cj;
             }
         }
     }
 
-    /// Adds the square of the shift (2) to the covariance of the fit, as for any term that is left out (`stepwise` (3));
-    /// whether it is large for a primary term. `residual_var` is the variance of the residual.
+    /// Adds the square of the shift (2) and its covariance to the covariance of the fit, as for any term that is left out
+    /// (`stepwise` (3)); whether it is large for a primary term. `residual_var` is the variance of the residual.
     pub fn account_for(&self, axis: Axis, fit: &mut Fit, speed: f64, residual_var: f64) -> bool {
-        let stiffness = if axis.is_lateral() { Variable::V } else { Variable::W };
         // How much more variance the residual's colour makes of an estimate, at most.
         let colour = |&place: &usize| fit.cov[place][place] / (fit.dispersion[place][place] * residual_var);
         let colour = fit.order.iter().filter(|&&place| place != BIAS).map(colour).fold(1.0, f64::max);
-        let shift = self.shift(fit, stiffness, speed, colour * residual_var);
+        let Some(shift) = self.shift(fit, &prior_stds(axis, fit, speed), colour * residual_var) else { return false };
         let (standard_errors, part) = LARGE_SHIFT;
         let large = Variable::ALL.into_iter().filter(|&variable| is_primary(axis, variable)).any(|variable| {
             let place = regressor(variable);
-            let size = shift[place].abs();
+            let size = shift.mean[place].abs();
             size > standard_errors * libm::sqrt(fit.cov[place][place]) && size > part * fit.theta[place].abs()
         });
         for &i in &fit.order {
             for &j in &fit.order {
-                fit.cov[i][j] += shift[i] * shift[j];
+                fit.cov[i][j] += shift.mean[i] * shift.mean[j] + shift.cov[i][j];
             }
         }
         large
     }
 
-    /// Shift (2) of the estimates by place; zero where a term is not in, or where there is no stiffness to compare with.
-    /// `residual_var` is s^2: the variance of the residual times how much more its colour makes of the variance of an estimate.
+    /// (2); `None` where nothing is to be compared. `residual_var` is s^2: the variance of the residual times how much more its
+    /// colour makes of the variance of an estimate.
     #[inline(never)]
-    fn shift(&self, fit: &Fit, stiffness: Variable, speed: f64, residual_var: f64) -> [f64; REGRESSORS] {
-        let mut shift = [0.0; REGRESSORS];
-        let prior = (fit.theta[regressor(stiffness)] / (DOUBLING_RAD * speed)).abs();
-        if !(speed > 0.0 && prior > 0.0 && residual_var > 0.0) {
-            return shift;
+    fn shift(&self, fit: &Fit, prior_stds: &[f64; CURVATURES], residual_var: f64) -> Option<Shift> {
+        if !(residual_var > 0.0 && prior_stds.iter().any(|std| *std > 0.0)) {
+            return None;
         }
-        // G by place, a column for every curvature.
+        // G T^(1/2) by place, a column for every curvature: one without a prior is zero.
         let regressed: [[f64; REGRESSORS]; CURVATURES] = core::array::from_fn(|c| {
-            core::array::from_fn(|i| fit.order.iter().map(|&j| fit.dispersion[i][j] * self.with_signals[c][j]).sum())
+            let mut column = [0.0; REGRESSORS];
+            if prior_stds[c] > 0.0 {
+                for &i in &fit.order {
+                    let sum: f64 = fit.order.iter().map(|&j| fit.dispersion[i][j] * self.with_signals[c][j]).sum();
+                    column[i] = prior_stds[c] * sum;
+                }
+            }
+            column
         });
-        let precision = SMatrix::<f64, CURVATURES, CURVATURES>::from_fn(|c, d| {
-            let by_regressors: f64 = fit.order.iter().map(|&i| self.with_signals[c][i] * regressed[d][i]).sum();
-            let own = if c == d { 1.0 / (prior * prior) } else { 0.0 };
-            (self.among[c][d] - by_regressors) / residual_var + own
-        });
-        let against = SVector::<f64, CURVATURES>::from_fn(|c, _| {
-            fit.residual.iter().zip(&self.with_signals[c]).map(|(e, sum)| e * sum).sum::<f64>() / residual_var
-        });
-        let Some(cholesky) = precision.cholesky() else { return shift };
-        let kappa = cholesky.solve(&against);
-        for &place in &fit.order {
-            shift[place] = -(0..CURVATURES).map(|c| regressed[c][place] * kappa[c]).sum::<f64>();
+        // T^(1/2) P^-1 T^(1/2), whose diagonal is 1 or more; only the lower triangle counts.
+        let mut precision = SMatrix::<f64, CURVATURES, CURVATURES>::identity();
+        let has_prior = |&c: &usize| prior_stds[c] > 0.0;
+        for c in (0..CURVATURES).filter(has_prior) {
+            for d in (0..=c).filter(has_prior) {
+                let by_regressors: f64 = fit.order.iter().map(|&i| self.with_signals[c][i] * regressed[d][i]).sum();
+                precision[(c, d)] += prior_stds[c] * (prior_stds[d] * self.among[c][d] - by_regressors) / residual_var;
+            }
         }
-        shift
+        let against = SVector::<f64, CURVATURES>::from_fn(|c, _| {
+            let sum: f64 = fit.residual.iter().zip(&self.with_signals[c]).map(|(e, sum)| e * sum).sum();
+            prior_stds[c] * sum / residual_var
+        });
+        let cholesky = precision.cholesky()?;
+        let kappa = cholesky.solve(&against);
+        let mut shift = Shift { mean: [0.0; REGRESSORS], cov: [[0.0; REGRESSORS]; REGRESSORS] };
+        // Rows of G T^(1/2) L'^-1, with L L' the scaled precision: their products are the covariance.
+        let lower = cholesky.l_dirty();
+        let mut roots = [[0.0; CURVATURES]; REGRESSORS];
+        for &i in &fit.order {
+            shift.mean[i] = -(0..CURVATURES).map(|c| regressed[c][i] * kappa[c]).sum::<f64>();
+            for c in (0..CURVATURES).filter(has_prior) {
+                let before: f64 = (0..c).map(|d| lower[(c, d)] * roots[i][d]).sum();
+                roots[i][c] = (regressed[c][i] - before) / lower[(c, c)];
+            }
+        }
+        for &i in &fit.order {
+            for &j in &fit.order {
+                shift.cov[i][j] = roots[i].iter().zip(&roots[j]).map(|(a, b)| a * b).sum();
+            }
+        }
+        Some(shift)
     }
+}
+
+/// Square roots of T's diagonal by place in (1); zero where the equation has no such curvature.
+fn prior_stds(axis: Axis, fit: &Fit, speed: f64) -> [f64; CURVATURES] {
+    let mut stds = [0.0; CURVATURES];
+    if !(speed > 0.0) {
+        return stds;
+    }
+    let doubling = |variable: Variable| (fit.theta[regressor(variable)] / (DOUBLING_RAD * speed)).abs();
+    let stiffness = doubling(if axis.is_lateral() { Variable::V } else { Variable::W });
+    stds[..BY_INCIDENCE].fill(stiffness);
+    stds[BY_INCIDENCE] = doubling(Variable::P);
+    stds[BY_INCIDENCE + 1] = doubling(Variable::R);
+    match axis {
+        Axis::X | Axis::Y | Axis::Z => {}
+        Axis::L => stds[BY_INERTIA] = 1.0,
+        Axis::M => stds[BY_INERTIA + 1] = 1.0,
+        Axis::N => stds[BY_INERTIA + 2] = 1.0,
+    }
+    stds
 }
 
 #[cfg(test)]
@@ -147,5 +201,88 @@ mod tests {
             let v = regressor(Variable::V);
             assert!(!large && shift < libm::sqrt(fit.cov[v][v]), "{amplitude} {cubic}: {shift}");
         }
+    }
+
+    /// Rolling moment 0.04 v less 0.3 q r of a motion in which q r correlates with v.
+    fn of_coupled_motion(size: f64) -> (f64, f64) {
+        let (mut information, mut curvature) = (Information::EMPTY, Curvature::EMPTY);
+        for k in 0..400 {
+            let t = 0.08 * f64::from(k);
+            let (q, r) = (0.3 * size * libm::sin(0.6 * t), 0.3 * size * libm::cos(0.7 * t));
+            let mut z = [0.0; SIGNALS];
+            z[BIAS] = 1.0;
+            z[regressor(Variable::V)] = size * libm::sin(1.3 * t) + 0.1 * size * libm::sin(4.1 * t);
+            (z[regressor(Variable::Q)], z[regressor(Variable::R)]) = (q, r);
+            z[response(Axis::L)] = 0.04 * z[regressor(Variable::V)] - 0.3 * q * r + 1e-3 * libm::cos(7.9 * t);
+            information.add(&z, 1.0);
+            curvature.add(&z, 1.0);
+        }
+        let mut offer = Offer { primary: [false; REGRESSORS], optional: [false; REGRESSORS] };
+        offer.primary[regressor(Variable::V)] = true;
+        let thresholds = Thresholds { f_enter: 12.0, f_remove: 8.0 };
+        let mut fit = fit(&information, response(Axis::L), &offer, &thresholds).unwrap();
+        let v = regressor(Variable::V);
+        let before = fit.cov[v][v];
+        let residual_var = fit.squares / 400.0;
+        curvature.account_for(Axis::L, &mut fit, 50.0, residual_var);
+        (fit.theta[v] - 0.04, libm::sqrt(fit.cov[v][v] - before))
+    }
+
+    #[test]
+    fn coupling_by_inertia_that_correlates_with_a_regressor_is_in_its_error() {
+        let (off, added) = of_coupled_motion(1.0);
+        assert!(off.abs() > 5e-3, "{off}");
+        assert!((added - off.abs()).abs() < 0.1 * off.abs(), "off by {off}, {added} added");
+    }
+
+    /// By a slow obvious version: all of T, against the closed form of one regressor and one curvature.
+    #[test]
+    fn shift_and_its_covariance_are_those_of_a_gaussian_posterior() {
+        let mut curvature = Curvature::EMPTY;
+        let mut information = Information::EMPTY;
+        let (mut vv, mut cv, mut cc, mut cy, mut vy, mut yy) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        for k in 0..60 {
+            let t = 0.3 * f64::from(k);
+            let (q, r) = (0.2 + 0.1 * libm::sin(t), 0.3 * libm::cos(0.4 * t));
+            let y = 0.5 * r - 0.2 * q * r + 0.01 * libm::sin(5.0 * t);
+            let mut z = [0.0; SIGNALS];
+            (z[regressor(Variable::Q)], z[regressor(Variable::R)], z[response(Axis::L)]) = (q, r, y);
+            curvature.add(&z, 1.0);
+            information.add(&z, 1.0);
+            let c = q * r;
+            vv += r * r;
+            cv += c * r;
+            cc += c * c;
+            cy += c * y;
+            vy += r * y;
+            yy += y * y;
+        }
+        let theta = vy / vv;
+        let mut by_hand = Fit {
+            order: heapless::Vec::new(),
+            theta: [0.0; REGRESSORS],
+            dispersion: [[0.0; REGRESSORS]; REGRESSORS],
+            cov: [[0.0; REGRESSORS]; REGRESSORS],
+            bias_var: [0.0; REGRESSORS],
+            residual: [0.0; SIGNALS],
+            squares: yy - theta * vy,
+            response_squares: yy,
+        };
+        let place = regressor(Variable::R);
+        by_hand.order.push(place).unwrap();
+        by_hand.theta[place] = theta;
+        by_hand.dispersion[place][place] = 1.0 / vv;
+        by_hand.residual[response(Axis::L)] = 1.0;
+        by_hand.residual[place] = -theta;
+        let mut stds = [0.0; CURVATURES];
+        stds[BY_INERTIA] = 1.0;
+        let residual_var = 2e-4;
+        let shift = curvature.shift(&by_hand, &stds, residual_var).unwrap();
+        let posterior = 1.0 / ((cc - cv * cv / vv) / residual_var + 1.0);
+        let kappa = posterior * (cy - theta * cv) / residual_var;
+        let mean = -cv / vv * kappa;
+        let var = cv / vv * cv / vv * posterior;
+        assert!((shift.mean[place] - mean).abs() < 1e-9 * mean.abs(), "{} {mean}", shift.mean[place]);
+        assert!((shift.cov[place][place] - var).abs() < 1e-9 * var, "{} {var}", shift.cov[place][place]);
     }
 }

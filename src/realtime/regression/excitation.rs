@@ -2,20 +2,22 @@
 //!
 //! Consumes z on the regression grid; produces whether the aircraft is being excited by its controls. Motion alone is not
 //! enough: in gusts the motion correlates with the disturbance of the equations, and so do controls that a pilot or an
-//! augmentation system moves to oppose it. Such feedback is smooth on the scale of the grid; test inputs have edges. The sign of
-//! an input is therefore what extrapolation of the control's own past cannot predict, its third difference over `SPACING`
-//! instants:
-//!     e_k = d_k - 3 d_(k-s) + 3 d_(k-2s) - d_(k-3s),   s2 <- (1 - g)(s2 + g e_k^2)                           (1)
+//! augmentation system moves to oppose it. Such feedback is smooth on the scale of the grid, and answers the rates; test inputs
+//! have edges that answer nothing. The sign of an input is therefore what neither extrapolation of the control's own past nor
+//! the rates before it predict: its third difference over `SPACING` instants, less what `feedback` explains of it:
+//!     e_k = d_k - 3 d_(k-s) + 3 d_(k-2s) - d_(k-3s) - K'x,   s2 <- (1 - g)(s2 + g e_k^2)                     (1)
 //! The response to an input carries information while it lasts, for `RESPONSE_S` at most, and while some regressor deviates
 //! from its recent mean by more than one at rest does:
 //!     m <- m + g (z - m),   s2 <- (1 - g)(s2 + g (z - m)^2)                                          (2)
 //! Other instants are not added, and nothing is forgotten in them.
-//! Source: ours. Largest root of (1) within a flight of the Puma, rad: 3211 of 20 mrad 7e-3, doublet of 10 mrad 1.5e-3; pilot
-//! who holds attitude and heading in gusts of 1.5 m/s 2e-4, rate and attitude feedback at 1.5 rad/s in gusts of 1 m/s 6e-4.
+//! Source: ours. Largest root of (1) without K within a flight, rad: of the Puma, 3211 of 20 mrad 7e-3, doublet of 10 mrad
+//! 1.5e-3, a pilot who holds attitude and heading in gusts of 1.5 m/s 2e-4, rate and attitude feedback at 1.5 rad/s in gusts of
+//! 1 m/s 6e-4; of a light aircraft with that feedback 1e-3 and more: it answers gusts faster.
 
 use super::candidate::{SIGNALS, STILL, regressor};
+use super::feedback::Feedback;
 use crate::flight::control::{CONTROLS, Control};
-use crate::flight::derivative::VARIABLES;
+use crate::flight::derivative::{VARIABLES, Variable};
 
 /// Time constant of (1) and (2), s.
 const MEMORY_S: f64 = 1.0;
@@ -27,8 +29,10 @@ const RESPONSE_S: f64 = 12.0;
 const SPACING: usize = 2;
 /// Instants that (1) reaches back.
 const SPAN: usize = 3 * SPACING;
+/// Controls and rates.
+const FOLLOWED: usize = CONTROLS + 3;
 /// Root of s2 in (1) above which a control is being moved by an input, rad.
-const INPUT_RAD: f64 = 8e-4;
+const INPUT_RAD: f64 = 4e-4;
 
 /// Recent mean and variance of every regressor, and recent innovations of the controls.
 #[derive(Clone, Debug)]
@@ -38,7 +42,8 @@ pub struct Excitation {
     started: bool,
     quiet_s: f64,
     /// Controls of the last instants, newest first.
-    past: [[f64; CONTROLS]; SPAN],
+    past: [[f64; FOLLOWED]; SPAN],
+    feedback: Feedback,
     /// Instants in a row that `past` holds.
     filled: usize,
     innovation_var: [f64; CONTROLS],
@@ -55,7 +60,8 @@ impl Excitation {
         var: [0.0; VARIABLES],
         started: false,
         quiet_s: f64::INFINITY,
-        past: [[0.0; CONTROLS]; SPAN],
+        past: [[0.0; FOLLOWED]; SPAN],
+        feedback: Feedback::NEW,
         filled: 0,
         innovation_var: [0.0; CONTROLS],
         moved: [false; CONTROLS],
@@ -90,17 +96,23 @@ impl Excitation {
     /// An instant without signals: differences do not reach across it.
     pub fn skip(&mut self, interval_s: f64) {
         self.filled = 0;
+        self.feedback.skip();
         self.since_input_s += interval_s;
     }
 
     /// (1) of every control.
     fn inputs(&mut self, z: &[f64; SIGNALS], gain: f64, interval_s: f64) {
-        let now = Control::ALL.map(|control| z[regressor(control.variable())]);
+        let rates = [Variable::P, Variable::Q, Variable::R].map(|rate| z[regressor(rate)]);
+        let mut now = [0.0; FOLLOWED];
+        now[..CONTROLS].copy_from_slice(&Control::ALL.map(|control| z[regressor(control.variable())]));
+        now[CONTROLS..].copy_from_slice(&rates);
         self.since_input_s += interval_s;
         if self.filled == SPAN {
-            for (control, var) in self.innovation_var.iter_mut().enumerate() {
-                let [once, twice, thrice] = [1, 2, 3].map(|n| self.past[n * SPACING - 1][control]);
-                let innovation = now[control] - 3.0 * once + 3.0 * twice - thrice;
+            let [once, twice, thrice] = [1, 2, 3].map(|n| self.past[n * SPACING - 1]);
+            let third = |i: usize| now[i] - 3.0 * once[i] + 3.0 * twice[i] - thrice[i];
+            let of_rates = core::array::from_fn(|i| third(CONTROLS + i));
+            let inputs = self.feedback.unexplained(core::array::from_fn(third), of_rates, INPUT_RAD, interval_s);
+            for (control, (var, innovation)) in self.innovation_var.iter_mut().zip(inputs).enumerate() {
                 *var = (1.0 - gain) * (*var + gain * innovation * innovation);
                 if *var > INPUT_RAD * INPUT_RAD {
                     self.since_input_s = 0.0;
@@ -117,7 +129,6 @@ impl Excitation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::flight::derivative::Variable;
 
     /// Excited at each of 600 instants of a flight in which v oscillates throughout and the pedal is as given.
     fn excited(pedal: impl Fn(f64) -> f64) -> [bool; 600] {

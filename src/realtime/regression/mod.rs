@@ -12,6 +12,7 @@ pub mod curvature;
 pub mod endogeneity;
 pub mod error_autocovariance;
 pub mod excitation;
+pub mod feedback;
 pub mod frequency;
 pub mod information;
 pub mod instrumental;

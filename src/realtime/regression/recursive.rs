@@ -414,9 +414,11 @@ impl Recursive {
             let contribution = term.std * self.information.deviation(regressor(variable)) / deviation;
             term.std < self.config.known_relative * term.value.abs() || contribution < self.config.known_contribution
         });
+        // What the equation is about has to be among it: terms of other motion alone absorb whatever was left out.
+        let about = equation.terms.iter().any(|term| term.primary && term.std < self.config.known_relative * term.value.abs());
         let resolved = equation.unresolved_variables().all(|variable| !is_primary(equation.axis, variable));
         let independent = endogeneity::independent_samples(equation.samples, self.interval_s);
         let enough = independent >= SETTLED_PER_TERM * equation.terms.len() as f64;
-        if settled && known && resolved && enough { Status::Converged } else { Status::Converging }
+        if settled && known && about && resolved && enough { Status::Converged } else { Status::Converging }
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! Consumes samples with their filtered states; produces [`SmoothedRecord`]s, the run's trim, and the comparison of the vanes
 //! with the kinematics. Velocity and attitude are the filter's through the kernel, and what the fixed-lag smoother has changed in
-//! them since, which is slow; through the state-variable filter they are the filter's alone.
+//! them since, which is slow, and the gusts that the air data measure; through the state-variable filter they are the filter's
+//! alone.
 
 use crate::dynamics::sensors::{flow_angles_at_foot, specific_force_at_foot};
 use crate::flight::channel::Channel;
@@ -10,14 +11,21 @@ use crate::flight::sample::Sample;
 use crate::realtime::estimation::config::RegressionStates;
 use crate::realtime::estimation::consistency::flow_angle_rates;
 use crate::realtime::estimation::delay_line::Smoothed;
-use crate::realtime::estimation::estimator::{CONTROL_SIGNALS, Estimator, INSTANTS, KINEMATIC_SIGNALS, SIGNALS, VANE_SIGNALS};
-use crate::realtime::estimation::process::{ATTITUDE, VELOCITY};
+use crate::realtime::estimation::estimator::{
+    AIRSPEED_SIGNAL, CONTROL_SIGNALS, Estimator, INSTANTS, KINEMATIC_SIGNALS, SIGNALS, VANE_SIGNALS,
+};
+use crate::realtime::estimation::gust_velocity::SmoothedReading;
+use crate::realtime::estimation::process::{ATTITUDE, SCALE_ERROR, VELOCITY};
 use crate::realtime::estimation::record::{Aid, EstimationEvent, SignalNoise, SmoothedRecord, StateRecord, TrimRecord};
 use crate::realtime::estimation::trim::STEADY_RATE_RMS;
 
 /// Part of the white noise of airspeed and vanes that the filter leaves in the velocities at 100 Hz, measured in still air: 0.6
 /// of a sideslip vane's, 0.3 of an incidence vane's.
 const PASSED_BY_FILTER: f64 = 0.6;
+
+/// The instruments of the air data and their signals, in the order of `AirData::ALL`.
+const AIR_DATA: [(Aid, usize); 3] =
+    [(Aid::Airspeed, AIRSPEED_SIGNAL), (Aid::Incidence, VANE_SIGNALS), (Aid::Sideslip, VANE_SIGNALS + 1)];
 
 impl Estimator {
     /// Puts a sample on the delay line, and into the trim while its window is open: what it does not carry is not sampled.
@@ -40,7 +48,8 @@ impl Estimator {
         row[8..CONTROL_SIGNALS].copy_from_slice(&force);
         row[CONTROL_SIGNALS..VANE_SIGNALS].copy_from_slice(&controls);
         row[VANE_SIGNALS..KINEMATIC_SIGNALS].copy_from_slice(&flow_angles);
-        row[KINEMATIC_SIGNALS..].copy_from_slice(&kinematic);
+        row[KINEMATIC_SIGNALS..AIRSPEED_SIGNAL].copy_from_slice(&kinematic);
+        row[AIRSPEED_SIGNAL] = value(Channel::Tas);
         self.delay.push(self.time_s, &row);
         self.through_filter(&row);
 
@@ -80,10 +89,10 @@ impl Estimator {
             self.next_grid = self.next_grid.saturating_add(stride as u64);
             if let Some(smoothed) = self.delay.at(centre_s) {
                 self.compare_vanes(&smoothed);
-                self.signal_noise = self.noise_after_smoothing(&smoothed);
                 if self.config.regression_states == RegressionStates::Smoothed {
                     self.emit_smoothed(centre_s, stride * grid_s, &smoothed);
                 }
+                self.signal_noise = self.noise_after_smoothing(&smoothed);
             }
             centre_s = origin_s + self.next_grid as f64 * grid_s;
         }
@@ -101,7 +110,37 @@ impl Estimator {
                 record.attitude[i] += correction[ATTITUDE + i];
             }
         }
+        self.add_gust(&mut record, smoothed);
         let _ = self.output.smoothed.push(record);
+    }
+
+    /// Adds the gust that the air-data instruments measure at that instant.
+    fn add_gust(&mut self, record: &mut SmoothedRecord, smoothed: &Smoothed<SIGNALS>) {
+        let velocity_rate = [smoothed.slope[0], smoothed.slope[1], smoothed.slope[2]];
+        let noise_vars = self.air_data_noise_vars(smoothed);
+        let flow_angles = [smoothed.value[VANE_SIGNALS], smoothed.value[VANE_SIGNALS + 1]];
+        let arm = self.geometry.accelerometer_position_m;
+        let [alpha, beta] = flow_angles_at_foot(flow_angles, record.rates, arm, record.velocity[0]);
+        let scale_errors = self.ekf.as_ref().map_or([0.0; 3], |ekf| core::array::from_fn(|i| ekf.state()[SCALE_ERROR + i]));
+        let values = [smoothed.value[AIRSPEED_SIGNAL], alpha, beta];
+        let readings = core::array::from_fn(|i| {
+            let (aid, signal) = AIR_DATA[i];
+            let usable = self.health[aid.index()].is_trusted() && !self.delay.is_silent(signal);
+            let value = values[i] / (1.0 + scale_errors[i]);
+            (usable && value.is_finite()).then_some(SmoothedReading { value, noise_var: noise_vars[i] })
+        });
+        let gust = self.gust.step(record.interval_s, record.velocity, velocity_rate, readings);
+        for (velocity, gust) in record.velocity.iter_mut().zip(gust) {
+            *velocity += gust;
+        }
+    }
+
+    /// Variances that the configured noise of airspeed, incidence and sideslip leaves in their smoothed readings.
+    fn air_data_noise_vars(&self, smoothed: &Smoothed<SIGNALS>) -> [f64; 3] {
+        AIR_DATA.map(|(aid, signal)| {
+            let std = self.config.noise.of(aid);
+            self.delay.ticks_a_sample(signal) * smoothed.value_noise_gain * std * std
+        })
     }
 
     /// Asks the state-variable filter for the instants up to the sample, and gives it the signals of the regression.
@@ -170,18 +209,24 @@ impl Estimator {
     }
 
     /// White noise of gyros and accelerometers through the kernel; of the velocities what the filter leaves of the configured
-    /// noise of airspeed and vanes. The noise that it estimates of these is not used: it contains the gusts.
+    /// noise of airspeed and vanes, or, in the part of a reading that is taken for gust, all of it. The noise that the filter
+    /// estimates of these is not used: it contains the gusts.
     fn noise_after_smoothing(&self, smoothed: &Smoothed<SIGNALS>) -> SignalNoise {
-        let (estimated, configured) = (self.noise.noise(), &self.config.noise);
+        let estimated = self.noise.noise();
         let through = |signal: usize, gain: f64| libm::sqrt(gain * self.delay.ticks_a_sample(signal));
         let [rates, forces] = [3, 8].map(|first| core::array::from_fn(|i| through(first + i, smoothed.value_noise_gain)));
         let slopes: [f64; 3] = core::array::from_fn(|i| through(3 + i, smoothed.slope_noise_gain));
         let u = smoothed.value[0];
-        let air_data = [configured.airspeed_std, u * configured.sideslip_std, u * configured.incidence_std];
-        let velocity_gain = PASSED_BY_FILTER * libm::sqrt(smoothed.value_noise_gain);
+        let (gust_gains, noise_vars) = (self.gust.gains(), self.air_data_noise_vars(smoothed));
+        // Of airspeed, incidence, sideslip.
+        let left: [f64; 3] = core::array::from_fn(|i| {
+            let (_, signal) = AIR_DATA[i];
+            let by_filter = PASSED_BY_FILTER / libm::sqrt(self.delay.ticks_a_sample(signal));
+            libm::sqrt(noise_vars[i]) * libm::hypot((1.0 - gust_gains[i]) * by_filter, gust_gains[i])
+        });
         let times = |gains: [f64; 3], stds: [f64; 3]| core::array::from_fn(|i| gains[i] * stds[i]);
         SignalNoise {
-            velocity: times([velocity_gain; 3], air_data),
+            velocity: [left[0], u * left[2], u * left[1]],
             rates: times(rates, estimated.gyro_std),
             specific_force: times(forces, estimated.accelerometer_std),
             angular_acceleration: times(slopes, estimated.gyro_std),

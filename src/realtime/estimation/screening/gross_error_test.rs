@@ -11,7 +11,7 @@ use super::kinematic_agreement::{
     AGREES, Agreement, COMPARED, CorrectionGain, Increments, OUTPUT_CHANNELS, OutputRates, SIGNAL, THRESHOLD, by_arm,
     compared_increments, compared_output, contradicts, correction_gain, likeliest, output_rates,
 };
-use crate::flight::channel::{Channel, MOTION_CHANNELS};
+use crate::flight::channel::{CHANNELS, Channel, MOTION_CHANNELS};
 use crate::flight::run::RunGeometry;
 
 /// Time constant of forgetting, s of windows that count.
@@ -88,7 +88,7 @@ impl GrossErrorTest {
     /// The window whose last bin but one is of that number; `measured` are the channels of the run.
     pub fn window(&mut self, number: i64, means: &[BinMeans; MOTION_CHANNELS], geometry: &RunGeometry) {
         let phase = number.rem_euclid(STRIDE as i64) as usize;
-        let window = Window { first: number.saturating_sub(LENGTH as i64), means, geometry };
+        let window = Window::of(number.saturating_sub(LENGTH as i64), means, geometry);
         let Some(increments) = window.increments(None) else { return };
         let moves = increments.iter().enumerate().any(|(k, increment)| {
             increment.is_some_and(|(measured, _)| measured * measured > 2.0 * SIGNAL * window.noise_var(k, None))
@@ -141,39 +141,51 @@ fn taken(moments: &mut OutputMoments, increments: &Increments, kept: f32, noise_
     })
 }
 
-/// `LENGTH` + 1 bins.
+/// Whose reading a channel's is, by index, and times what, with an error corrected.
+type Corrections = [(usize, f64); CHANNELS];
+
+/// `LENGTH` + 1 bins, with one more at either end for the growth of the rates.
 struct Window<'a> {
-    first: i64,
+    readings: [[Option<f64>; MOTION_CHANNELS]; LENGTH + 3],
     means: &'a [BinMeans; MOTION_CHANNELS],
     geometry: &'a RunGeometry,
 }
 
-impl Window<'_> {
-    /// A reading in a bin with the error corrected.
-    fn raw(&self, error: Option<&GrossError>, channel: Channel, number: i64) -> Option<f64> {
-        let (whose, factor) = error.map_or((channel, 1.0), |error| error.corrected_by(channel));
-        Some(factor * self.means.get(whose.index())?.mean(number)?)
+impl<'a> Window<'a> {
+    /// From the bin of number `first` on.
+    fn of(first: i64, means: &'a [BinMeans; MOTION_CHANNELS], geometry: &'a RunGeometry) -> Self {
+        let readings = core::array::from_fn(|place| {
+            let number = first.saturating_add(place as i64 - 1);
+            core::array::from_fn(|channel| means[channel].mean(number))
+        });
+        Window { readings, means, geometry }
     }
 
     /// Every channel in a bin, at the centre of mass.
-    fn at_centre(&self, error: Option<&GrossError>, number: i64) -> [Option<f64>; MOTION_CHANNELS] {
-        let rates = |number: i64| {
-            let three = [Channel::P, Channel::Q, Channel::R].map(|gyro| self.raw(error, gyro, number));
+    fn at_centre(&self, corrections: &Corrections, place: usize) -> [Option<f64>; MOTION_CHANNELS] {
+        // A reading in a bin, by place in `readings`.
+        let raw = |channel: Channel, place: usize| {
+            let (whose, factor) = corrections.get(channel.index())?;
+            Some(factor * (*self.readings.get(place)?.get(*whose)?)?)
+        };
+        let rates = |place: usize| {
+            let three = [Channel::P, Channel::Q, Channel::R].map(|gyro| raw(gyro, place));
             let [Some(p), Some(q), Some(r)] = three else { return None };
             Some([p, q, r])
         };
-        let now = rates(number).unwrap_or([0.0; 3]);
-        let growth = match (rates(number.saturating_sub(1)), rates(number.saturating_add(1))) {
-            (Some(before), Some(after)) => core::array::from_fn(|i| (after[i] - before[i]) / (2.0 * BIN_S)),
+        let now = rates(place).unwrap_or([0.0; 3]);
+        let speed = raw(Channel::Tas, place).unwrap_or(f64::INFINITY);
+        let (vane, accelerometer) = (self.geometry.vane_position_m, self.geometry.accelerometer_position_m);
+        let off_centre = accelerometer.iter().any(|place| *place != 0.0);
+        let growth = match off_centre.then(|| (rates(place - 1), rates(place + 1))) {
+            Some((Some(before), Some(after))) => core::array::from_fn(|i| (after[i] - before[i]) / (2.0 * BIN_S)),
             _ => [0.0; 3],
         };
-        let speed = self.raw(error, Channel::Tas, number).unwrap_or(f64::INFINITY);
-        let (vane, accelerometer) = (self.geometry.vane_position_m, self.geometry.accelerometer_position_m);
         let mut all = [None; MOTION_CHANNELS];
         for channel in Channel::ALL.into_iter().take(MOTION_CHANNELS) {
-            if let Some(place) = all.get_mut(channel.index()) {
+            if let Some(centred) = all.get_mut(channel.index()) {
                 let arm = || by_arm(channel, now, growth, speed, vane, accelerometer);
-                *place = self.raw(error, channel, number).map(|reading| reading - arm());
+                *centred = raw(channel, place).map(|reading| reading - arm());
             }
         }
         // One that is silent for a while is not zero, as it is taken where there is none at all.
@@ -188,10 +200,14 @@ impl Window<'_> {
 
     /// Measured and kinematic increments from the middle of the first bin to that of the last, these by the trapezoidal rule.
     fn increments(&self, error: Option<&GrossError>) -> Option<Increments> {
+        let corrections = Channel::ALL.map(|channel| {
+            let (whose, factor) = error.map_or((channel, 1.0), |error| error.corrected_by(channel));
+            (whose.index(), factor)
+        });
         let mut ends = [[None; MOTION_CHANNELS]; 2];
         let mut kinematic = OutputRates::ZERO;
         for part in 0..=LENGTH {
-            let readings = self.at_centre(error, self.first.saturating_add(part as i64));
+            let readings = self.at_centre(&corrections, part + 1);
             let rates = output_rates(|channel| readings.get(channel.index()).copied().flatten())?;
             kinematic.integrate(&rates, if part == 0 || part == LENGTH { 0.5 * BIN_S } else { BIN_S });
             match part {
