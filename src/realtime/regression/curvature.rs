@@ -162,6 +162,20 @@ mod tests {
     use super::super::stepwise::{Offer, Thresholds, fit};
     use super::*;
 
+    /// The fit of the term of v alone to 400 vectors, whether it depends on amplitude, and what that adds to its standard error.
+    fn fitted(axis: Axis, information: &Information<SIGNALS>, curvature: &Curvature) -> (Fit, bool, f64) {
+        let v = regressor(Variable::V);
+        let mut offer = Offer { primary: [false; REGRESSORS], optional: [false; REGRESSORS] };
+        offer.primary[v] = true;
+        let thresholds = Thresholds { f_enter: 12.0, f_remove: 8.0 };
+        let mut fit = fit(information, response(axis), &offer, &thresholds).unwrap();
+        let before = fit.cov[v][v];
+        let residual_var = fit.squares / 400.0;
+        let large = curvature.account_for(axis, &mut fit, 50.0, residual_var);
+        let added = libm::sqrt(fit.cov[v][v] - before);
+        (fit, large, added)
+    }
+
     /// Yawing moment 0.04 v + `cubic` v|v| of an oscillation of that amplitude: the fit of the linear term, and its shift.
     fn of_oscillation(amplitude: f64, cubic: f64) -> (Fit, bool, f64) {
         let (mut information, mut curvature) = (Information::EMPTY, Curvature::EMPTY);
@@ -175,15 +189,7 @@ mod tests {
             information.add(&z, 1.0);
             curvature.add(&z, 1.0);
         }
-        let mut offer = Offer { primary: [false; REGRESSORS], optional: [false; REGRESSORS] };
-        offer.primary[regressor(Variable::V)] = true;
-        let thresholds = Thresholds { f_enter: 12.0, f_remove: 8.0 };
-        let mut fit = fit(&information, response(Axis::N), &offer, &thresholds).unwrap();
-        let before = fit.cov[regressor(Variable::V)][regressor(Variable::V)];
-        let residual_var = fit.squares / 400.0;
-        let large = curvature.account_for(Axis::N, &mut fit, 50.0, residual_var);
-        let shift = libm::sqrt(fit.cov[regressor(Variable::V)][regressor(Variable::V)] - before);
-        (fit, large, shift)
+        fitted(Axis::N, &information, &curvature)
     }
 
     #[test]
@@ -217,15 +223,8 @@ mod tests {
             information.add(&z, 1.0);
             curvature.add(&z, 1.0);
         }
-        let mut offer = Offer { primary: [false; REGRESSORS], optional: [false; REGRESSORS] };
-        offer.primary[regressor(Variable::V)] = true;
-        let thresholds = Thresholds { f_enter: 12.0, f_remove: 8.0 };
-        let mut fit = fit(&information, response(Axis::L), &offer, &thresholds).unwrap();
-        let v = regressor(Variable::V);
-        let before = fit.cov[v][v];
-        let residual_var = fit.squares / 400.0;
-        curvature.account_for(Axis::L, &mut fit, 50.0, residual_var);
-        (fit.theta[v] - 0.04, libm::sqrt(fit.cov[v][v] - before))
+        let (fit, _, added) = fitted(Axis::L, &information, &curvature);
+        (fit.theta[regressor(Variable::V)] - 0.04, added)
     }
 
     #[test]

@@ -144,6 +144,11 @@ fn taken(moments: &mut OutputMoments, increments: &Increments, kept: f32, noise_
 /// Whose reading a channel's is, by index, and times what, with an error corrected.
 type Corrections = [(usize, f64); CHANNELS];
 
+fn correction(channel: Channel, error: Option<&GrossError>) -> (usize, f64) {
+    let (whose, factor) = error.map_or((channel, 1.0), |error| error.corrected_by(channel));
+    (whose.index(), factor)
+}
+
 /// `LENGTH` + 1 bins, with one more at either end for the growth of the rates.
 struct Window<'a> {
     readings: [[Option<f64>; MOTION_CHANNELS]; LENGTH + 3],
@@ -200,10 +205,7 @@ impl<'a> Window<'a> {
 
     /// Measured and kinematic increments from the middle of the first bin to that of the last, these by the trapezoidal rule.
     fn increments(&self, error: Option<&GrossError>) -> Option<Increments> {
-        let corrections = Channel::ALL.map(|channel| {
-            let (whose, factor) = error.map_or((channel, 1.0), |error| error.corrected_by(channel));
-            (whose.index(), factor)
-        });
+        let corrections = Channel::ALL.map(|channel| correction(channel, error));
         let mut ends = [[None; MOTION_CHANNELS]; 2];
         let mut kinematic = OutputRates::ZERO;
         for part in 0..=LENGTH {
@@ -226,8 +228,8 @@ impl<'a> Window<'a> {
     /// Variance of the noise of the reading that shows a compared output.
     fn noise_var(&self, k: usize, error: Option<&GrossError>) -> f64 {
         let channel = compared_output(k);
-        let (whose, factor) = error.map_or((channel, 1.0), |error| error.corrected_by(channel));
-        self.means.get(whose.index()).map_or(0.0, |means| factor * factor * means.noise_var())
+        let (whose, factor) = correction(channel, error);
+        self.means.get(whose).map_or(0.0, |means| factor * factor * means.noise_var())
     }
 }
 
