@@ -3,6 +3,7 @@
 //! In: samples from any source. Out: every record of the pipeline, output error and findings at the end of each manoeuvre
 //! (computed beside the sample path), to a publisher, a log and the sink that keeps the newest.
 
+pub mod agreement;
 pub mod diagnosis;
 #[cfg(feature = "bus")]
 pub mod estimate_publisher;

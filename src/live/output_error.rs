@@ -207,4 +207,24 @@ mod tests {
         assert!(!record.reason.is_empty() && record.parameters.is_empty());
         assert!(!live.is_due());
     }
+
+    #[test]
+    fn samples_fitted_in_a_second_of_flight_stay_bounded() {
+        let config = LiveOutputErrorConfig { streaming: true, ..LiveOutputErrorConfig::default() };
+        let mut live = LiveOutputError::new(config, RunGeometry::DEFAULT);
+        // Excited throughout for 300 s at 10 Hz, in the pieces that the buffer allows; work is samples passed to a fit.
+        let mut per_minute = [0_usize; 5];
+        for k in 0..3000_u32 {
+            let time_s = 0.1 * f64::from(k);
+            live.sample(&Sample::new(time_s));
+            let _ = live.regression_report(&RegressionReport { time_s, excited: true, terms: [1; AXES] });
+            if live.is_due() {
+                per_minute[k as usize / 600] += live.manoeuvres.runs().iter().map(|run| run.len()).sum::<usize>();
+                let _ = live.refit();
+            }
+        }
+        let first = per_minute[0];
+        assert!(first > 0, "nothing was fitted in the first minute");
+        assert!(per_minute.iter().all(|&work| work <= 2 * first), "samples fitted by minute: {per_minute:?}");
+    }
 }

@@ -5,14 +5,17 @@
 //! Output error and diagnosis run in step with the samples (a recording: the same numbers at any speed) or on threads of their
 //! own (live: the sample path never waits for them); see [`Schedule`].
 
+use super::agreement::MethodAgreement;
 use super::diagnosis;
 use super::output_error::{self, RegressionReport};
 use super::record_sink::RecordSink;
 use super::worker::{Task, Worker};
+use crate::flight::channel::ControlNames;
+use crate::flight::derivative::AXES;
 use crate::flight::sample::Sample;
 use crate::io::telemetry::record::RecordingRow;
 use crate::postflight::diagnosis::record::{FindingRecord, FindingStatus};
-use crate::postflight::output_error::record::OutputErrorRecord;
+use crate::postflight::output_error::record::{OutputErrorProgress, OutputErrorRecord};
 use crate::realtime::pipeline::{Pipeline, Tick};
 use std::io;
 use std::time::Duration;
@@ -132,9 +135,23 @@ impl Task for diagnosis::LiveDiagnosis {
     }
 }
 
+/// Marks a fit that is apart from the newest regression, and the regression where a converged fit contradicts it: numbers that
+/// output error itself doubts (residuals far from white, a search that has not ended) contradict nothing.
+fn compare(pipeline: &mut Pipeline, sink: &RecordSink, fit: &mut OutputErrorRecord, controls: ControlNames) {
+    let agreement = MethodAgreement::new(sink.derivatives.as_ref(), sink.modes.as_ref(), fit);
+    match fit.progress {
+        OutputErrorProgress::Converged => pipeline.set_contradicted(agreement.apart),
+        OutputErrorProgress::Converging => pipeline.set_contradicted([false; AXES]),
+        _ => {}
+    }
+    agreement.mark(fit, controls);
+}
+
 /// A run being estimated: the pipeline with everything that its records go through.
 pub struct WiredRun {
     pipeline: Box<Pipeline>,
+    /// How the controls are called.
+    controls: ControlNames,
     output_error: Option<Schedule<output_error::LiveOutputError>>,
     diagnosis: Option<Schedule<diagnosis::LiveDiagnosis>>,
     /// The newest records, and the way to the log.
@@ -163,10 +180,19 @@ impl WiredRun {
     /// A run before its first sample, with no log.
     pub fn new(
         pipeline: Pipeline,
+        controls: ControlNames,
         output_error: Option<Schedule<output_error::LiveOutputError>>,
         diagnosis: Option<Schedule<diagnosis::LiveDiagnosis>>,
     ) -> Self {
-        WiredRun { pipeline: Box::new(pipeline), output_error, diagnosis, sink: RecordSink::new(None), rows: 0, range_s: None }
+        WiredRun {
+            pipeline: Box::new(pipeline),
+            controls,
+            output_error,
+            diagnosis,
+            sink: RecordSink::new(None),
+            rows: 0,
+            range_s: None,
+        }
     }
 
     /// Rows that were taken so far.
@@ -179,7 +205,7 @@ impl WiredRun {
     /// # Errors
     /// Where publishing failed.
     pub fn step<P: RecordPublisher>(&mut self, row: &RecordingRow, publisher: &mut P) -> Result<(), P::Error> {
-        let WiredRun { pipeline, output_error, diagnosis, sink, rows, range_s } = self;
+        let WiredRun { pipeline, controls, output_error, diagnosis, sink, rows, range_s } = self;
         *rows += 1;
         let time_s = row.sample.time_s;
         if time_s.is_finite() {
@@ -192,7 +218,8 @@ impl WiredRun {
         let report = tick.derivatives.as_ref().map(RegressionReport::from);
         let mut published = Ok(());
         if let Some(output_error) = output_error {
-            output_error.step(&row.sample, report, &mut |record| {
+            output_error.step(&row.sample, report, &mut |mut record| {
+                compare(pipeline, sink, &mut record, *controls);
                 if published.is_ok() {
                     published = publisher.output_error(&record);
                 }
@@ -210,17 +237,14 @@ impl WiredRun {
         published
     }
 
-    /// The end of the run: lagged records, the last fit and the last diagnosis; the way to the log is closed.
+    /// The end of the run: the last fit, lagged records, the last diagnosis; the way to the log is closed.
     ///
     /// # Errors
     /// Where publishing failed.
     pub fn finish<P: RecordPublisher>(self, publisher: &mut P) -> Result<FinishedRun, P::Error> {
-        let WiredRun { mut pipeline, output_error, diagnosis, mut sink, rows, range_s } = self;
+        let WiredRun { mut pipeline, controls, output_error, diagnosis, mut sink, rows, range_s } = self;
         let lost_by_output_error = output_error.as_ref().map_or(0, Schedule::lost);
         let lost_by_diagnosis = diagnosis.as_ref().map_or(0, Schedule::lost);
-        let tick = pipeline.finish();
-        publisher.tick(tick)?;
-        sink.tick(tick);
         let last_fit = match output_error {
             None => None,
             Some(Schedule::InStep(mut live)) => {
@@ -229,10 +253,14 @@ impl WiredRun {
             }
             Some(Schedule::Thread(follower)) => follower.finish(LAST_FIT).last(),
         };
-        if let Some(record) = last_fit {
+        if let Some(mut record) = last_fit {
+            compare(&mut pipeline, &sink, &mut record, controls);
             publisher.output_error(&record)?;
             sink.output_error(&record);
         }
+        let tick = pipeline.finish();
+        publisher.tick(tick)?;
+        sink.tick(tick);
         let mut last_findings = Vec::new();
         match diagnosis {
             None => {}

@@ -10,6 +10,7 @@ use super::modes::stage;
 use super::regression::config::RegressionConfig;
 use super::regression::record::{DerivativesRecord, RegressionEvent};
 use super::regression::recursive::{EVENTS as REGRESSION_EVENTS, Recursive};
+use crate::flight::derivative::AXES;
 use crate::flight::run::RunGeometry;
 use crate::flight::sample::Sample;
 use heapless::Vec;
@@ -119,6 +120,11 @@ impl Pipeline {
     /// The regression stage.
     pub fn regression(&self) -> &Recursive {
         &self.recursive
+    }
+
+    /// Marks the axes in which output error, which runs beside the pipeline, gives other numbers.
+    pub fn set_contradicted(&mut self, axes: [bool; AXES]) {
+        self.recursive.set_contradicted(axes);
     }
 
     /// One sample.

@@ -78,7 +78,7 @@ impl LiveRun {
                 None
             }
         };
-        let mut wired = WiredRun::new(pipeline, output_error, diagnosis);
+        let mut wired = WiredRun::new(pipeline, info.geometry().controls, output_error, diagnosis);
         let (mut log, mut unlogged) = (None, None);
         if let Some(out) = out {
             let path = free_name(out);

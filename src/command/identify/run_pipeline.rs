@@ -23,7 +23,7 @@ pub(super) fn through_pipeline(
     let mut recording = Recording::open_with(file, mapping)?;
     let (info, _) = head_of(file, &recording, overrides)?;
     let pipeline = Pipeline::new(config, *info.geometry()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
-    let mut wired = WiredRun::new(pipeline, None, None);
+    let mut wired = WiredRun::new(pipeline, info.geometry().controls, None, None);
     let name = info.run().unwrap_or_default().to_owned();
     let mut progress = ProgressLine::new();
     let mut interrupted = false;

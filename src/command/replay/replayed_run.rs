@@ -111,7 +111,7 @@ impl ReplayRun {
         let (mut writing, mut kept) = (None, Vec::new());
         let ReplayRun { output_error, diagnosis, .. } = &mut self;
         let (output_error, diagnosis) = (output_error.take().map(Schedule::InStep), diagnosis.take().map(Schedule::InStep));
-        let mut wired = WiredRun::new(self.pipeline, output_error, diagnosis);
+        let mut wired = WiredRun::new(self.pipeline, self.info.geometry().controls, output_error, diagnosis);
         let (on_bus, mut interrupted) = (bus.is_some(), false);
         let read = loop {
             let next = match &mut bus {

@@ -22,16 +22,19 @@ pub enum OutputErrorProgress {
     Stale,
     /// The last fit gave none, for a reason; numbers that stand beside it are from before.
     Failed,
+    /// There are numbers; the regression gives others, further away than both standard errors allow.
+    Disagree,
 }
 
 impl OutputErrorProgress {
     /// Every one, in the order of their places.
-    pub const ALL: [OutputErrorProgress; 5] = [
+    pub const ALL: [OutputErrorProgress; 6] = [
         OutputErrorProgress::Waiting,
         OutputErrorProgress::Converging,
         OutputErrorProgress::Converged,
         OutputErrorProgress::Stale,
         OutputErrorProgress::Failed,
+        OutputErrorProgress::Disagree,
     ];
 
     /// Its place in [`OutputErrorProgress::ALL`].
@@ -47,6 +50,7 @@ impl OutputErrorProgress {
             OutputErrorProgress::Converged => "converged",
             OutputErrorProgress::Stale => "stale",
             OutputErrorProgress::Failed => "failed",
+            OutputErrorProgress::Disagree => "disagree",
         }
     }
 }

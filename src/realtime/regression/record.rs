@@ -81,7 +81,7 @@ pub enum Status {
     Converging,
     /// The numbers have settled within their standard errors.
     Converged,
-    /// There are numbers; the frequency domain gives others, further away than both standard errors allow.
+    /// There are numbers; the frequency domain, or output error, gives others, further away than both standard errors allow.
     Disagree,
     /// There are numbers, of this amplitude of motion: they shift with it by more than their standard errors.
     DependsOnAmplitude,

@@ -78,6 +78,8 @@ pub struct Recursive {
     settling: [Settling; AXES],
     statuses: [Status; AXES],
     six_axis: Option<SixAxisDerivatives>,
+    /// Axes in which another method of estimation gives other numbers.
+    contradicted: [bool; AXES],
     /// Instrumental variables of the record up to `instruments_of_s` of excited time; `None` where there are none.
     instruments: Option<Instruments>,
     instruments_of_s: f64,
@@ -115,6 +117,7 @@ impl Recursive {
             settling: [Settling::new(config.settled_s); AXES],
             statuses: [Status::Waiting; AXES],
             six_axis: None,
+            contradicted: [false; AXES],
             instruments: None,
             instruments_of_s: f64::NEG_INFINITY,
             reported: 0,
@@ -126,6 +129,12 @@ impl Recursive {
     /// The run's trim; signals before it are not used.
     pub fn begin(&mut self, trim: TrimRecord) {
         self.trim = Some(trim);
+    }
+
+    /// Marks the axes in which another method of estimation, from the same flight, gives other numbers: they publish
+    /// [`Status::Disagree`] until this is called again.
+    pub fn set_contradicted(&mut self, axes: [bool; AXES]) {
+        self.contradicted = axes;
     }
 
     /// The information matrix.
@@ -242,6 +251,12 @@ impl Recursive {
             equation
         });
         self.add_frequency_estimates(&mut equations, &fits);
+        for (equation, contradicted) in equations.iter_mut().zip(self.contradicted) {
+            let apart = |(_, standard_errors): (Variable, f64)| standard_errors.abs() > EquationRecord::AGREE_WITHIN;
+            if (contradicted || equation.disagreement().is_some_and(apart)) && equation.status.rank() > Status::Disagree.rank() {
+                equation.status = Status::Disagree;
+            }
+        }
         for (i, axis) in Axis::ALL.into_iter().enumerate() {
             let status = equations[i].status;
             if core::mem::discriminant(&status) != core::mem::discriminant(&self.statuses[i]) {
@@ -272,11 +287,6 @@ impl Recursive {
                 // Biased as least squares over time is; and a part of the data tells no more than all of it.
                 let std = libm::sqrt(estimate.std[place] * estimate.std[place] + bias_var[place]).max(term.std);
                 term.frequency = Some(FrequencyTerm { value: estimate.theta[place], std });
-            }
-            let apart =
-                equation.disagreement().is_some_and(|(_, standard_errors)| standard_errors.abs() > EquationRecord::AGREE_WITHIN);
-            if apart && equation.status.rank() > Status::Disagree.rank() {
-                equation.status = Status::Disagree;
             }
         }
     }

@@ -150,7 +150,7 @@ mod tests {
         let payload = OutputErrorPayload::from(&record);
         assert_eq!(payload.record().unwrap(), record);
         for wrong in [
-            OutputErrorPayload { progress: 5, ..payload },
+            OutputErrorPayload { progress: 6, ..payload },
             OutputErrorPayload { count: 61, ..payload },
             OutputErrorPayload { present: 64, ..payload },
             OutputErrorPayload { reason_bytes: 121, ..payload },

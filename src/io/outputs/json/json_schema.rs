@@ -254,7 +254,7 @@ fn output_error() -> Value {
         "time": time(),
         "fitted": number("time of the newest sample that the numbers rest on; absent where there are none", "s"),
         "age": number("how old they are; absent where there are none", "s"),
-        "status": text("waiting, converging, converged, stale, failed"),
+        "status": text("waiting, converging, converged, disagree, stale, failed"),
         "reason": text("why there are no new numbers, or notes on them; absent where there is nothing to say"),
         "parameters": { "type": "array", "items": { "type": "object", "properties": parameter } },
         "modes": object("modes of the fitted model; each absent where there is no number", Value::Object(fields)),

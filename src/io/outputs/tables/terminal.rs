@@ -236,7 +236,7 @@ fn status_in_words(status: Status, controls: ControlNames) -> String {
         Status::Waiting => ": no input has excited the aircraft yet; gusts and controls that answer them do not",
         Status::Exciting => ": not enough data yet",
         Status::Stale => ": no new input for a while",
-        Status::Disagree => ": the frequency domain gives other numbers",
+        Status::Disagree => ": the frequency domain, or output error, gives other numbers",
         Status::DependsOnAmplitude => ": the numbers hold for this amplitude of motion",
         Status::Converging | Status::Converged | Status::NotIdentifiable(_) => "",
     };

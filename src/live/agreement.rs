@@ -1,0 +1,196 @@
+//! Whether output error and the regression give one answer: two estimates of one derivative from one flight, compared.
+//!
+//! In: the newest derivatives and modes of the regression, a fit of output error. Out: the term in which they differ most, and
+//! the axes in which they differ by more than [`AGREE_WITHIN`] combined standard errors sqrt(s1^2 + s2^2). Both rest on the same
+//! samples, so their errors correlate positively where both are right, and the difference is smaller than that of independent
+//! estimates. A difference beyond that shows that one of the two models does not hold (the regression's equation, output error's
+//! linear model over the whole manoeuvre), and the data do not tell which.
+
+use crate::flight::channel::ControlNames;
+use crate::flight::derivative::{AXES, Axis, Variable};
+use crate::io::outputs::words::status_text::DerivativeLabel;
+use crate::postflight::output_error::record::{OutputErrorProgress, OutputErrorRecord};
+use crate::realtime::modes::record::{ModesRecord, OscillatoryMode};
+use crate::realtime::regression::record::{DerivativesRecord, Status};
+
+/// Combined standard errors by which regression and output error may differ and still agree: the largest of some fifty
+/// differences is beyond it once in 300 fits where the errors are independent and normal.
+const AGREE_WITHIN: f64 = 4.0;
+
+/// What is compared.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Compared {
+    Derivative(Axis, Variable),
+    Omega,
+    Zeta,
+}
+
+/// How far output error and the regression are apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MethodAgreement {
+    worst: Option<(Compared, f64)>,
+    /// By axis, whether a derivative of it differs beyond what both standard errors allow; a Dutch roll counts for Y, L and N.
+    pub apart: [bool; AXES],
+}
+
+impl MethodAgreement {
+    /// Nothing has been compared.
+    const NONE: MethodAgreement = MethodAgreement { worst: None, apart: [false; AXES] };
+
+    /// Compares what both have numbers of. Biases are left out: each model has its own.
+    pub fn new(derivatives: Option<&DerivativesRecord>, modes: Option<&ModesRecord>, fit: &OutputErrorRecord) -> Self {
+        let mut agreement = MethodAgreement::NONE;
+        for equation in derivatives.iter().flat_map(|record| &record.equations) {
+            if equation.status.rank() < Status::Stale.rank() {
+                continue;
+            }
+            for term in &equation.terms {
+                let Some(variable) = term.variable else { continue };
+                let Some(other) = fit.parameter(equation.axis, variable) else { continue };
+                let quantity = Compared::Derivative(equation.axis, variable);
+                agreement.compare(quantity, (other.value, other.std), (term.value, term.std));
+            }
+        }
+        let alone = |pair: &OscillatoryMode| [(pair.omega, pair.std_omega), (pair.zeta, pair.std_zeta)];
+        if let Some((fitted, regressed)) = fit.dutch_roll.as_ref().zip(modes.and_then(|modes| modes.dutch_roll.as_ref())) {
+            let [omega, zeta] = alone(fitted);
+            let [regressed_omega, regressed_zeta] = alone(regressed);
+            agreement.compare(Compared::Omega, omega, regressed_omega);
+            agreement.compare(Compared::Zeta, zeta, regressed_zeta);
+        }
+        agreement
+    }
+
+    fn compare(&mut self, quantity: Compared, fitted: (f64, f64), regressed: (f64, f64)) {
+        let standard_errors = (fitted.0 - regressed.0) / libm::hypot(fitted.1, regressed.1);
+        if !standard_errors.is_finite() {
+            return;
+        }
+        if self.worst.is_none_or(|(_, before)| standard_errors.abs() > before.abs()) {
+            self.worst = Some((quantity, standard_errors));
+        }
+        if standard_errors.abs() > AGREE_WITHIN {
+            match quantity {
+                Compared::Derivative(axis, _) => self.apart[axis.index()] = true,
+                Compared::Omega | Compared::Zeta => {
+                    [Axis::Y, Axis::L, Axis::N].into_iter().for_each(|axis| self.apart[axis.index()] = true)
+                }
+            }
+        }
+    }
+
+    /// Whether any difference is beyond what both standard errors allow.
+    pub fn is_apart(&self) -> bool {
+        self.apart.contains(&true)
+    }
+
+    /// Adds the largest difference to the fit's reason, where it is beyond what both standard errors allow; a new fit gets the
+    /// status `disagree`.
+    pub fn mark(&self, fit: &mut OutputErrorRecord, controls: ControlNames) {
+        let Some((quantity, standard_errors)) = self.worst.filter(|_| self.is_apart()) else { return };
+        if matches!(fit.progress, OutputErrorProgress::Converging | OutputErrorProgress::Converged) {
+            fit.progress = OutputErrorProgress::Disagree;
+        }
+        let name = match quantity {
+            Compared::Derivative(axis, variable) => DerivativeLabel { axis, variable: Some(variable), controls }.to_string(),
+            Compared::Omega => "Dutch roll omega".to_owned(),
+            Compared::Zeta => "Dutch roll zeta".to_owned(),
+        };
+        let before = std::mem::take(&mut fit.reason);
+        let separator = if before.is_empty() { "" } else { "; " };
+        let standard_errors = standard_errors.abs();
+        fit.explain(&format!("{name}: {standard_errors:.1} combined standard errors from the regression's{separator}{before}"));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::postflight::output_error::record::ParameterRecord;
+    use crate::realtime::regression::record::{EquationRecord, TermRecord};
+
+    fn derivatives(status: Status, value: f64, std: f64) -> DerivativesRecord {
+        let mut record = DerivativesRecord {
+            time_s: 10.0,
+            equations: Axis::ALL.map(|axis| EquationRecord::empty(axis, Status::Waiting)),
+            lateral: None,
+            excited: true,
+        };
+        let equation = &mut record.equations[Axis::N.index()];
+        equation.status = status;
+        for variable in [None, Some(Variable::V)] {
+            let term = TermRecord { variable, value, std, std_white: std, step: 0, primary: true, frequency: None };
+            equation.terms.push(term).unwrap();
+        }
+        record
+    }
+
+    fn fit(value: f64, std: f64, progress: OutputErrorProgress) -> OutputErrorRecord {
+        let mut record = OutputErrorRecord { fitted_s: 10.0, progress, ..OutputErrorRecord::EMPTY };
+        let parameter = ParameterRecord { axis: Axis::N, variable: Variable::V, value, std, std_cramer_rao: std };
+        record.parameters.push(parameter).unwrap();
+        record
+    }
+
+    fn pair(omega: f64, zeta: f64) -> OscillatoryMode {
+        OscillatoryMode { real: 0.0, imag: omega, omega, zeta, std_omega: 0.03, std_zeta: 0.01 }
+    }
+
+    #[test]
+    fn a_difference_is_measured_in_combined_standard_errors() {
+        // Combined standard error 0.005: 3.9 of them agree, 4.1 do not.
+        for (difference, apart) in [(0.0195, false), (-0.0195, false), (0.0205, true), (-0.0205, true)] {
+            let mut fit = fit(0.04 + difference, 0.003, OutputErrorProgress::Converged);
+            let agreement = MethodAgreement::new(Some(&derivatives(Status::Converged, 0.04, 0.004)), None, &fit);
+            assert_eq!(agreement.apart, Axis::ALL.map(|axis| apart && axis == Axis::N), "{difference}");
+            fit.explain("a note");
+            agreement.mark(&mut fit, ControlNames::FixedWing);
+            let (progress, reason) = match apart {
+                false => (OutputErrorProgress::Converged, "a note"),
+                true => (OutputErrorProgress::Disagree, "N_v: 4.1 combined standard errors from the regression's; a note"),
+            };
+            assert_eq!((fit.progress, fit.reason.as_str()), (progress, reason));
+        }
+    }
+
+    #[test]
+    fn only_numbers_of_both_are_compared() {
+        let far = fit(1.0, 0.003, OutputErrorProgress::Converged);
+        for silent in [Status::Waiting, Status::Exciting] {
+            assert!(!MethodAgreement::new(Some(&derivatives(silent, 0.04, 0.004)), None, &far).is_apart());
+        }
+        assert_eq!(MethodAgreement::new(None, None, &far), MethodAgreement::NONE);
+        assert!(!MethodAgreement::new(Some(&derivatives(Status::Converged, f64::NAN, 0.004)), None, &far).is_apart());
+        assert!(MethodAgreement::new(Some(&derivatives(Status::Stale, 0.04, 0.004)), None, &far).is_apart());
+    }
+
+    #[test]
+    fn an_old_or_failed_fit_keeps_its_status_beside_the_reason() {
+        for progress in [OutputErrorProgress::Stale, OutputErrorProgress::Failed] {
+            let mut fit = fit(1.0, 0.003, progress);
+            MethodAgreement::new(Some(&derivatives(Status::Converged, 0.04, 0.004)), None, &fit)
+                .mark(&mut fit, ControlNames::FixedWing);
+            assert_eq!(fit.progress, progress);
+            assert!(fit.reason.starts_with("N_v: "), "{}", fit.reason);
+        }
+    }
+
+    #[test]
+    fn a_dutch_roll_that_differs_marks_the_lateral_equations() {
+        let modes = ModesRecord {
+            time_s: 10.0,
+            status: Status::Converged,
+            dutch_roll: Some(pair(1.5, 0.12)),
+            roll: None,
+            spiral: None,
+            lateral_phugoid: None,
+            coupled: None,
+        };
+        let mut fit = OutputErrorRecord { dutch_roll: Some(pair(1.5, 0.29)), ..OutputErrorRecord::EMPTY };
+        fit.progress = OutputErrorProgress::Converging;
+        let agreement = MethodAgreement::new(None, Some(&modes), &fit);
+        assert_eq!(agreement.apart, Axis::ALL.map(Axis::is_lateral));
+        agreement.mark(&mut fit, ControlNames::FixedWing);
+        assert_eq!(fit.reason.as_str(), "Dutch roll zeta: 12.0 combined standard errors from the regression's");
+    }
+}
