@@ -64,9 +64,10 @@ impl Curvature {
     /// Adds the square of the shift (2) and its covariance to the covariance of the fit, as for any term that is left out
     /// (`stepwise` (3)); whether it is large for a primary term. `residual_var` is the variance of the residual.
     pub fn account_for(&self, axis: Axis, fit: &mut Fit, speed: f64, residual_var: f64) -> bool {
-        // How much more variance the residual's colour makes of an estimate, at most.
+        // How much more variance the residual's colour makes of an estimate, on average over the terms.
         let colour = |&place: &usize| fit.cov[place][place] / (fit.dispersion[place][place] * residual_var);
-        let colour = fit.order.iter().filter(|&&place| place != BIAS).map(colour).fold(1.0, f64::max);
+        let terms = || fit.order.iter().filter(|&&place| place != BIAS);
+        let colour = (terms().map(colour).sum::<f64>() / terms().count().max(1) as f64).max(1.0);
         let Some(shift) = self.shift(fit, &prior_stds(axis, fit, speed), colour * residual_var) else { return false };
         let (standard_errors, part) = LARGE_SHIFT;
         let large = Variable::ALL.into_iter().filter(|&variable| is_primary(axis, variable)).any(|variable| {

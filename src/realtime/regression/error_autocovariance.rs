@@ -21,12 +21,15 @@
 use super::candidate::REGRESSORS;
 use super::candidate::{BIAS, Coefficients, SIGNALS};
 use super::information::{Information, LAGS, LagCovariance};
+use heapless::Vec;
 use nalgebra::{SMatrix, SVector};
 
 /// Lags counted from zero.
 const COUNT: usize = LAGS + 1;
 
 type RegressorMatrix = [[f64; REGRESSORS]; REGRESSORS];
+/// A p x p matrix for every lag, row by row; no longer than p asks for, since most equations have few terms.
+type MatrixOverLags = Vec<[f64; COUNT], { REGRESSORS * REGRESSORS }>;
 
 /// Autocovariance r of the error of the equation with those terms; `residual` over z, `dispersion` by place.
 pub fn error_covariance(
@@ -36,9 +39,10 @@ pub fn error_covariance(
     residual: &Coefficients,
 ) -> Option<LagCovariance> {
     let p = order.len().min(REGRESSORS);
-    // D G_l' and D (G_m + 1(m > 0) G_m'), rows and columns in the order of entry, the lag as last index.
-    let mut turned = [[[0.0; COUNT]; REGRESSORS]; REGRESSORS];
-    let mut both = turned;
+    // D G_l' and D (G_m + 1(m > 0) G_m'), rows and columns in the order of entry.
+    let (mut turned, mut both) = (MatrixOverLags::new(), MatrixOverLags::new());
+    turned.resize(p * p, [0.0; COUNT]).ok()?;
+    both.resize(p * p, [0.0; COUNT]).ok()?;
     for &place_k in order.iter().take(p) {
         for (j, &place_j) in order.iter().enumerate().take(p) {
             let (ahead, behind) = (information.over_lags(place_k, place_j), information.over_lags(place_j, place_k));
@@ -48,10 +52,10 @@ pub fn error_covariance(
             }
             for (i, &place_i) in order.iter().enumerate().take(p) {
                 let d = dispersion[place_i][place_k];
-                for (entry, behind) in turned[i][j].iter_mut().zip(&behind) {
+                for (entry, behind) in turned[i * p + j].iter_mut().zip(&behind) {
                     *entry += d * behind;
                 }
-                for (entry, sum) in both[i][j].iter_mut().zip(&sum) {
+                for (entry, sum) in both[i * p + j].iter_mut().zip(&sum) {
                     *entry += d * sum;
                 }
             }
@@ -62,13 +66,13 @@ pub fn error_covariance(
     let mut trace = [0.0; COUNT];
     for i in 0..p {
         for j in 0..p {
-            for (row, of_l) in quadratic.iter_mut().zip(&turned[i][j]) {
-                for (entry, of_m) in row.iter_mut().zip(&both[j][i]) {
+            for (row, of_l) in quadratic.iter_mut().zip(&turned[i * p + j]) {
+                for (entry, of_m) in row.iter_mut().zip(&both[j * p + i]) {
                     *entry += of_l * of_m;
                 }
             }
         }
-        for (trace, own) in trace.iter_mut().zip(&turned[i][i]) {
+        for (trace, own) in trace.iter_mut().zip(&turned[i * p + i]) {
             *trace += own;
         }
     }

@@ -89,17 +89,18 @@ impl Estimator {
             self.next_grid = self.next_grid.saturating_add(stride as u64);
             if let Some(smoothed) = self.delay.at(centre_s) {
                 self.compare_vanes(&smoothed);
+                let air_data_noise_vars = self.air_data_noise_vars(&smoothed);
                 if self.config.regression_states == RegressionStates::Smoothed {
-                    self.emit_smoothed(centre_s, stride * grid_s, &smoothed);
+                    self.emit_smoothed(centre_s, stride * grid_s, &smoothed, &air_data_noise_vars);
                 }
-                self.signal_noise = self.noise_after_smoothing(&smoothed);
+                self.signal_noise = self.noise_after_smoothing(&smoothed, &air_data_noise_vars);
             }
             centre_s = origin_s + self.next_grid as f64 * grid_s;
         }
     }
 
     /// One instant through the kernel, with what the fixed-lag smoother has changed since.
-    fn emit_smoothed(&mut self, centre_s: f64, interval_s: f64, smoothed: &Smoothed<SIGNALS>) {
+    fn emit_smoothed(&mut self, centre_s: f64, interval_s: f64, smoothed: &Smoothed<SIGNALS>, air_data_noise_vars: &[f64; 3]) {
         let slopes = [smoothed.slope[3], smoothed.slope[4], smoothed.slope[5]];
         let mut record = self.regressors(centre_s, interval_s, &smoothed.value, slopes);
         if let Some(correction) = self.fixed_lag.correction(centre_s, self.config.hold_s) {
@@ -110,14 +111,13 @@ impl Estimator {
                 record.attitude[i] += correction[ATTITUDE + i];
             }
         }
-        self.add_gust(&mut record, smoothed);
+        self.add_gust(&mut record, smoothed, air_data_noise_vars);
         let _ = self.output.smoothed.push(record);
     }
 
     /// Adds the gust that the air-data instruments measure at that instant.
-    fn add_gust(&mut self, record: &mut SmoothedRecord, smoothed: &Smoothed<SIGNALS>) {
+    fn add_gust(&mut self, record: &mut SmoothedRecord, smoothed: &Smoothed<SIGNALS>, noise_vars: &[f64; 3]) {
         let velocity_rate = [smoothed.slope[0], smoothed.slope[1], smoothed.slope[2]];
-        let noise_vars = self.air_data_noise_vars(smoothed);
         let flow_angles = [smoothed.value[VANE_SIGNALS], smoothed.value[VANE_SIGNALS + 1]];
         let arm = self.geometry.accelerometer_position_m;
         let [alpha, beta] = flow_angles_at_foot(flow_angles, record.rates, arm, record.velocity[0]);
@@ -211,18 +211,18 @@ impl Estimator {
     /// White noise of gyros and accelerometers through the kernel; of the velocities what the filter leaves of the configured
     /// noise of airspeed and vanes, or, in the part of a reading that is taken for gust, all of it. The noise that the filter
     /// estimates of these is not used: it contains the gusts.
-    fn noise_after_smoothing(&self, smoothed: &Smoothed<SIGNALS>) -> SignalNoise {
+    fn noise_after_smoothing(&self, smoothed: &Smoothed<SIGNALS>, air_data_noise_vars: &[f64; 3]) -> SignalNoise {
         let estimated = self.noise.noise();
         let through = |signal: usize, gain: f64| libm::sqrt(gain * self.delay.ticks_a_sample(signal));
         let [rates, forces] = [3, 8].map(|first| core::array::from_fn(|i| through(first + i, smoothed.value_noise_gain)));
         let slopes: [f64; 3] = core::array::from_fn(|i| through(3 + i, smoothed.slope_noise_gain));
         let u = smoothed.value[0];
-        let (gust_gains, noise_vars) = (self.gust.gains(), self.air_data_noise_vars(smoothed));
+        let gust_gains = self.gust.gains();
         // Of airspeed, incidence, sideslip.
         let left: [f64; 3] = core::array::from_fn(|i| {
             let (_, signal) = AIR_DATA[i];
             let by_filter = PASSED_BY_FILTER / libm::sqrt(self.delay.ticks_a_sample(signal));
-            libm::sqrt(noise_vars[i]) * libm::hypot((1.0 - gust_gains[i]) * by_filter, gust_gains[i])
+            libm::sqrt(air_data_noise_vars[i]) * libm::hypot((1.0 - gust_gains[i]) * by_filter, gust_gains[i])
         });
         let times = |gains: [f64; 3], stds: [f64; 3]| core::array::from_fn(|i| gains[i] * stds[i]);
         SignalNoise {
