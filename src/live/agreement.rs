@@ -91,15 +91,17 @@ impl MethodAgreement {
         if matches!(fit.progress, OutputErrorProgress::Converging | OutputErrorProgress::Converged) {
             fit.progress = OutputErrorProgress::Disagree;
         }
-        let name = match quantity {
-            Compared::Derivative(axis, variable) => DerivativeLabel { axis, variable: Some(variable), controls }.to_string(),
-            Compared::Omega => "Dutch roll omega".to_owned(),
-            Compared::Zeta => "Dutch roll zeta".to_owned(),
-        };
-        let before = std::mem::take(&mut fit.reason);
+        let before = fit.reason.clone();
         let separator = if before.is_empty() { "" } else { "; " };
-        let standard_errors = standard_errors.abs();
-        fit.explain(&format!("{name}: {standard_errors:.1} combined standard errors from the regression's{separator}{before}"));
+        let how_far = format_args!("{:.1} combined standard errors from the regression's", standard_errors.abs());
+        match quantity {
+            Compared::Derivative(axis, variable) => {
+                let name = DerivativeLabel { axis, variable: Some(variable), controls };
+                fit.explain(format_args!("{name}: {how_far}{separator}{before}"));
+            }
+            Compared::Omega => fit.explain(format_args!("Dutch roll omega: {how_far}{separator}{before}")),
+            Compared::Zeta => fit.explain(format_args!("Dutch roll zeta: {how_far}{separator}{before}")),
+        }
     }
 }
 

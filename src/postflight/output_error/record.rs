@@ -2,6 +2,7 @@
 
 use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
 use crate::realtime::modes::record::{OscillatoryMode, RealRoot};
+use core::fmt::{self, Write};
 use heapless::{String, Vec};
 
 /// Derivatives that there is room for: all.
@@ -127,13 +128,18 @@ impl OutputErrorRecord {
         self.parameters.iter().find(|one| one.axis == axis && one.variable == variable)
     }
 
-    /// Puts a reason in, cut where there is no room for it.
-    pub fn explain(&mut self, reason: &str) {
+    /// Puts a reason in, cut where there is no room for it; nothing is allocated.
+    pub fn explain(&mut self, reason: impl fmt::Display) {
         self.reason.clear();
-        for letter in reason.chars() {
-            if self.reason.push(letter).is_err() {
-                break;
-            }
-        }
+        let _ = write!(CutText(&mut self.reason), "{reason}");
+    }
+}
+
+/// Text that ends where there is no more room, in the middle of what is written if need be.
+struct CutText<'a>(&'a mut String<REASON>);
+
+impl fmt::Write for CutText<'_> {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        text.chars().try_for_each(|letter| self.0.push(letter).map_err(|_| fmt::Error))
     }
 }
