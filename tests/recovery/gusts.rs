@@ -11,6 +11,7 @@ use super::pilot::{KNOT, with_inputs};
 use super::{L_P, N_R, N_V, WANTED};
 use crate::support::manoeuvre::{over_seeds, seeds};
 use crate::support::navion::navion;
+use sideslip::flight::channel::Channel;
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::effect::Effect;
 use sideslip::flight::model::LinearModel;
@@ -28,6 +29,7 @@ const INPUT: [&[&str]; 2] =
     [&["pedal:3211:0.02:0.7", "lat_cyclic:3211:0.008:0.5:7"], &["pedal:doublet:0.02:0.8", "lat_cyclic:doublet:0.01:0.8:8"]];
 /// Rate and attitude feedback without dead time to speak of: an augmentation system.
 const AUGMENTATION: Pilot = Pilot { frequency: 1.5, damping: 0.7, lag_s: 0.05, dead_time_s: 0.02, heading: true };
+const VANES: [Channel; 2] = [Channel::Alpha, Channel::Beta];
 const HANDS: [Option<Pilot>; 4] = [None, Some(Pilot::ATTITUDE), Some(Pilot::ATTITUDE_AND_HEADING), Some(AUGMENTATION)];
 
 /// What one flight reported.
@@ -172,6 +174,81 @@ fn with_a_test_input_what_is_reported_is_right_and_silence_is_no_way_out() {
         }
     }
     assert!(failed.is_empty(), "gusts of {failed:?} m/s");
+}
+
+/// Feedback correlates the controls with the gusts: least squares is biased, and the errors have to cover it. Of 100 flights of the
+/// Navion alone the root mean square is 1.11, 1.25 and 1.23, of 100 of the Puma 0.6; of six flights it may be 1.8.
+#[test]
+fn of_a_closed_loop_in_gusts_the_errors_cover_the_bias() {
+    let models: Vec<LinearModel> = SPEEDS_KN.into_iter().map(model).chain([navion()]).collect();
+    let kinds = (models.len() * INPUT.len()) as u64;
+    let mut failed = Vec::new();
+    for gust in [0.5, 1.0, 1.5] {
+        let all = over_seeds(seeds(3) * kinds, |n| {
+            let kind = (n % kinds) as usize;
+            let (model, input) = (&models[kind % models.len()], INPUT[kind / models.len()]);
+            reported(model, gust, Some(AUGMENTATION), input, 60.0, 80_000 + n)
+        });
+        let wrong: usize = all.iter().map(|one| one.converged_and_wrong + one.unstable).sum();
+        let score = rms(&all, |_| true);
+        // Places in the order of `models`.
+        let (_, wing): (Vec<_>, Vec<_>) = all.into_iter().enumerate().partition(|(n, _)| n % models.len() < SPEEDS_KN.len());
+        let wing: Vec<Reported> = wing.into_iter().map(|(_, one)| one).collect();
+        eprintln!(
+            "augmented, gusts of {gust} m/s: rms {score:.2}, of the {} of the Navion {:.2}",
+            wing.len(),
+            rms(&wing, |_| true)
+        );
+        if score > 1.3 || wrong > 0 {
+            failed.push(gust);
+        }
+    }
+    assert!(failed.is_empty(), "gusts of {failed:?} m/s");
+}
+
+/// A test input at 2 s, then a minute of gusts: what they alone would tell does not replace what the input has told.
+#[test]
+fn an_answer_is_kept_in_the_gusts_that_follow() {
+    let mut failed = Vec::new();
+    for gust in [0.1, 0.6, 1.5] {
+        let all = flown(gust, &INPUT[..1], 60.0, seeds(1));
+        let wrong: usize = all.iter().map(|one| one.converged_and_wrong + one.unstable).sum();
+        let (score, kept) = (rms(&all, |_| true), shares(&all));
+        eprintln!("kept in gusts of {gust} m/s, {} flights: rms {score:.2}, numbers in the end {kept:.2?}", all.len());
+        if wrong > 0 || score > 1.3 || kept.iter().any(|share| *share < 0.7) {
+            failed.push(gust);
+        }
+    }
+    assert!(failed.is_empty(), "gusts of {failed:?} m/s");
+}
+
+/// Vanes that are late by 50 ms or read a tenth too much: part of what they read is not the air, and is not taken for it.
+#[test]
+fn vanes_that_lag_or_read_too_much_are_not_taken_for_gusts() {
+    let models: Vec<LinearModel> = SPEEDS_KN.into_iter().map(model).chain([navion()]).collect();
+    let kinds = models.len() as u64;
+    let mut failed = Vec::new();
+    for (name, lag_s, factor) in [("lag", 0.05, 1.0), ("factor", 0.0, 1.1)] {
+        for gust in [0.3, 1.0] {
+            let all = over_seeds(seeds(6) * kinds, |n| {
+                let model = &models[(n % kinds) as usize];
+                let mut flight = with_inputs(Flight::of(model.clone()), INPUT[(n / kinds % 2) as usize], 22.0);
+                flight.instruments = InstrumentSet::flight_quality(1.0);
+                for vane in flight.instruments.channels.iter_mut().filter(|one| VANES.contains(&one.channel)) {
+                    (vane.lag_s, vane.factor) = (lag_s, factor);
+                }
+                flight.seed = 70_000 + n;
+                flight.effects.push(Effect::Turbulence { sigma: gust, length: 150.0 });
+                watched(&flight, model)
+            });
+            let score = rms(&all, |_| true);
+            eprintln!("vanes with a {name}, gusts of {gust} m/s, {} flights: rms {score:.2}", all.len());
+            if score > 1.3 {
+                failed.push((name, gust));
+            }
+        }
+    }
+    assert!(failed.is_empty(), "{failed:?}");
 }
 
 /// The first example of the README, the Level-1 Puma and a pedal doublet of 20 mrad, and other amplitudes of it: least squares is
