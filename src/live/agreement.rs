@@ -1,7 +1,7 @@
 //! Whether output error and the regression give one answer: two estimates of one derivative from one flight, compared.
 //!
 //! In: the newest derivatives and modes of the regression, a fit of output error. Out: the term in which they differ most, and
-//! the axes in which they differ by more than [`AGREE_WITHIN`] combined standard errors sqrt(s1^2 + s2^2). Both rest on the same
+//! the axes in which they differ by more than four combined standard errors sqrt(s1^2 + s2^2). Both rest on the same
 //! samples, so their errors correlate positively where both are right, and the difference is smaller than that of independent
 //! estimates. A difference beyond that shows that one of the two models does not hold (the regression's equation, output error's
 //! linear model over the whole manoeuvre), and the data do not tell which.

@@ -176,8 +176,8 @@ fn with_a_test_input_what_is_reported_is_right_and_silence_is_no_way_out() {
     assert!(failed.is_empty(), "gusts of {failed:?} m/s");
 }
 
-/// Feedback correlates the controls with the gusts: least squares is biased, and the errors have to cover it. Of 100 flights of the
-/// Navion alone the root mean square is 1.11, 1.25 and 1.23, of 100 of the Puma 0.6; of six flights it may be 1.8.
+/// Feedback correlates the controls with the gusts: least squares is biased, and the errors have to cover it. Of 100 flights of
+/// the Navion alone the root mean square is 1.11, 1.25 and 1.23, of 100 of the Puma 0.6; of six flights it may be 1.8.
 #[test]
 fn of_a_closed_loop_in_gusts_the_errors_cover_the_bias() {
     let models: Vec<LinearModel> = SPEEDS_KN.into_iter().map(model).chain([navion()]).collect();

@@ -174,8 +174,8 @@ pub struct EquationRecord {
     pub residual_std: f64,
     /// Largest condition index of the regressors (unit-length columns).
     pub condition_index: f64,
-    /// Variables in the equation whose derivative has no number, because its standard error is as large as itself and not
-    /// small: a bit each, by `Variable::index()`.
+    /// Variables in the equation whose derivative has no number, because its standard error is as large as itself and
+    /// not small beside the response: a bit each, by `Variable::index()`.
     pub unresolved: u16,
 }
 

@@ -52,6 +52,8 @@ const INSTRUMENTS_S: f64 = 0.5;
 
 /// Standard error of a term, as part of the response's deviation, above which a term that is not known from zero has no number.
 const SMALL_CONTRIBUTION: f64 = 0.1;
+/// Deviation of a control in a test input, rad.
+const TEST_INPUT_RAD: f64 = 0.01;
 
 const ACCELEROMETERS: [Channel; 3] = [Channel::Ax, Channel::Ay, Channel::Az];
 
@@ -367,9 +369,12 @@ impl Recursive {
         endogeneity::account_for(fit, response(axis), &self.information, self.instruments.as_ref(), disturbance_var);
     }
 
-    /// Whether the data tell the term: from zero, or that it hardly matters.
+    /// Whether the data tell the term: from zero, or that it hardly matters. A control that hardly moved did little whatever its
+    /// derivative, so it counts as moved by a test input.
     fn is_resolved(&self, axis: Axis, place: usize, value: f64, std: f64) -> bool {
-        let contribution = std * self.information.deviation(place) / self.information.deviation(response(axis));
+        let is_control = candidate::variable(place).is_some_and(Variable::is_control);
+        let moved = self.information.deviation(place).max(if is_control { TEST_INPUT_RAD } else { 0.0 });
+        let contribution = std * moved / self.information.deviation(response(axis));
         place == BIAS || std < value.abs() || contribution < SMALL_CONTRIBUTION
     }
 
