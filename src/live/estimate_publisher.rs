@@ -67,7 +67,7 @@ impl EstimatePublisher {
         SamplePublication { publisher: self, header }
     }
 
-    /// Says that a sample was taken: each, where its publisher waits for that; else now and then, as a sign of life.
+    /// Says that a sample was taken: each, where its publisher waits for that; else now and then, as a heartbeat.
     pub fn taken(&mut self, sample: &SamplePayload) -> Result<(), BusError> {
         let now_ns = monotonic_ns();
         let due = now_ns.saturating_sub(self.said_taken_ns) >= SIGN_OF_LIFE_NS;

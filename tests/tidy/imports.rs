@@ -1,32 +1,32 @@
-//! Direction of imports: data flows one way, so a room imports only what `src/guide/imports.md` grants it.
+//! Direction of imports: data flows one way, so a module imports only what `src/guide/imports.md` grants it.
 
 use super::sources::{Source, built, files, none, root};
 use std::collections::BTreeMap;
 use std::fs;
 
-/// What a room may import: a whole wing (`flight`), a room or a file (`realtime::estimation::record`).
+/// What a module may import: a top-level module (`flight`), a module or a file (`realtime::estimation::record`).
 type Grants = BTreeMap<String, Vec<String>>;
 
-/// Heading of the page's other table, that of circles.
-pub(crate) const CIRCLES: &str = "## Circles inside a folder";
+/// Heading of the page's other table, that of cycles.
+pub(crate) const CYCLES: &str = "## Import cycles inside a folder";
 
-/// Reads the table: rows `| room | may import |`, both cells code words.
+/// Reads the table: rows `| module | may import |`, both cells code words.
 fn grants(page: &str) -> Grants {
     let words = |cell: &str| -> Vec<String> { cell.split('`').skip(1).step_by(2).map(str::to_owned).collect() };
     let mut grants = Grants::new();
-    let rooms = page.lines().take_while(|&line| line != CIRCLES);
-    for line in rooms.filter(|line| line.starts_with("| `")) {
+    let modules = page.lines().take_while(|&line| line != CYCLES);
+    for line in modules.filter(|line| line.starts_with("| `")) {
         let cells: Vec<&str> = line.split('|').collect();
-        for room in words(cells[1]) {
-            grants.insert(room, words(cells[2]));
+        for module in words(cells[1]) {
+            grants.insert(module, words(cells[2]));
         }
     }
     grants
 }
 
-/// Whether the path lies in the room.
-fn within(path: &str, room: &str) -> bool {
-    path.strip_prefix(room).is_some_and(|rest| rest.is_empty() || rest.starts_with("::"))
+/// Whether the path lies in the module.
+fn within(path: &str, module: &str) -> bool {
+    path.strip_prefix(module).is_some_and(|rest| rest.is_empty() || rest.starts_with("::"))
 }
 
 /// Every path in the code that begins at the crate, whole (`["flight", "run", "RunGeometry"]`).
@@ -99,13 +99,13 @@ pub(crate) fn module_of(path: &str) -> Vec<&str> {
     inner.split('/').filter(|name| !matches!(*name, "mod" | "lib" | "main")).collect()
 }
 
-/// What the file imports and may not. The row of the smallest room that the file lies in counts; a room is no concern of
+/// What the file imports and may not. The row of the smallest module that the file lies in counts; a module is no concern of
 /// others where it has no row of its own.
 fn breaches(source: &Source, grants: &Grants) -> Vec<String> {
     let module = module_of(&source.path);
     let own = module.join("::");
     let Some(&wing) = module.first() else { return Vec::new() };
-    let Some((room, may)) = grants.iter().filter(|(room, _)| within(&own, room)).max_by_key(|(room, _)| room.len()) else {
+    let Some((row, may)) = grants.iter().filter(|(row, _)| within(&own, row)).max_by_key(|(row, _)| row.len()) else {
         return vec![format!("{}: {wing} is not in the table", source.path)];
     };
     if may.iter().any(|grant| grant == "everything") {
@@ -115,8 +115,8 @@ fn breaches(source: &Source, grants: &Grants) -> Vec<String> {
         .into_iter()
         .filter(|path| path.first().is_some_and(|first| grants.keys().any(|row| within(row, first))))
         .map(|path| path.join("::"))
-        .filter(|path| !within(path, room) && !may.iter().any(|grant| within(path, grant)))
-        .map(|path| format!("{}: {room} imports {path}, which it may not", source.path))
+        .filter(|path| !within(path, row) && !may.iter().any(|grant| within(path, grant)))
+        .map(|path| format!("{}: {row} imports {path}, which it may not", source.path))
         .collect()
 }
 
@@ -125,7 +125,7 @@ fn table() -> Grants {
 }
 
 #[test]
-fn every_room_imports_only_what_the_table_grants() {
+fn every_module_imports_only_what_the_table_permits() {
     let grants = table();
     let of_tests = super::reached::of_tests();
     assert!(grants.len() > 10, "the table was read: {grants:?}");
@@ -142,8 +142,8 @@ fn every_command_has_its_row() {
     let grants = table();
     let commands = fs::read_dir(root().join("src/command")).unwrap().map(|entry| entry.unwrap());
     let folders = commands.filter(|entry| entry.file_type().unwrap().is_dir());
-    let rooms = folders.map(|entry| format!("command::{}", entry.file_name().to_string_lossy()));
-    let missing: Vec<String> = rooms.filter(|room| !grants.contains_key(room)).collect();
+    let modules = folders.map(|entry| format!("command::{}", entry.file_name().to_string_lossy()));
+    let missing: Vec<String> = modules.filter(|module| !grants.contains_key(module)).collect();
     none("commands without a row in src/guide/imports.md", &missing);
 }
 
@@ -190,9 +190,9 @@ fn a_forbidden_import_is_caught() {
     assert_eq!(
         tried("src/a/late/x.rs", "use crate::a::early::{filter::F, record}; use crate::flight::run;"),
         2,
-        "a room in a wing"
+        "a module in a module"
     );
-    assert_eq!(tried("src/a/x.rs", "use super::late::y;"), 0, "the wing's own row grants its rooms");
+    assert_eq!(tried("src/a/x.rs", "use super::late::y;"), 0, "the row of a module covers the modules in it");
     assert_eq!(tried("src/c/x.rs", "use crate::a::x;"), 0);
     assert_eq!(tried("src/d.rs", ""), 1, "a module that the table does not know");
     assert_eq!(tried("src/a/x.rs", "// crate::c\n#[cfg(test)]\nmod tests { use crate::c::z; }"), 0);

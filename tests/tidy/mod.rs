@@ -3,7 +3,7 @@
 //! Everything is read as text below the package's root. Each rule is also tried on a text that breaks it, for a rule that
 //! cannot fail proves nothing.
 
-mod circles;
+mod cycles;
 mod imports;
 mod links;
 mod reached;

@@ -39,7 +39,7 @@ data lost or skipped (said how much).";
 const POLL: Duration = Duration::from_millis(5);
 /// The longest wait for the processes of a supervisor that was killed.
 const ORPHANS: Duration = Duration::from_secs(15);
-/// An estimator that gives no sign of life for so long, while that many samples come, hangs.
+/// An estimator that gives no heartbeat for so long, while that many samples come, hangs.
 const STILL: Duration = Duration::from_secs(3);
 const UNANSWERED: u32 = 20;
 /// How long telemetry, and then the estimator, may take to end.
@@ -183,7 +183,7 @@ fn estimate_call(args: &LiveArgs, root: &Path, source: &TelemetrySource) -> Vec<
 struct EstimatorWatchdog {
     samples: Subscriber<SamplePayload>,
     taken: Subscriber<AcknowledgementPayload>,
-    /// Samples since its last sign of life, and when the first of them came.
+    /// Samples since its last heartbeat, and when the first of them came.
     unanswered: Option<(u32, Instant)>,
 }
 
@@ -192,7 +192,7 @@ impl EstimatorWatchdog {
         Ok(EstimatorWatchdog { samples: bus.subscriber()?, taken: bus.subscriber()?, unanswered: None })
     }
 
-    /// Whether so many samples have come for so long without a sign of life that it cannot be alive.
+    /// Whether so many samples have come for so long without a heartbeat that it cannot be alive.
     fn is_hung(&mut self) -> Result<bool, Failure> {
         while self.samples.receive()?.is_some() {
             let (count, since) = self.unanswered.unwrap_or((0, Instant::now()));

@@ -1,18 +1,18 @@
-//! Circles of imports: files that import each other, directly or on the way through others.
+//! Import cycles: files that import each other, directly or on the way through others.
 //!
 //! A file imports what it names of another: in `use` lines and in the middle of code, from the crate's root, from an upper module
 //! or from one that it declares itself. A name that a file only hands on (`pub use`) is imported from where it is defined; to
-//! hand it on is an import too. A circle is a strongly connected component of more than one file: across folders it is refused,
+//! hand it on is an import too. A cycle is a strongly connected component of more than one file: across folders it is refused,
 //! inside of one folder it has its row in `src/guide/imports.md`. A file's own tests are exempt.
 
-use super::imports::{CIRCLES, imported, module_of};
+use super::imports::{CYCLES, imported, module_of};
 use super::reached::{declared, of_tests};
 use super::sources::{Source, built, files, none, root};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
 /// One file: its module, its folder, and what stands in it.
-struct Room {
+struct Module {
     path: String,
     folder: String,
     imports: Vec<Vec<String>>,
@@ -21,7 +21,7 @@ struct Room {
 }
 
 /// Files by module path.
-type Rooms = BTreeMap<Vec<String>, Room>;
+type Modules = BTreeMap<Vec<String>, Module>;
 
 fn is_name(c: char) -> bool {
     c.is_alphanumeric() || c == '_'
@@ -72,7 +72,7 @@ fn through_children(code: &str, module: &[&str], children: &BTreeSet<String>) ->
     found
 }
 
-fn room(source: &Source, folders: &BTreeSet<String>) -> (Vec<String>, Room) {
+fn module(source: &Source, folders: &BTreeSet<String>) -> (Vec<String>, Module) {
     let code = built(&source.text).replace("$crate", "crate");
     let module = module_of(&source.path);
     let children: BTreeSet<String> = declared(&code).into_iter().map(|(name, _)| name).collect();
@@ -86,22 +86,22 @@ fn room(source: &Source, folders: &BTreeSet<String>) -> (Vec<String>, Room) {
         }
         imports.extend(paths);
     }
-    // The modules of a file lie in its folder: `a/b.rs` and `a/b/c.rs` are one room.
+    // The modules of a file lie in its folder: `a/b.rs` and `a/b/c.rs` are one module.
     let mut folder = source.path.rsplit_once('/').map_or("", |(folder, _)| folder);
     while folders.contains(&format!("{folder}.rs")) {
         folder = folder.rsplit_once('/').map_or("", |(upper, _)| upper);
     }
     let names = module.iter().map(|&name| name.to_owned()).collect();
-    (names, Room { path: source.path.clone(), folder: folder.to_owned(), imports, handed_on })
+    (names, Module { path: source.path.clone(), folder: folder.to_owned(), imports, handed_on })
 }
 
 /// The module that defines what the path names: the longest beginning that is a file, or from where that hands the name on.
-fn defined_in(path: &[String], rooms: &Rooms, steps: usize) -> Option<Vec<String>> {
-    let length = (1..=path.len()).rev().find(|&length| rooms.contains_key(&path[..length]))?;
+fn defined_in(path: &[String], modules: &Modules, steps: usize) -> Option<Vec<String>> {
+    let length = (1..=path.len()).rev().find(|&length| modules.contains_key(&path[..length]))?;
     let (file, rest) = path.split_at(length);
-    let further = rest.first().and_then(|name| rooms[file].handed_on.get(name));
+    let further = rest.first().and_then(|name| modules[file].handed_on.get(name));
     match further {
-        Some(further) if steps > 0 => defined_in(further, rooms, steps - 1),
+        Some(further) if steps > 0 => defined_in(further, modules, steps - 1),
         _ => Some(file.to_vec()),
     }
 }
@@ -155,26 +155,26 @@ impl Components<'_> {
     }
 }
 
-/// A circle: its files in order of path, and what ties them.
+/// A cycle: its files in order of path, and what ties them.
 #[derive(Debug)]
-struct Circle {
+struct Cycle {
     files: BTreeSet<String>,
     folders: BTreeSet<String>,
     ties: Vec<String>,
 }
 
-fn circles(sources: &[Source]) -> Vec<Circle> {
+fn cycles(sources: &[Source]) -> Vec<Cycle> {
     let paths: BTreeSet<String> = sources.iter().map(|source| source.path.clone()).collect();
-    let rooms: Rooms = sources.iter().map(|source| room(source, &paths)).collect();
-    let places: BTreeMap<&Vec<String>, usize> = rooms.keys().enumerate().map(|(i, module)| (module, i)).collect();
+    let modules: Modules = sources.iter().map(|source| module(source, &paths)).collect();
+    let places: BTreeMap<&Vec<String>, usize> = modules.keys().enumerate().map(|(i, module)| (module, i)).collect();
     let mut arrows = Vec::new();
-    for (i, room) in rooms.values().enumerate() {
-        let targets = room.imports.iter().filter_map(|path| defined_in(path, &rooms, 8));
+    for (i, module) in modules.values().enumerate() {
+        let targets = module.imports.iter().filter_map(|path| defined_in(path, &modules, 8));
         let targets: BTreeSet<usize> = targets.map(|module| places[&module]).filter(|&target| target != i).collect();
         arrows.push(targets.into_iter().collect::<Vec<_>>());
     }
-    let all: Vec<&Room> = rooms.values().collect();
-    let described = |component: &Vec<usize>| Circle {
+    let all: Vec<&Module> = modules.values().collect();
+    let described = |component: &Vec<usize>| Cycle {
         files: component.iter().map(|&i| all[i].path.clone()).collect(),
         folders: component.iter().map(|&i| all[i].folder.clone()).collect(),
         ties: component
@@ -189,12 +189,12 @@ fn circles(sources: &[Source]) -> Vec<Circle> {
 
 /// Reads the rows `| file, file | reason |` below the heading: each a set of files, from `src`.
 fn listed(page: &str) -> Vec<BTreeSet<String>> {
-    let table = page.split_once(CIRCLES).map_or("", |(_, table)| table);
+    let table = page.split_once(CYCLES).map_or("", |(_, table)| table);
     let rows = table.lines().filter(|line| line.starts_with("| `"));
     let mut found = Vec::new();
     for row in rows {
         let cells: Vec<&str> = row.split('|').collect();
-        assert!(cells.get(2).is_some_and(|reason| reason.trim().len() > 10), "a circle without a reason: {row}");
+        assert!(cells.get(2).is_some_and(|reason| reason.trim().len() > 10), "a cycle without a reason: {row}");
         found.push(cells[1].split('`').skip(1).step_by(2).map(|file| format!("src/{file}")).collect());
     }
     found
@@ -202,9 +202,9 @@ fn listed(page: &str) -> Vec<BTreeSet<String>> {
 
 fn findings(sources: &[Source], page: &str) -> Vec<String> {
     let listed = listed(page);
-    let circles = circles(sources);
+    let cycles = cycles(sources);
     let mut findings = Vec::new();
-    for Circle { files, folders, ties } in &circles {
+    for Cycle { files, folders, ties } in &cycles {
         let names = files.iter().map(String::as_str).collect::<Vec<_>>().join(", ");
         let ties = ties.join("\n");
         if folders.len() > 1 {
@@ -213,9 +213,9 @@ fn findings(sources: &[Source], page: &str) -> Vec<String> {
             findings.push(format!("inside of a folder and not in the table: {names}\n{ties}"));
         }
     }
-    for files in listed.iter().filter(|&files| !circles.iter().any(|circle| circle.files == *files)) {
+    for files in listed.iter().filter(|&files| !cycles.iter().any(|cycle| cycle.files == *files)) {
         let names = files.iter().map(String::as_str).collect::<Vec<_>>().join(", ");
-        findings.push(format!("in the table and no circle: {names}"));
+        findings.push(format!("in the table and no cycle: {names}"));
     }
     findings
 }
@@ -226,7 +226,7 @@ fn no_files_import_each_other_but_those_that_are_listed() {
     let mut sources = files(&["src"], ".rs");
     sources.retain(|source| !of_tests.contains(&source.path));
     let page = fs::read_to_string(root().join("src/guide/imports.md")).unwrap();
-    none("circles of imports (src/guide/imports.md)", &findings(&sources, &page));
+    none("cycles of imports (src/guide/imports.md)", &findings(&sources, &page));
 }
 
 #[test]
@@ -234,7 +234,7 @@ fn a_circle_is_caught() {
     let tried = |files: &[(&str, &str)], rows: &str| {
         let source = |&(path, text): &(&str, &str)| Source { path: path.into(), text: text.into() };
         let sources: Vec<Source> = files.iter().map(source).collect();
-        let found = findings(&sources, &format!("| `a` | `b` |\n{CIRCLES}\n{rows}"));
+        let found = findings(&sources, &format!("| `a` | `b` |\n{CYCLES}\n{rows}"));
         found.iter().map(|finding| finding.lines().next().unwrap().to_owned()).collect::<Vec<_>>()
     };
     let across = [("src/a/x.rs", "use crate::b::y::Y;\npub struct X;"), ("src/b/y.rs", "fn f() -> crate::a::x::X {}")];
@@ -242,28 +242,28 @@ fn a_circle_is_caught() {
     assert_eq!(
         tried(&across, "| `a/x.rs`, `b/y.rs` | so it is for now |"),
         ["across folders: src/a/x.rs, src/b/y.rs"],
-        "no row grants a circle across folders"
+        "no row grants a cycle across folders"
     );
     let three = [("src/a/x.rs", "use super::y::Y;"), ("src/a/y.rs", "use crate::a::{self, z};"), ("src/a/z.rs", "use super::x;")];
     let names = "src/a/x.rs, src/a/y.rs, src/a/z.rs";
     assert_eq!(tried(&three, ""), [format!("inside of a folder and not in the table: {names}")]);
     assert!(tried(&three, "| `a/x.rs`, `a/y.rs`, `a/z.rs` | one type, three files |").is_empty());
     let two_of_three = tried(&three, "| `a/x.rs`, `a/y.rs` | one type, two files |");
-    assert_eq!(two_of_three.len(), 2, "the whole circle is listed or none: {two_of_three:?}");
+    assert_eq!(two_of_three.len(), 2, "the whole cycle is listed or none: {two_of_three:?}");
     let cut = [("src/a/x.rs", "use super::y::Y;"), ("src/a/y.rs", "")];
     assert!(tried(&cut, "").is_empty());
     assert_eq!(
         tried(&cut, "| `a/x.rs`, `a/y.rs` | one type, two files |"),
-        ["in the table and no circle: src/a/x.rs, src/a/y.rs"]
+        ["in the table and no cycle: src/a/x.rs, src/a/y.rs"]
     );
-    assert!(std::panic::catch_unwind(|| listed(&format!("{CIRCLES}\n| `a/x.rs`, `a/y.rs` | |"))).is_err(), "a row has a reason");
+    assert!(std::panic::catch_unwind(|| listed(&format!("{CYCLES}\n| `a/x.rs`, `a/y.rs` | |"))).is_err(), "a row has a reason");
 }
 
 #[test]
 fn a_name_is_followed_to_where_it_is_defined() {
     let tried = |files: &[(&str, &str)]| {
         let source = |&(path, text): &(&str, &str)| Source { path: path.into(), text: text.into() };
-        circles(&files.iter().map(source).collect::<Vec<_>>()).len()
+        cycles(&files.iter().map(source).collect::<Vec<_>>()).len()
     };
     let face = ("src/a/mod.rs", "mod x;\nmod y;\npub(crate) use x::{X, self};\npub use y::Y;\n");
     let by_face = [face, ("src/a/x.rs", "use super::Y;\n"), ("src/a/y.rs", "")];
@@ -287,10 +287,6 @@ fn a_name_is_followed_to_where_it_is_defined() {
     assert_eq!(tried(&after_tests), 1, "what follows a test module is code");
     let deep = [("src/a/x.rs", "mod y;\nuse y::Y;\n"), ("src/a/x/y.rs", "use super::X;\n")];
     let source = |&(path, text): &(&str, &str)| Source { path: path.into(), text: text.into() };
-    let found = circles(&deep.iter().map(source).collect::<Vec<_>>());
-    assert_eq!(
-        found.iter().map(|circle| circle.folders.len()).collect::<Vec<_>>(),
-        [1],
-        "the modules of a file lie in its folder"
-    );
+    let found = cycles(&deep.iter().map(source).collect::<Vec<_>>());
+    assert_eq!(found.iter().map(|cycle| cycle.folders.len()).collect::<Vec<_>>(), [1], "the modules of a file lie in its folder");
 }
