@@ -5,13 +5,18 @@
 //! measurements were recorded: all eight states of a coupled helicopter. Samples are averaged over blocks.
 //! A term that the regression has not selected is not zero: fixed at zero it biases the others, and no standard error accounts
 //! for it. So every term is free as soon as the manoeuvres are long enough.
+//! Where residuals are far from white, or the search has not ended, standard errors are scaled to the regression's
+//! (`error_scale`).
 //! Refused: what [`crate::postflight::identification::identification_model`] and output error refuse, as a sentence.
 
+use super::error_scale::ErrorScale;
 use super::output_error_config::LiveOutputErrorConfig;
+use super::regression_report::RegressionReport;
 use crate::flight::channel::Channel;
 use crate::flight::derivative::{AXES, Axis, Variable};
 use crate::flight::run::RunGeometry;
 use crate::flight::sample::Sample;
+use crate::num::dense::Dense;
 use crate::postflight::identification::columns::Columns;
 use crate::postflight::identification::identification_model::IdentificationModel;
 use crate::postflight::identification::model_variables::ModelVariables;
@@ -64,31 +69,31 @@ enum FreeTerms {
 pub(crate) fn fit(
     runs: &[&[Sample]],
     geometry: RunGeometry,
-    terms: &[u16; AXES],
+    regression: &RegressionReport,
     before: &[(Axis, Variable, f64)],
     excited_s: f64,
     config: &LiveOutputErrorConfig,
 ) -> Result<LiveFit, String> {
     if excited_s >= config.all_terms_s
-        && let Ok(found) = fit_with(FreeTerms::All, runs, geometry, terms, before, config)
+        && let Ok(found) = fit_with(FreeTerms::All, runs, geometry, regression, before, config)
         && found.searched
     {
         return Ok(found);
     }
-    fit_with(FreeTerms::Selected, runs, geometry, terms, before, config)
+    fit_with(FreeTerms::Selected, runs, geometry, regression, before, config)
 }
 
 fn fit_with(
     which: FreeTerms,
     runs: &[&[Sample]],
     geometry: RunGeometry,
-    terms: &[u16; AXES],
+    regression: &RegressionReport,
     before: &[(Axis, Variable, f64)],
     config: &LiveOutputErrorConfig,
 ) -> Result<LiveFit, String> {
     let columns = runs.iter().enumerate().map(|(place, samples)| columns(place, samples, geometry, config.trim_s));
     let columns = columns.collect::<Result<Vec<_>, _>>()?;
-    let (choice, only) = structure(which, &columns, geometry, terms)?;
+    let (choice, only) = structure(which, &columns, geometry, &regression.terms)?;
     let mut linear = IdentificationModel::new(choice, &columns, Some(&only)).map_err(|wrong| wrong.to_string())?;
     // The airspeed's accelerometer has no state where u is none.
     linear.notes.clear();
@@ -120,7 +125,11 @@ fn fit_with(
     if fitted.theta.iter().chain(&fitted.std).any(|x| !x.is_finite()) {
         return Err("the estimates or their errors are no numbers".to_owned());
     }
-    Ok(output_error_record(&linear, &names, &fitted, &records))
+    let found = output_error_record(&linear, &names, &fitted, &records, regression);
+    if found.record.parameters.is_empty() {
+        return Err("residuals not white, and the regression has no number in L, M or N".to_owned());
+    }
+    Ok(found)
 }
 
 /// Axis and variable of a derivative by its name in an identification.
@@ -203,28 +212,38 @@ fn output_error_record(
     names: &[(Axis, Variable)],
     fitted: &FitResult,
     records: &[InputOutputRecord],
+    regression: &RegressionReport,
 ) -> LiveFit {
     let mut record = OutputErrorRecord::EMPTY;
+    let coloured = fitted.colour_ratio().is_some_and(|ratio| ratio > COLOURED);
+    let scale = if fitted.converged && !coloured {
+        ErrorScale::ONE
+    } else {
+        let errors: Vec<_> = names.iter().copied().zip(fitted.std.iter().copied()).collect();
+        ErrorScale::new(&errors, &regression.std)
+    };
     let numbers = fitted.theta.iter().zip(&fitted.std).zip(&fitted.std_cramer_rao);
     for (&(axis, variable), ((&value, &std), &std_cramer_rao)) in names.iter().zip(numbers) {
-        let _ = record.parameters.push(ParameterRecord { axis, variable, value, std, std_cramer_rao });
+        let Some(factor) = scale.of(axis) else { continue };
+        let _ = record.parameters.push(ParameterRecord { axis, variable, value, std: factor * std, std_cramer_rao });
     }
+    let factors: Vec<f64> = names.iter().map(|(axis, _)| scale.of(*axis).unwrap_or(1.0)).collect();
+    let cov = scaled(&fitted.cov, &factors);
     let count = |records: &[InputOutputRecord]| records.iter().map(|record| record.times_s.len()).sum::<usize>();
     record.manoeuvres = u32::try_from(records.len()).unwrap_or(u32::MAX);
     record.samples = u32::try_from(count(records)).unwrap_or(u32::MAX);
-    let coloured = fitted.colour_ratio().is_some_and(|ratio| ratio > COLOURED);
     if !fitted.converged {
-        record.explain("the search has not ended within its steps");
+        record.explain("search not ended; standard errors scaled to the regression's");
     } else if coloured {
-        record.explain("residuals are far from white: unmodelled dynamics or gusts; standard errors may be too small");
+        record.explain("residuals not white; standard errors scaled to the regression's");
     }
     let roots = |structure: &ModelStructure| {
-        modes(structure, &fitted.theta, &fitted.cov, &linear.reference_trim.steps(linear.reference_trim_std, &structure.states))
+        modes(structure, &fitted.theta, &cov, &linear.reference_trim.steps(linear.reference_trim_std, &structure.states))
             .unwrap_or_default()
     };
     for (part, lateral) in [(LATERAL, true), (LONGITUDINAL, false)] {
         let Some(part) = subsystem(&linear.structure, &part) else { continue };
-        if !is_controlled(&record, lateral) {
+        if scale.of_plane(lateral).is_none() || !is_controlled(&record, lateral) {
             continue;
         }
         for root in roots(&part) {
@@ -238,13 +257,25 @@ fn output_error_record(
             }
         }
     }
-    if let Some(alone) = record.dutch_roll.filter(|_| linear.structure.states.len() > LATERAL.len()) {
+    let coupled = linear.structure.states.len() > LATERAL.len() && scale.of_plane(false).is_some();
+    if let Some(alone) = record.dutch_roll.filter(|_| coupled) {
         let away = |root: &IdentifiedRoot| libm::hypot(root.real - alone.real, root.imag - alone.imag);
         let all = roots(&linear.structure);
         let pairs = all.iter().filter(|root| root.imag > 0.0);
         record.coupled = pairs.min_by(|a, b| away(a).total_cmp(&away(b))).and_then(resolved_pair);
     }
     LiveFit { record, searched: fitted.converged, coloured }
+}
+
+/// D C D with D the diagonal matrix of the factors.
+fn scaled(cov: &Dense, factors: &[f64]) -> Dense {
+    let mut scaled = cov.clone();
+    for (i, a) in factors.iter().enumerate() {
+        for (j, b) in factors.iter().enumerate() {
+            scaled[(i, j)] *= a * b;
+        }
+    }
+    scaled
 }
 
 fn resolved_pair(root: &IdentifiedRoot) -> Option<OscillatoryMode> {

@@ -5,6 +5,7 @@
 
 pub mod agreement;
 pub mod diagnosis;
+mod error_scale;
 #[cfg(feature = "bus")]
 pub mod estimate_publisher;
 pub(crate) mod live_fit;
@@ -12,5 +13,6 @@ pub mod manoeuvre_buffer;
 pub mod output_error;
 pub mod output_error_config;
 pub mod record_sink;
+pub mod regression_report;
 pub mod wiring;
 pub mod worker;

@@ -10,38 +10,13 @@
 //! work of a fit grows with what it is made to, so the interval between fits does too: the work per second of flight stays that
 //! of the first `full_pace_s` of manoeuvres.
 
+use super::live_fit;
 use super::manoeuvre_buffer::{ManoeuvreBuffer, SegmentLimits};
 use super::output_error_config::LiveOutputErrorConfig;
-use crate::flight::derivative::{AXES, Variable};
+use super::regression_report::RegressionReport;
 use crate::flight::run::RunGeometry;
 use crate::flight::sample::Sample;
-use crate::live::live_fit;
 use crate::postflight::output_error::record::{OutputErrorProgress, OutputErrorRecord};
-use crate::realtime::regression::record::{DerivativesRecord, Status};
-
-/// What a publication of the regression reports.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RegressionReport {
-    /// When, s.
-    pub time_s: f64,
-    /// Whether the aircraft is excited.
-    pub excited: bool,
-    /// By axis, a bit for each variable in its equation.
-    pub terms: [u16; AXES],
-}
-
-impl From<&DerivativesRecord> for RegressionReport {
-    fn from(record: &DerivativesRecord) -> Self {
-        let mut terms = [0; AXES];
-        for (bits, equation) in terms.iter_mut().zip(&record.equations) {
-            if equation.status.rank() >= Status::Stale.rank() {
-                let variables = equation.terms.iter().filter_map(|term| term.variable);
-                *bits = variables.fold(equation.unresolved, |bits, variable: Variable| bits | 1 << variable.index());
-            }
-        }
-        RegressionReport { time_s: record.time_s, excited: record.excited, terms }
-    }
-}
 
 /// Output error during a flight.
 #[derive(Clone, Debug)]
@@ -51,7 +26,8 @@ pub struct LiveOutputError {
     manoeuvres: ManoeuvreBuffer,
     /// Excitation of the longest closed manoeuvre, s.
     longest_s: f64,
-    terms: [u16; AXES],
+    /// The newest that had terms.
+    regression: RegressionReport,
     fitted_s: f64,
     due: bool,
     /// Estimates that later ones are compared with, and since when these have stayed near them.
@@ -70,7 +46,7 @@ impl LiveOutputError {
             config,
             geometry,
             longest_s: 0.0,
-            terms: [0; AXES],
+            regression: RegressionReport::NONE,
             fitted_s: f64::NEG_INFINITY,
             due: false,
             reference: Vec::new(),
@@ -86,8 +62,8 @@ impl LiveOutputError {
 
     /// Takes a publication of the regression; the record where it has become stale.
     pub fn regression_report(&mut self, report: &RegressionReport) -> Option<&OutputErrorRecord> {
-        if report.terms.iter().any(|bits| *bits != 0) {
-            self.terms = report.terms;
+        if report.has_terms() {
+            self.regression = *report;
         }
         let ended = self.manoeuvres.set_excited(report.time_s, report.excited);
         self.over(ended);
@@ -95,7 +71,7 @@ impl LiveOutputError {
         let long_enough = open_for_s.is_some_and(|open_for_s| open_for_s >= self.config.shortest_s);
         let length = (self.manoeuvres.recorded_s(report.time_s) / self.config.full_pace_s).max(1.0);
         let again = self.config.streaming && long_enough && report.time_s - self.fitted_s >= length * self.config.every_s;
-        self.due |= again && self.terms.iter().any(|bits| *bits != 0);
+        self.due |= again && self.regression.has_terms();
         let old = open_for_s.is_none() && report.time_s - self.record.fitted_s > self.config.stale_s;
         if old && !self.due && matches!(self.record.progress, OutputErrorProgress::Converging | OutputErrorProgress::Converged) {
             self.record.progress = OutputErrorProgress::Stale;
@@ -141,7 +117,7 @@ impl LiveOutputError {
         let starts: Vec<_> = self.record.parameters.iter().map(|one| (one.axis, one.variable, one.value)).collect();
         let open_for_s = self.manoeuvres.open_for(time_s);
         let (open, excited_s) = (open_for_s.is_some(), self.longest_s.max(open_for_s.unwrap_or(0.0)));
-        match live_fit::fit(&self.manoeuvres.runs(), self.geometry, &self.terms, &starts, excited_s, &self.config) {
+        match live_fit::fit(&self.manoeuvres.runs(), self.geometry, &self.regression, &starts, excited_s, &self.config) {
             Err(reason) => {
                 self.record.progress = OutputErrorProgress::Failed;
                 self.record.explain(&reason);
@@ -181,9 +157,10 @@ impl LiveOutputError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::flight::derivative::AXES;
 
     fn report(time_s: f64, excited: bool) -> RegressionReport {
-        RegressionReport { time_s, excited, terms: [0; AXES] }
+        RegressionReport { time_s, excited, ..RegressionReport::NONE }
     }
 
     /// Samples at 10 Hz from a time to another, excitation as it is.
@@ -217,7 +194,8 @@ mod tests {
         for k in 0..3000_u32 {
             let time_s = 0.1 * f64::from(k);
             live.sample(&Sample::new(time_s));
-            let _ = live.regression_report(&RegressionReport { time_s, excited: true, terms: [1; AXES] });
+            let _ =
+                live.regression_report(&RegressionReport { time_s, excited: true, terms: [1; AXES], ..RegressionReport::NONE });
             if live.is_due() {
                 per_minute[k as usize / 600] += live.manoeuvres.runs().iter().map(|run| run.len()).sum::<usize>();
                 let _ = live.refit();

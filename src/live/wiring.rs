@@ -7,8 +7,9 @@
 
 use super::agreement::MethodAgreement;
 use super::diagnosis;
-use super::output_error::{self, RegressionReport};
+use super::output_error;
 use super::record_sink::RecordSink;
+use super::regression_report::RegressionReport;
 use super::worker::{Task, Worker};
 use crate::flight::channel::ControlNames;
 use crate::flight::derivative::AXES;

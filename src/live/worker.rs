@@ -5,7 +5,8 @@
 //! the manoeuvre shows a gap. A thread that hangs or has ended costs its own records only: at the end of a run it is waited for
 //! until a deadline.
 
-use super::output_error::{LiveOutputError, RegressionReport};
+use super::output_error::LiveOutputError;
+use super::regression_report::RegressionReport;
 use crate::flight::sample::Sample;
 use crate::postflight::output_error::record::{OutputErrorProgress, OutputErrorRecord};
 use crossbeam::channel::{Receiver, Sender, TryRecvError, bounded};
@@ -251,7 +252,12 @@ mod tests {
             let begun = Instant::now();
             worker.sample(&Sample::new(time_s));
             if k % 8 == 0 {
-                worker.regression_report(RegressionReport { time_s, excited: k < 7000, terms: [7; AXES] });
+                worker.regression_report(RegressionReport {
+                    time_s,
+                    excited: k < 7000,
+                    terms: [7; AXES],
+                    ..RegressionReport::NONE
+                });
             }
             records.extend(worker.next_record());
             longest = longest.max(begun.elapsed());
@@ -279,7 +285,7 @@ mod tests {
         while records.last().is_none_or(|last| last.progress != OutputErrorProgress::Failed) && Instant::now() < until {
             // The manoeuvre's end may have found no room: it is said until the thread hears it.
             time_s += 0.1;
-            worker.regression_report(RegressionReport { time_s, excited: false, terms: [7; AXES] });
+            worker.regression_report(RegressionReport { time_s, excited: false, terms: [7; AXES], ..RegressionReport::NONE });
             std::thread::sleep(Duration::from_millis(1));
             records.extend(worker.next_record());
         }

@@ -5,6 +5,7 @@ mod instruments;
 mod live_output_error;
 mod pilot;
 mod puma_100kn;
+mod recordings;
 mod tlog;
 
 use sideslip::flight::derivative::{Axis, Variable};

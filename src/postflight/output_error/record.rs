@@ -65,7 +65,8 @@ pub struct ParameterRecord {
     pub variable: Variable,
     /// Its value, SI and radians.
     pub value: f64,
-    /// Standard error corrected for the colour of the residuals.
+    /// Standard error corrected for the colour of the residuals; where these are far from white, or the search has not ended,
+    /// scaled to the regression's.
     pub std: f64,
     /// The same by the bound of Cramer and Rao: right only for white residuals.
     pub std_cramer_rao: f64,

@@ -1,0 +1,47 @@
+//! What output error and the diagnosis take from a publication of the regression.
+
+use crate::flight::derivative::{AXES, VARIABLES, Variable};
+use crate::realtime::regression::record::{DerivativesRecord, Status};
+
+/// What a publication of the regression reports.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RegressionReport {
+    /// When, s.
+    pub time_s: f64,
+    /// Whether the aircraft is excited.
+    pub excited: bool,
+    /// By axis, a bit for each variable in its equation.
+    pub terms: [u16; AXES],
+    /// Standard errors of the derivatives by axis and variable, SI and radians; NaN where there is no number.
+    pub std: [[f64; VARIABLES]; AXES],
+}
+
+impl RegressionReport {
+    /// Before the first publication.
+    pub const NONE: RegressionReport =
+        RegressionReport { time_s: 0.0, excited: false, terms: [0; AXES], std: [[f64::NAN; VARIABLES]; AXES] };
+
+    /// Whether any equation has a term.
+    pub fn has_terms(&self) -> bool {
+        self.terms.iter().any(|bits| *bits != 0)
+    }
+}
+
+impl From<&DerivativesRecord> for RegressionReport {
+    fn from(record: &DerivativesRecord) -> Self {
+        let mut report = RegressionReport { time_s: record.time_s, excited: record.excited, ..RegressionReport::NONE };
+        for ((bits, std), equation) in report.terms.iter_mut().zip(&mut report.std).zip(&record.equations) {
+            if equation.status.rank() < Status::Stale.rank() {
+                continue;
+            }
+            let variables = equation.terms.iter().filter_map(|term| term.variable);
+            *bits = variables.fold(equation.unresolved, |bits, variable: Variable| bits | 1 << variable.index());
+            for term in &equation.terms {
+                if let Some(place) = term.variable.and_then(|variable| std.get_mut(variable.index())) {
+                    *place = term.std;
+                }
+            }
+        }
+        report
+    }
+}
