@@ -21,12 +21,12 @@ impl ErrorScale {
     pub(crate) const ONE: ErrorScale = ErrorScale { lateral: Some(1.0), longitudinal: Some(1.0) };
 
     /// From the derivatives of the fit with their standard errors, and the regression's standard errors, NaN where none.
-    pub(crate) fn new(fitted: &[((Axis, Variable), f64)], regression: &[[f64; VARIABLES]; AXES]) -> Self {
+    pub(crate) fn new(fitted: &[((Axis, Variable), f64)], regression: &[[f32; VARIABLES]; AXES]) -> Self {
         let of_plane = |lateral: bool| {
             let (mut sum, mut count, mut moments) = (0.0, 0_u32, 0_u32);
             for &((axis, variable), std) in fitted.iter().filter(|one| one.0.0.is_lateral() == lateral) {
-                let other = regression.get(axis.index()).and_then(|row| row.get(variable.index())).copied().unwrap_or(f64::NAN);
-                let ratio = other / std;
+                let row = regression.get(axis.index());
+                let ratio = row.and_then(|row| row.get(variable.index())).map_or(f64::NAN, |&other| f64::from(other) / std);
                 if ratio.is_finite() {
                     sum += ratio * ratio;
                     count += 1;
@@ -53,7 +53,7 @@ impl ErrorScale {
 mod tests {
     use super::*;
 
-    const NONE: [[f64; VARIABLES]; AXES] = [[f64::NAN; VARIABLES]; AXES];
+    const NONE: [[f32; VARIABLES]; AXES] = [[f32::NAN; VARIABLES]; AXES];
 
     #[test]
     fn the_errors_of_a_plane_are_on_average_those_of_the_regression() {

@@ -12,14 +12,15 @@ pub struct RegressionReport {
     pub excited: bool,
     /// By axis, a bit for each variable in its equation.
     pub terms: [u16; AXES],
-    /// Standard errors of the derivatives by axis and variable, SI and radians; NaN where there is no number.
-    pub std: [[f64; VARIABLES]; AXES],
+    /// Standard errors of the derivatives by axis and variable, SI and radians; NaN where there is no number. Single precision
+    /// keeps the message small: it waits in a queue of samples.
+    pub std: [[f32; VARIABLES]; AXES],
 }
 
 impl RegressionReport {
     /// Before the first publication.
     pub const NONE: RegressionReport =
-        RegressionReport { time_s: 0.0, excited: false, terms: [0; AXES], std: [[f64::NAN; VARIABLES]; AXES] };
+        RegressionReport { time_s: 0.0, excited: false, terms: [0; AXES], std: [[f32::NAN; VARIABLES]; AXES] };
 
     /// Whether any equation has a term.
     pub fn has_terms(&self) -> bool {
@@ -38,7 +39,7 @@ impl From<&DerivativesRecord> for RegressionReport {
             *bits = variables.fold(equation.unresolved, |bits, variable: Variable| bits | 1 << variable.index());
             for term in &equation.terms {
                 if let Some(place) = term.variable.and_then(|variable| std.get_mut(variable.index())) {
-                    *place = term.std;
+                    *place = term.std as f32;
                 }
             }
         }
