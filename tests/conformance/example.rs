@@ -106,7 +106,7 @@ fn output_error(time_s: f64, with_numbers: bool) -> Message {
         record.fitted_s = time_s - 0.5;
         record.dutch_roll =
             Some(OscillatoryMode { real: -0.2, imag: 1.8, omega: 1.81, zeta: 0.11, std_omega: 0.01, std_zeta: 0.02 });
-        record.explain("the search has not ended within its steps");
+        record.explain("search not ended");
         let one = ParameterRecord { axis: Axis::N, variable: Variable::Pedal, value: -1.5, std: 0.1, std_cramer_rao: 0.05 };
         record.parameters.push(one).unwrap();
     }
