@@ -136,15 +136,19 @@ fn send(mut link: Link, samples: &[Sample], speed: f64, shared: &VehicleState) {
     let mut heartbeat = [0; 512];
     while go_on() && !matches!(link.receive(&mut heartbeat), Ok(LinkEvent::Bytes(_))) {}
     let mut encoder = Encoder::new(ME, MavlinkConfig::default(), ControlNames::Rotorcraft);
+    let mut datagram = Vec::with_capacity(1024);
     let mut player = Player::<MonotonicClock>::new(Pace::Factor(speed));
     for sample in samples {
         if !player.wait_for(sample.time_s, go_on) {
             return;
         }
-        // As on a radio, nobody learns here of a frame that does not arrive; a value that does not fit ends the flight.
-        if encoder.sample(sample, |frame| drop(link.send(frame))).is_err() {
+        // The messages of a sample are one datagram: a pause of this process does not come between them. As on a radio, nobody
+        // learns here of what does not arrive; a value that does not fit ends the flight.
+        datagram.clear();
+        if encoder.sample(sample, |frame| datagram.extend_from_slice(frame)).is_err() {
             return;
         }
+        drop(link.send(&datagram));
         let flown = Duration::try_from_secs_f64(sample.time_s).unwrap_or_default();
         shared.flown_us.store(u64::try_from(flown.as_micros()).unwrap_or(u64::MAX), Ordering::Relaxed);
     }
