@@ -33,5 +33,7 @@ mod jacobians;
 mod properties;
 #[path = "../reference/mod.rs"]
 mod reference;
+#[path = "../telemetry/mod.rs"]
+mod telemetry;
 #[path = "../tidy/mod.rs"]
 mod tidy;

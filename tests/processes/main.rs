@@ -21,6 +21,8 @@ mod equivalence;
 mod faults;
 #[path = "../live/mod.rs"]
 mod live;
+#[path = "../telemetry/allocation.rs"]
+mod telemetry;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 

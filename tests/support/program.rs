@@ -53,10 +53,15 @@ pub(crate) fn puma() -> PathBuf {
     own("replay/recordings/puma-100kn-pedal-3211.csv")
 }
 
-/// A real recording; `None`, said loudly, where it is absent.
+/// A real recording of a flight; `None`, said loudly, where it is absent.
 pub(crate) fn real(name: &str) -> Option<PathBuf> {
+    data("flight", name)
+}
+
+/// A file of a folder of real recordings; `None`, said loudly, where it is absent.
+pub(crate) fn data(folder: &str, name: &str) -> Option<PathBuf> {
     let root = std::env::var_os("SIDESLIP_DATA").map_or_else(|| own("../shared/data"), PathBuf::from);
-    let file = root.join("flight").join(name);
+    let file = root.join(folder).join(name);
     if !file.is_file() {
         eprintln!("SKIPPED: no recording {}", file.display());
         return None;

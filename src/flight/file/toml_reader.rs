@@ -233,7 +233,7 @@ impl fmt::Display for Choice<'_> {
 }
 
 /// The valid name with the fewest edits from what was found.
-fn nearest<'v>(found: &str, valid: &[&'v str]) -> Option<&'v str> {
+pub(crate) fn nearest<'v>(found: &str, valid: &[&'v str]) -> Option<&'v str> {
     valid.iter().copied().min_by_key(|name| edits(found, name))
 }
 

@@ -4,16 +4,19 @@
 //! own keys, columns. Assumed: nothing of the bytes. Refused: what has no time or is no number, row by row, counted and said; a
 //! file whose format, preamble or header cannot be read, with the place.
 
+pub mod chapter10;
 pub mod csv;
 pub mod format;
 #[cfg(feature = "log")]
 pub mod log_recording;
+pub mod logs;
 #[cfg(feature = "mavlink")]
 pub mod mavlink;
 #[cfg(feature = "log")]
 pub mod mcap;
 #[cfg(feature = "log")]
 mod mcap_stream;
+pub mod pcm;
 pub mod record;
 #[cfg(all(feature = "log", feature = "mavlink"))]
 pub mod recording;

@@ -1,0 +1,260 @@
+//! Samples out of minor frames.
+//!
+//! Consumes minor frames, from the frame synchroniser or from a recorder, with the time of their first bit; produces a sample
+//! for each place of a parameter in them, in the order of their places.
+//!
+//! A sample's time is that of the leading edge of the first bit of its word (of the first sent of its words), its parity bit
+//! included: `t = t0 + (bits from the stream's first bit to it) / bit rate`. A word's value exists when its first bit goes
+//! out and not before its turn, so of all instants that the stream tells this is the nearest to the measurement; the last bit
+//! comes later by the length of the word and tells nothing more. It is also the instant that IRIG 106 Chapter 10 takes for
+//! the time of a minor frame, there for the first bit of the pattern. Delays of filters and encoders before that are not
+//! known here.
+//!
+//! Nothing is repaired and no sample is dropped for its value; flags say what is wrong with it. Subcommutated samples of a
+//! minor frame whose number is in doubt are left out, because their parameter is not known, and such minor frames are
+//! counted. Nothing is allocated after the start.
+
+use super::bits::read_bits;
+use super::format::{ParameterSpec, Parity};
+use super::frame_sync::MinorFrame;
+use super::layout::{PartLayout, PcmFormat};
+use super::subframe::{SubframeCounters, SubframeTracker};
+
+/// What is wrong with a sample: any of these at once.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SampleFlags(u8);
+
+impl SampleFlags {
+    /// Nothing.
+    pub const NONE: Self = SampleFlags(0);
+    /// One of its words has wrong parity.
+    pub const PARITY: Self = SampleFlags(1);
+    /// Below its low limit.
+    pub const LOW: Self = SampleFlags(2);
+    /// Above its high limit.
+    pub const HIGH: Self = SampleFlags(4);
+    /// Its raw number is outside of the calibration's range.
+    pub const EXTRAPOLATED: Self = SampleFlags(8);
+    /// Its bits are no number, or one without an engineering value.
+    pub const NO_VALUE: Self = SampleFlags(16);
+    /// Its minor frame has no pattern at one of its ends: the bits may not be those of the parameter.
+    pub const DOUBTFUL_FRAME: Self = SampleFlags(32);
+
+    /// Whether all of the others are among them.
+    #[must_use]
+    pub const fn contains(self, others: Self) -> bool {
+        self.0 & others.0 == others.0
+    }
+
+    /// Both.
+    #[must_use]
+    pub const fn with(self, others: Self) -> Self {
+        SampleFlags(self.0 | others.0)
+    }
+
+    const fn when(self, is: bool) -> Self {
+        if is { self } else { Self::NONE }
+    }
+}
+
+/// One measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PcmSample {
+    /// Which parameter of the format, from 0.
+    pub parameter: usize,
+    /// Its time, s.
+    pub time_s: f64,
+    /// Its bits, the last in the lowest place.
+    pub raw: u64,
+    /// Its value in engineering units, where it has one.
+    pub value: Option<f64>,
+    /// What is wrong with it.
+    pub flags: SampleFlags,
+}
+
+/// The time of each bit of a stream without gaps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BitClock {
+    /// Time of the leading edge of bit 0, s.
+    pub start_s: f64,
+    /// Bits a second.
+    pub bit_rate: f64,
+}
+
+impl BitClock {
+    /// The time of the leading edge of a bit, s.
+    #[must_use]
+    pub fn time_s(&self, bit: u64) -> f64 {
+        self.start_s + bit as f64 / self.bit_rate
+    }
+}
+
+/// What was found so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DecommutationCounters {
+    /// Minor frames.
+    pub minor_frames: u64,
+    /// Minor frames of another length than the format's: not read.
+    pub wrong_length: u64,
+    /// Samples.
+    pub samples: u64,
+    /// Words with wrong parity, measured or not.
+    pub parity_errors: u64,
+    /// Samples beyond their limits.
+    pub out_of_limits: u64,
+    /// Samples with extrapolated values.
+    pub extrapolated: u64,
+    /// Samples without a value.
+    pub no_value: u64,
+    /// Minor frames whose subcommutated samples were left out.
+    pub withheld_frames: u64,
+    /// Subframe identifiers.
+    pub subframe_id: SubframeCounters,
+}
+
+/// A place to be read.
+#[derive(Clone, Copy, Debug)]
+struct Take {
+    parameter: usize,
+    offset: u32,
+    bits: u32,
+    /// Among all of the parts.
+    parts: (usize, usize),
+}
+
+/// Reads minor frames.
+#[derive(Clone, Debug)]
+pub struct Decommutator {
+    parameters: Vec<ParameterSpec>,
+    minor_frame_bits: usize,
+    bit_rate: f64,
+    parts: Vec<PartLayout>,
+    /// Places of every minor frame, then of minor frame 1, 2, ... with these among them.
+    takes: Vec<Vec<Take>>,
+    /// Words with a parity bit: number, first bit, bits, whether odd.
+    parity: Vec<(u32, u32, u32, bool)>,
+    /// By number of the word.
+    wrong_parity: Vec<bool>,
+    subframe: Option<(PartLayout, SubframeTracker)>,
+    subcommutated: bool,
+    counters: DecommutationCounters,
+}
+
+impl Decommutator {
+    /// For that format.
+    #[must_use]
+    pub fn new(format: &PcmFormat) -> Self {
+        let minor_frames = format.spec().minor_frames;
+        let mut parts = Vec::new();
+        let mut takes = vec![Vec::new(); minor_frames as usize + 1];
+        for place in format.places() {
+            let from = parts.len();
+            parts.extend_from_slice(&place.parts);
+            let take = Take { parameter: place.parameter, offset: place.offset, bits: place.bits, parts: (from, parts.len()) };
+            for (number, takes) in (0..).zip(&mut takes) {
+                if place.frames.is_none_or(|frames| frames.contains(number)) {
+                    takes.push(take);
+                }
+            }
+        }
+        let with_parity = format.words().iter().zip(1..).filter_map(|(word, number)| match word.parity {
+            Parity::None => None,
+            Parity::Odd(_) => Some((number, word.offset, word.bits, true)),
+            Parity::Even(_) => Some((number, word.offset, word.bits, false)),
+        });
+        let tracker = |part| {
+            let id = format.spec().subframe_id?;
+            Some((part, SubframeTracker::new(id, minor_frames, format.minor_frame_bits())))
+        };
+        Decommutator {
+            parameters: format.parameters().to_vec(),
+            minor_frame_bits: format.minor_frame_bits(),
+            bit_rate: format.spec().bit_rate,
+            parts,
+            takes,
+            parity: with_parity.collect(),
+            wrong_parity: vec![false; format.words().len() + 1],
+            subframe: format.subframe_part().and_then(tracker),
+            subcommutated: format.places().iter().any(|place| place.frames.is_some()),
+            counters: DecommutationCounters::default(),
+        }
+    }
+
+    /// Gives each sample of a minor frame of a stream, and returns the frame's number in its major frame, where it is known.
+    pub fn minor_frame(&mut self, frame: &MinorFrame<'_>, clock: &BitClock, each: impl FnMut(PcmSample)) -> Option<u32> {
+        let in_frame = |offset: u32| clock.time_s(frame.first_bit.saturating_add(offset.into()));
+        self.read(frame, in_frame, each)
+    }
+
+    /// The same for a minor frame that has a time of its own, that of its first bit, s. Its place in the stream serves the
+    /// continuity of the subframe identifier alone.
+    pub fn timed_minor_frame(&mut self, frame: &MinorFrame<'_>, start_s: f64, each: impl FnMut(PcmSample)) -> Option<u32> {
+        let bit_rate = self.bit_rate;
+        self.read(frame, |offset| start_s + f64::from(offset) / bit_rate, each)
+    }
+
+    /// What was found so far.
+    #[must_use]
+    pub fn counters(&self) -> DecommutationCounters {
+        let subframe_id = self.subframe.as_ref().map(|(_, tracker)| tracker.counters()).unwrap_or_default();
+        DecommutationCounters { subframe_id, ..self.counters }
+    }
+
+    fn read(&mut self, frame: &MinorFrame<'_>, time_s: impl Fn(u32) -> f64, mut each: impl FnMut(PcmSample)) -> Option<u32> {
+        self.counters.minor_frames += 1;
+        if frame.bits != self.minor_frame_bits || frame.bytes.len() * 8 < frame.bits {
+            self.counters.wrong_length += 1;
+            return None;
+        }
+        self.check_parity(frame.bytes);
+        let number = self.subframe.as_mut().and_then(|(part, tracker)| {
+            let value = read_bits(frame.bytes, part.offset as usize, part.bits)?;
+            tracker.number(value, frame.first_bit)
+        });
+        self.counters.withheld_frames += u64::from(self.subcommutated && number.is_none());
+        let frame_flags = SampleFlags::DOUBTFUL_FRAME.when(frame.is_doubtful());
+        let takes = self.takes.get(number.unwrap_or(0) as usize).map_or(&[][..], Vec::as_slice);
+        for take in takes {
+            let Some(parameter) = self.parameters.get(take.parameter) else { continue };
+            let (mut raw, mut flags) = (0_u64, frame_flags);
+            for part in self.parts.get(take.parts.0..take.parts.1).unwrap_or_default() {
+                let bits = read_bits(frame.bytes, part.offset as usize, part.bits).unwrap_or_default();
+                raw = raw.checked_shl(part.bits).unwrap_or(0) | bits;
+                let wrong = self.wrong_parity.get(part.word as usize).is_some_and(|wrong| *wrong);
+                flags = flags.with(SampleFlags::PARITY.when(wrong));
+            }
+            let calibrated = parameter.encoding.decode(raw, take.bits).and_then(|number| parameter.calibration.apply(number));
+            let value = calibrated.map(|found| found.value);
+            let limits = parameter.limits;
+            let low = matches!((value, limits.low), (Some(value), Some(low)) if value < low);
+            let high = matches!((value, limits.high), (Some(value), Some(high)) if value > high);
+            let extrapolated = calibrated.is_some_and(|found| found.extrapolated);
+            flags = flags
+                .with(SampleFlags::LOW.when(low))
+                .with(SampleFlags::HIGH.when(high))
+                .with(SampleFlags::EXTRAPOLATED.when(extrapolated))
+                .with(SampleFlags::NO_VALUE.when(value.is_none()));
+            self.counters.samples += 1;
+            self.counters.out_of_limits += u64::from(low || high);
+            self.counters.extrapolated += u64::from(extrapolated);
+            self.counters.no_value += u64::from(value.is_none());
+            each(PcmSample { parameter: take.parameter, time_s: time_s(take.offset), raw, value, flags });
+        }
+        number
+    }
+
+    fn check_parity(&mut self, bytes: &[u8]) {
+        for (word, offset, bits, odd) in &self.parity {
+            let ones = read_bits(bytes, *offset as usize, *bits).map_or(0, u64::count_ones);
+            let wrong = (ones % 2 == 1) != *odd;
+            self.counters.parity_errors += u64::from(wrong);
+            if let Some(place) = self.wrong_parity.get_mut(*word as usize) {
+                *place = wrong;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "decommutator_tests.rs"]
+mod tests;

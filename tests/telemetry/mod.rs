@@ -1,0 +1,14 @@
+//! Telemetry formats: PCM through a noisy line, Chapter 10 recordings and logs of autopilots against independent readers.
+
+mod chapter10;
+mod chapter10_damage;
+mod chapter10_setup;
+mod line;
+mod logs_damage;
+mod logs_expected;
+mod logs_mapping;
+mod logs_recordings;
+mod pcm_false_lock;
+mod pcm_hostile;
+mod pcm_noise;
+mod pcm_recordings;
