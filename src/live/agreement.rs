@@ -10,7 +10,7 @@ use crate::flight::channel::ControlNames;
 use crate::flight::derivative::{AXES, Axis, Variable};
 use crate::io::outputs::words::status_text::DerivativeLabel;
 use crate::postflight::output_error::record::{OutputErrorProgress, OutputErrorRecord};
-use crate::realtime::modes::record::{ModesRecord, OscillatoryMode};
+use crate::realtime::modes::record::{ModesRecord, OscillatoryMode, RealRoot};
 use crate::realtime::regression::record::{DerivativesRecord, Status};
 
 /// Combined standard errors by which regression and output error may differ and still agree: the largest of some fifty
@@ -84,11 +84,11 @@ impl MethodAgreement {
         self.apart.contains(&true)
     }
 
-    /// Adds the largest difference to the fit's reason, where it is beyond what both standard errors allow; a new fit gets the
-    /// status `disagree`.
+    /// Adds the largest difference to the fit's reason, where it is beyond what both standard errors allow; a fit that has not
+    /// failed gets the status `disagree`, whatever its age.
     pub fn mark(&self, fit: &mut OutputErrorRecord, controls: ControlNames) {
         let Some((quantity, standard_errors)) = self.worst.filter(|_| self.is_apart()) else { return };
-        if matches!(fit.progress, OutputErrorProgress::Converging | OutputErrorProgress::Converged) {
+        if fit.progress != OutputErrorProgress::Failed {
             fit.progress = OutputErrorProgress::Disagree;
         }
         let before = fit.reason.clone();
@@ -103,6 +103,27 @@ impl MethodAgreement {
             Compared::Zeta => fit.explain(format_args!("Dutch roll zeta: {how_far}{separator}{before}")),
         }
     }
+}
+
+/// Limits the lateral modes of a fit by the regression's, whose standard errors cover curvature and disturbances: those of the
+/// fit are not below them, and a mode that the regression has no number of has none unless the fit has converged.
+pub fn limit_modes(regression: Option<&ModesRecord>, fit: &mut OutputErrorRecord) {
+    let settled = fit.progress == OutputErrorProgress::Converged;
+    let pair = |own: &mut Option<OscillatoryMode>, other: Option<OscillatoryMode>| {
+        *own = own.filter(|_| settled || other.is_some()).map(|own| {
+            let (omega, zeta) = other.map_or((0.0, 0.0), |other| (other.std_omega, other.std_zeta));
+            OscillatoryMode { std_omega: own.std_omega.max(omega), std_zeta: own.std_zeta.max(zeta), ..own }
+        });
+    };
+    let root = |own: &mut Option<RealRoot>, other: Option<RealRoot>| {
+        *own = own.filter(|_| settled || other.is_some());
+        *own = own.map(|own| RealRoot { std: own.std.max(other.map_or(0.0, |other| other.std)), ..own });
+    };
+    pair(&mut fit.dutch_roll, regression.and_then(|modes| modes.dutch_roll));
+    pair(&mut fit.coupled, regression.and_then(|modes| modes.coupled));
+    pair(&mut fit.lateral_phugoid, regression.and_then(|modes| modes.lateral_phugoid));
+    root(&mut fit.roll, regression.and_then(|modes| modes.roll));
+    root(&mut fit.spiral, regression.and_then(|modes| modes.spiral));
 }
 
 #[cfg(test)]
@@ -167,14 +188,43 @@ mod tests {
     }
 
     #[test]
-    fn an_old_or_failed_fit_keeps_its_status_beside_the_reason() {
-        for progress in [OutputErrorProgress::Stale, OutputErrorProgress::Failed] {
+    fn an_old_fit_disagrees_too_and_a_failed_one_stays_failed() {
+        for (progress, expected) in [
+            (OutputErrorProgress::Stale, OutputErrorProgress::Disagree),
+            (OutputErrorProgress::Failed, OutputErrorProgress::Failed),
+        ] {
             let mut fit = fit(1.0, 0.003, progress);
             MethodAgreement::new(Some(&derivatives(Status::Converged, 0.04, 0.004)), None, &fit)
                 .mark(&mut fit, ControlNames::FixedWing);
-            assert_eq!(fit.progress, progress);
+            assert_eq!(fit.progress, expected);
             assert!(fit.reason.starts_with("N_v: "), "{}", fit.reason);
         }
+    }
+
+    #[test]
+    fn modes_are_no_better_known_than_the_regression_s() {
+        let modes = |dutch_roll| ModesRecord {
+            time_s: 10.0,
+            status: Status::Converging,
+            dutch_roll,
+            roll: None,
+            spiral: None,
+            lateral_phugoid: None,
+            coupled: None,
+        };
+        let wide = OscillatoryMode { std_omega: 0.2, std_zeta: 0.005, ..pair(1.5, 0.12) };
+        let roll = Some(RealRoot { value: -2.0, std: 0.1 });
+        let fitted =
+            |progress| OutputErrorRecord { dutch_roll: Some(pair(1.4, 0.1)), roll, progress, ..OutputErrorRecord::EMPTY };
+        let mut fit = fitted(OutputErrorProgress::Converging);
+        limit_modes(Some(&modes(Some(wide))), &mut fit);
+        let limited = OscillatoryMode { std_omega: 0.2, ..pair(1.4, 0.1) };
+        assert_eq!((fit.dutch_roll, fit.roll), (Some(limited), None));
+        limit_modes(None, &mut fit);
+        assert_eq!(fit.dutch_roll, None);
+        let mut settled = fitted(OutputErrorProgress::Converged);
+        limit_modes(None, &mut settled);
+        assert_eq!((settled.dutch_roll, settled.roll), (Some(pair(1.4, 0.1)), roll));
     }
 
     #[test]

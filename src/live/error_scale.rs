@@ -1,32 +1,39 @@
-//! Standard errors of an output-error fit whose assumptions do not hold, scaled to the regression's.
+//! Standard errors of an output-error fit whose assumptions do not hold, limited from below by the regression's.
 //!
-//! Output error assumes that nothing but the controls and the initial state moves the aircraft. Where gusts or unmodelled
-//! dynamics do (residuals far from white), or the search has not reached the minimum, its covariance is not that of its errors,
-//! corrected for colour or not. The regression's standard errors, of the same samples, cover both. In each plane they give
-//!     f^2 = max(1, mean of (s_regression/s_output_error)^2 over the derivatives of both),   C <- D C D                     (1)
-//! with D the diagonal matrix of the f, so that correlations are kept. A plane of which the regression has no number in a moment
-//! equation has none here either.
+//! Output error assumes that every term is in the model and that nothing but the controls and the initial state moves the
+//! aircraft. Where terms are left out, where gusts or unmodelled dynamics act (residuals far from white), or where the search has
+//! not reached the minimum, its covariance is not that of its errors, corrected for colour or not. The regression's standard
+//! errors, of the same samples, cover all three. In each plane, with s of the regression and s' of output error,
+//!     f^2 = max(1, mean of (s/s')^2 over the derivatives of both),   std_i = max(s_i, f s'_i)                              (1)
+//! and the estimates count as uncorrelated, because the correlations are those of the assumptions. A derivative of which the
+//! regression has no number has none here, nor has a plane without a number in a moment equation.
 
 use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
+use crate::num::dense::Dense;
 
-/// Factor f of (1) by plane: lateral (Y, L, N), longitudinal (X, Z, M). `None`: the plane has no number.
+/// Whether the fit's own errors hold, or (1).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct ErrorScale {
-    lateral: Option<f64>,
-    longitudinal: Option<f64>,
+pub(crate) enum ErrorScale<'r> {
+    /// The errors as they are.
+    Own,
+    /// Limited by the regression's.
+    Limited {
+        /// f of Y, L, N; `None` where the plane has no number.
+        lateral: Option<f64>,
+        /// f of X, Z, M.
+        longitudinal: Option<f64>,
+        /// Standard errors of the regression, NaN where none.
+        regression: &'r [[f32; VARIABLES]; AXES],
+    },
 }
 
-impl ErrorScale {
-    /// The errors as they are.
-    pub(crate) const ONE: ErrorScale = ErrorScale { lateral: Some(1.0), longitudinal: Some(1.0) };
-
-    /// From the derivatives of the fit with their standard errors, and the regression's standard errors, NaN where none.
-    pub(crate) fn new(fitted: &[((Axis, Variable), f64)], regression: &[[f32; VARIABLES]; AXES]) -> Self {
+impl<'r> ErrorScale<'r> {
+    /// (1) from the derivatives of the fit with their standard errors, and the regression's standard errors, NaN where none.
+    pub(crate) fn limited(fitted: &[((Axis, Variable), f64)], regression: &'r [[f32; VARIABLES]; AXES]) -> Self {
         let of_plane = |lateral: bool| {
             let (mut sum, mut count, mut moments) = (0.0, 0_u32, 0_u32);
             for &((axis, variable), std) in fitted.iter().filter(|one| one.0.0.is_lateral() == lateral) {
-                let row = regression.get(axis.index());
-                let ratio = row.and_then(|row| row.get(variable.index())).map_or(f64::NAN, |&other| f64::from(other) / std);
+                let ratio = of(regression, axis, variable) / std;
                 if ratio.is_finite() {
                     sum += ratio * ratio;
                     count += 1;
@@ -35,18 +42,47 @@ impl ErrorScale {
             }
             (moments > 0).then(|| libm::sqrt((sum / f64::from(count)).max(1.0)))
         };
-        ErrorScale { lateral: of_plane(true), longitudinal: of_plane(false) }
+        ErrorScale::Limited { lateral: of_plane(true), longitudinal: of_plane(false), regression }
     }
 
-    /// f of an equation's plane.
-    pub(crate) fn of(&self, axis: Axis) -> Option<f64> {
-        self.of_plane(axis.is_lateral())
+    /// Standard error of a derivative whose own is `std`; `None` where it has no number.
+    pub(crate) fn std(&self, axis: Axis, variable: Variable, std: f64) -> Option<f64> {
+        let ErrorScale::Limited { regression, .. } = self else { return Some(std) };
+        let least = Some(of(regression, axis, variable)).filter(|least| least.is_finite())?;
+        self.factor(axis.is_lateral()).map(|factor| least.max(factor * std))
     }
 
-    /// f of a plane.
-    pub(crate) fn of_plane(&self, lateral: bool) -> Option<f64> {
-        if lateral { self.lateral } else { self.longitudinal }
+    /// Whether a plane has numbers.
+    pub(crate) fn has(&self, lateral: bool) -> bool {
+        self.factor(lateral).is_some()
     }
+
+    /// Covariance of the estimates for what follows from them.
+    pub(crate) fn covariance(&self, names: &[(Axis, Variable)], cov: &Dense) -> Dense {
+        if *self == ErrorScale::Own {
+            return cov.clone();
+        }
+        let mut diagonal = Dense::zeros(cov.rows(), cov.rows());
+        for (place, &(axis, variable)) in names.iter().enumerate() {
+            let own = libm::sqrt(cov[(place, place)].max(0.0));
+            let scaled = self.factor(axis.is_lateral()).unwrap_or(1.0) * own;
+            let std = self.std(axis, variable, own).unwrap_or(scaled);
+            diagonal[(place, place)] = std * std;
+        }
+        diagonal
+    }
+
+    fn factor(&self, of_lateral: bool) -> Option<f64> {
+        match self {
+            ErrorScale::Own => Some(1.0),
+            ErrorScale::Limited { lateral, .. } if of_lateral => *lateral,
+            ErrorScale::Limited { longitudinal, .. } => *longitudinal,
+        }
+    }
+}
+
+fn of(regression: &[[f32; VARIABLES]; AXES], axis: Axis, variable: Variable) -> f64 {
+    regression.get(axis.index()).and_then(|row| row.get(variable.index())).map_or(f64::NAN, |&std| f64::from(std))
 }
 
 #[cfg(test)]
@@ -56,23 +92,33 @@ mod tests {
     const NONE: [[f32; VARIABLES]; AXES] = [[f32::NAN; VARIABLES]; AXES];
 
     #[test]
-    fn the_errors_of_a_plane_are_on_average_those_of_the_regression() {
+    fn errors_are_never_below_those_of_the_regression() {
         let mut regression = NONE;
         regression[Axis::N.index()][Variable::V.index()] = 3.0;
         regression[Axis::L.index()][Variable::P.index()] = 8.0;
-        regression[Axis::M.index()][Variable::Q.index()] = 0.1;
-        let fitted = [
-            ((Axis::N, Variable::V), 1.0),
-            ((Axis::L, Variable::P), 2.0),
-            // No number of the regression: counts for nothing.
-            ((Axis::N, Variable::R), 1e-6),
-            ((Axis::M, Variable::Q), 1.0),
-        ];
-        let scale = ErrorScale::new(&fitted, &regression);
-        // sqrt((3^2 + 4^2)/2), and never below 1.
-        assert!((scale.of(Axis::N).unwrap() - 12.5_f64.sqrt()).abs() < 1e-12, "{scale:?}");
-        assert_eq!(scale.of(Axis::Y), scale.of(Axis::N));
-        assert_eq!(scale.of(Axis::M), Some(1.0));
+        regression[Axis::M.index()][Variable::Q.index()] = 0.125;
+        let names = [(Axis::N, Variable::V), (Axis::L, Variable::P), (Axis::N, Variable::R), (Axis::M, Variable::Q)];
+        let own = [1.0, 2.0, 0.5, 1.0];
+        let fitted: Vec<_> = names.into_iter().zip(own).collect();
+        let scale = ErrorScale::limited(&fitted, &regression);
+        // f = sqrt((3^2 + 4^2)/2) of the lateral plane, 1 of the other, where the regression is better.
+        let factor = 12.5_f64.sqrt();
+        let expected = [Some(factor), Some(8.0), None, Some(1.0)];
+        for ((&(axis, variable), own), expected) in names.iter().zip(own).zip(expected) {
+            let found = scale.std(axis, variable, own);
+            assert!(found.is_some() == expected.is_some() && (found.unwrap_or(0.0) - expected.unwrap_or(0.0)).abs() < 1e-12);
+            assert_eq!(ErrorScale::Own.std(axis, variable, own), Some(own));
+        }
+        let mut cov = Dense::zeros(4, 4);
+        for i in 0..4 {
+            for j in 0..4 {
+                cov[(i, j)] = own[i] * own[j] * if i == j { 1.0 } else { 0.5 };
+            }
+        }
+        let limited = scale.covariance(&names, &cov);
+        assert!((limited[(2, 2)] - 12.5 * 0.25).abs() < 1e-12 && (limited[(1, 1)] - 64.0).abs() < 1e-12);
+        assert!(limited[(0, 1)].abs() < 1e-300, "no correlation");
+        assert_eq!(ErrorScale::Own.covariance(&names, &cov), cov);
     }
 
     #[test]
@@ -80,7 +126,9 @@ mod tests {
         let mut regression = NONE;
         regression[Axis::Y.index()][Variable::V.index()] = 0.1;
         let fitted = [((Axis::Y, Variable::V), 0.1), ((Axis::N, Variable::V), 0.01), ((Axis::M, Variable::Q), 0.01)];
-        let scale = ErrorScale::new(&fitted, &regression);
-        assert_eq!(Axis::ALL.map(|axis| scale.of(axis)), [None; AXES]);
+        let scale = ErrorScale::limited(&fitted, &regression);
+        assert!(!scale.has(true) && !scale.has(false));
+        assert_eq!(scale.std(Axis::Y, Variable::V, 0.1), None);
+        assert!(ErrorScale::Own.has(true) && ErrorScale::Own.has(false));
     }
 }

@@ -5,8 +5,8 @@
 //! measurements were recorded: all eight states of a coupled helicopter. Samples are averaged over blocks.
 //! A term that the regression has not selected is not zero: fixed at zero it biases the others, and no standard error accounts
 //! for it. So every term is free as soon as the manoeuvres are long enough.
-//! Where residuals are far from white, or the search has not ended, standard errors are scaled to the regression's
-//! (`error_scale`).
+//! Where residuals are far from white, terms are left out or the search has not ended, standard errors are not below the
+//! regression's (`error_scale`).
 //! Refused: what [`crate::postflight::identification::identification_model`] and output error refuse, as a sentence.
 
 use super::error_scale::ErrorScale;
@@ -16,7 +16,6 @@ use crate::flight::channel::Channel;
 use crate::flight::derivative::{AXES, Axis, Variable};
 use crate::flight::run::RunGeometry;
 use crate::flight::sample::Sample;
-use crate::num::dense::Dense;
 use crate::postflight::identification::columns::Columns;
 use crate::postflight::identification::identification_model::IdentificationModel;
 use crate::postflight::identification::model_variables::ModelVariables;
@@ -45,8 +44,8 @@ pub(crate) struct LiveFit {
     pub(crate) record: OutputErrorRecord,
     /// Whether the search has converged.
     pub(crate) searched: bool,
-    /// Whether the residuals are too far from white for reliable estimates.
-    pub(crate) coloured: bool,
+    /// Whether its own standard errors do not hold: search not ended, residuals far from white, terms left out.
+    pub(crate) doubted: bool,
 }
 
 /// Whether its oscillation is known well enough to be reported as converged.
@@ -125,9 +124,9 @@ fn fit_with(
     if fitted.theta.iter().chain(&fitted.std).any(|x| !x.is_finite()) {
         return Err("the estimates or their errors are no numbers".to_owned());
     }
-    let found = output_error_record(&linear, &names, &fitted, &records, regression);
+    let found = output_error_record(which, &linear, &names, &fitted, &records, regression);
     if found.record.parameters.is_empty() {
-        return Err("residuals not white, and the regression has no number in L, M or N".to_owned());
+        return Err("the fit is in doubt, and the regression has no number in L, M or N".to_owned());
     }
     Ok(found)
 }
@@ -208,6 +207,7 @@ fn structure(
 }
 
 fn output_error_record(
+    which: FreeTerms,
     linear: &IdentificationModel,
     names: &[(Axis, Variable)],
     fitted: &FitResult,
@@ -216,26 +216,32 @@ fn output_error_record(
 ) -> LiveFit {
     let mut record = OutputErrorRecord::EMPTY;
     let coloured = fitted.colour_ratio().is_some_and(|ratio| ratio > COLOURED);
-    let scale = if fitted.converged && !coloured {
-        ErrorScale::ONE
+    let doubt = if !fitted.converged {
+        Some("search not ended")
+    } else if coloured {
+        Some("residuals not white")
+    } else if which == FreeTerms::Selected {
+        Some("terms left out")
+    } else {
+        None
+    };
+    let scale = if doubt.is_none() {
+        ErrorScale::Own
     } else {
         let errors: Vec<_> = names.iter().copied().zip(fitted.std.iter().copied()).collect();
-        ErrorScale::new(&errors, &regression.std)
+        ErrorScale::limited(&errors, &regression.std)
     };
     let numbers = fitted.theta.iter().zip(&fitted.std).zip(&fitted.std_cramer_rao);
     for (&(axis, variable), ((&value, &std), &std_cramer_rao)) in names.iter().zip(numbers) {
-        let Some(factor) = scale.of(axis) else { continue };
-        let _ = record.parameters.push(ParameterRecord { axis, variable, value, std: factor * std, std_cramer_rao });
+        let Some(std) = scale.std(axis, variable, std) else { continue };
+        let _ = record.parameters.push(ParameterRecord { axis, variable, value, std, std_cramer_rao });
     }
-    let factors: Vec<f64> = names.iter().map(|(axis, _)| scale.of(*axis).unwrap_or(1.0)).collect();
-    let cov = scaled(&fitted.cov, &factors);
+    let cov = scale.covariance(names, &fitted.cov);
     let count = |records: &[InputOutputRecord]| records.iter().map(|record| record.times_s.len()).sum::<usize>();
     record.manoeuvres = u32::try_from(records.len()).unwrap_or(u32::MAX);
     record.samples = u32::try_from(count(records)).unwrap_or(u32::MAX);
-    if !fitted.converged {
-        record.explain("search not ended; standard errors scaled to the regression's");
-    } else if coloured {
-        record.explain("residuals not white; standard errors scaled to the regression's");
+    if let Some(doubt) = doubt {
+        record.explain(format_args!("{doubt}; standard errors not below the regression's"));
     }
     let roots = |structure: &ModelStructure| {
         modes(structure, &fitted.theta, &cov, &linear.reference_trim.steps(linear.reference_trim_std, &structure.states))
@@ -243,7 +249,7 @@ fn output_error_record(
     };
     for (part, lateral) in [(LATERAL, true), (LONGITUDINAL, false)] {
         let Some(part) = subsystem(&linear.structure, &part) else { continue };
-        if scale.of_plane(lateral).is_none() || !is_controlled(&record, lateral) {
+        if !scale.has(lateral) || !is_controlled(&record, lateral) {
             continue;
         }
         for root in roots(&part) {
@@ -257,25 +263,14 @@ fn output_error_record(
             }
         }
     }
-    let coupled = linear.structure.states.len() > LATERAL.len() && scale.of_plane(false).is_some();
+    let coupled = linear.structure.states.len() > LATERAL.len() && scale.has(false);
     if let Some(alone) = record.dutch_roll.filter(|_| coupled) {
         let away = |root: &IdentifiedRoot| libm::hypot(root.real - alone.real, root.imag - alone.imag);
         let all = roots(&linear.structure);
         let pairs = all.iter().filter(|root| root.imag > 0.0);
         record.coupled = pairs.min_by(|a, b| away(a).total_cmp(&away(b))).and_then(resolved_pair);
     }
-    LiveFit { record, searched: fitted.converged, coloured }
-}
-
-/// D C D with D the diagonal matrix of the factors.
-fn scaled(cov: &Dense, factors: &[f64]) -> Dense {
-    let mut scaled = cov.clone();
-    for (i, a) in factors.iter().enumerate() {
-        for (j, b) in factors.iter().enumerate() {
-            scaled[(i, j)] *= a * b;
-        }
-    }
-    scaled
+    LiveFit { record, searched: fitted.converged, doubted: doubt.is_some() }
 }
 
 fn resolved_pair(root: &IdentifiedRoot) -> Option<OscillatoryMode> {

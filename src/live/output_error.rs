@@ -123,8 +123,8 @@ impl LiveOutputError {
                 self.record.explain(&reason);
             }
             Ok(found) => {
-                let live_fit::LiveFit { record, searched, coloured } = found;
-                let known = live_fit::is_known(&record) && !coloured;
+                let live_fit::LiveFit { record, searched, doubted } = found;
+                let known = live_fit::is_known(&record) && !doubted;
                 self.record = OutputErrorRecord { time_s, fitted_s: time_s, dropped: self.record.dropped, ..record };
                 let settled = self.settled(time_s);
                 self.record.progress = if searched && known && (settled || !open) {

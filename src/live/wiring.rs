@@ -5,7 +5,7 @@
 //! Output error and diagnosis run in step with the samples (a recording: the same numbers at any speed) or on threads of their
 //! own (live: the sample path never waits for them); see [`Schedule`].
 
-use super::agreement::MethodAgreement;
+use super::agreement::{MethodAgreement, limit_modes};
 use super::diagnosis;
 use super::output_error;
 use super::record_sink::RecordSink;
@@ -136,9 +136,10 @@ impl Task for diagnosis::LiveDiagnosis {
     }
 }
 
-/// Marks a fit that is apart from the newest regression, and the regression where a converged fit contradicts it: numbers that
-/// output error itself doubts (residuals far from white, a search that has not ended) contradict nothing.
+/// Limits the modes of a fit by the newest regression's, marks a fit that is apart from it, and the regression where a converged
+/// fit contradicts it: numbers that output error itself doubts contradict nothing.
 fn compare(pipeline: &mut Pipeline, sink: &RecordSink, fit: &mut OutputErrorRecord, controls: ControlNames) {
+    limit_modes(sink.modes.as_ref(), fit);
     let agreement = MethodAgreement::new(sink.derivatives.as_ref(), sink.modes.as_ref(), fit);
     match fit.progress {
         OutputErrorProgress::Converged => pipeline.set_contradicted(agreement.apart),

@@ -58,9 +58,12 @@ fn what_something_else_acts_on_is_not_converged() {
     // By the covariance of output error N_r would be ten standard errors off, with the wrong sign.
     assert_eq!(answer["output_error"]["status"], "converging", "{out}");
     assert!(out.contains("residuals not white"), "{out}");
-    for (name, truth) in [("N_v", 0.015487), ("N_r", -0.66163), ("N_pedal", -9.9086), ("L_v", -0.058736), ("L_p", -1.4939)] {
-        let parameters = answer["output_error"]["parameters"].as_array().unwrap();
-        let one = parameters.iter().find(|one| one["name"] == name).unwrap();
+    let truth = [("N_v", 0.015487), ("N_r", -0.66163), ("N_pedal", -9.9086), ("L_v", -0.058736), ("L_p", -1.4939)];
+    let number = |name: &str| answer["output_error"]["parameters"].as_array().unwrap().iter().find(|one| one["name"] == name);
+    for (name, truth) in truth {
+        // The regression has no number of N_r, so neither has output error.
+        assert_eq!(number(name).is_none(), name == "N_r", "{out}");
+        let Some(one) = number(name) else { continue };
         let (value, std) = (one["value"].as_f64().unwrap(), one["std"].as_f64().unwrap());
         assert!((value - truth).abs() < 3.0 * std, "{name} {value} +- {std}, true {truth}");
     }
