@@ -62,7 +62,7 @@ fn wrong_files_end_with_status_2_and_one_line() {
         ("empty.csv", b"", ["empty.csv:", "empty file"]),
         ("rows.csv", b"time,p\n", ["rows.csv:1:1:", "rows after the header"]),
         ("program.csv", b"\x7fELF\x01\x00\x00", ["7f 45 4c 46", "no known format"]),
-        ("log.csv", b"\x25\xEB\x01\x00", ["Chapter 10", "does not read yet"]),
+        ("log.csv", b"\x25\xEB\x01\x00", ["Chapter 10", "found none"]),
     ] {
         let output = inspect(&written(name, content), &[]);
         let said = text(&output.stderr);
@@ -108,16 +108,35 @@ fn real_recordings_are_read_whole() {
 }
 
 #[test]
-fn real_recordings_of_other_formats_are_named() {
+fn logs_of_autopilots_show_their_channels_and_what_they_are() {
     let Some(root) = recordings() else { return };
-    for (file, name) in [
-        ("irig106/err.c10", "Chapter 10"),
-        ("irig106/pcm.c10", "Chapter 10"),
-        ("logs/plane-3.8.2.BIN", "dataflash"),
-        ("logs/sample_log_small.ulg", "ULog"),
+    // Counts of pymavlink and pyulog: 45 IMU and 24 ATT messages; the last message of the dataflash is cut short.
+    for (file, status, format, channel, samples, source) in [
+        ("logs/plane-3.8.2.BIN", 3, "ArduPilot dataflash", "p", 45, "command"),
+        ("logs/plane-3.8.2.BIN", 3, "ArduPilot dataflash", "phi", 24, "estimate of the autopilot"),
+        ("logs/sample_log_small.ulg", 3, "PX4 ULog", "p", 0, "instrument"),
     ] {
-        let output = inspect(&root.join(file), &[]);
-        assert_eq!(output.status.code(), Some(2), "{file}");
-        assert!(text(&output.stderr).contains(name), "{file}: {}", text(&output.stderr));
+        let output = inspect(&root.join(file), &["--json", "-"]);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(status), "{file}: {said}");
+        assert!(said.contains(format) && said.contains(source) && said.contains("passed over"), "{said}");
+        let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let found = answer["channels"].as_array().unwrap().iter().find(|one| one["name"] == channel).unwrap();
+        let count = found["samples"].as_u64().unwrap();
+        assert!(if samples > 0 { count == samples } else { count > 1000 }, "{file}: {found}");
     }
+}
+
+#[test]
+fn chapter_10_recordings_show_their_channels_and_a_setup_that_contradicts_its_data() {
+    let Some(root) = recordings() else { return };
+    let output = inspect(&root.join("irig106/pcm_old_101348.c10"), &["--json", "-"]);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(said.contains("224 bits") && said.contains("4096"), "{said}");
+    let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&answer["packets"], answer["contradictions"].as_array().unwrap().len()), (&Value::from(25), 1), "{answer}");
+    let output = inspect(&root.join("irig106/err.c10"), &[]);
+    assert_eq!(output.status.code(), Some(3), "the last packet is cut short");
+    assert!(text(&output.stdout).contains("cut short"), "{}", text(&output.stdout));
 }

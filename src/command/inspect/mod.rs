@@ -1,5 +1,6 @@
 //! `sideslip inspect`: what is in a recording, and what of it can be estimated.
 
+mod chapter10;
 mod estimable;
 mod json;
 mod survey;
@@ -11,7 +12,9 @@ use super::terminal::output_file::{print, refuse_to_overwrite, write_json};
 use crate::command::message;
 use estimable::EstimableQuantities;
 use sideslip::error::{Failure, Outcome};
+use sideslip::io::telemetry::format::RecordingFormat;
 use sideslip::io::telemetry::recording::Recording;
+use std::io::Read;
 use std::path::PathBuf;
 use survey::Survey;
 
@@ -42,6 +45,9 @@ pub(crate) fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
     if let Some(json) = &args.json {
         refuse_to_overwrite("--json", json, std::slice::from_ref(&args.file))?;
     }
+    if is_chapter10(&args.file) {
+        return chapter10::run(&args.file, args.json.as_deref());
+    }
     let mut recording = Recording::open_with(&args.file, &read_mapping(args.config.as_deref())?)?;
     let mut survey = Survey::new(recording.columns());
     while let Some(row) = recording.next_row()? {
@@ -68,4 +74,11 @@ pub(crate) fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
         outcome = Outcome::DataLost;
     }
     Ok(outcome)
+}
+
+/// Whether it is a recording after IRIG 106 Chapter 10; what cannot be read is refused later.
+fn is_chapter10(file: &std::path::Path) -> bool {
+    let mut head = [0; 2];
+    let read = std::fs::File::open(file).and_then(|mut file| file.read_exact(&mut head));
+    read.is_ok() && RecordingFormat::of(&head) == RecordingFormat::Chapter10
 }

@@ -17,6 +17,12 @@ pub enum RecordingFormat {
     Tlog,
     /// MAVLink frames one after the other.
     Mavlink,
+    /// A log of ArduPilot.
+    Dataflash,
+    /// A log of PX4.
+    Ulog,
+    /// Packets after IRIG 106 Chapter 10.
+    Chapter10,
     /// Something else that has a name.
     Named(&'static str),
     /// Nothing at all.
@@ -26,10 +32,7 @@ pub enum RecordingFormat {
 }
 
 /// Formats with a fixed signature at the start.
-const SIGNATURES: [(&[u8], &str); 12] = [
-    (&[0x25, 0xEB], "an IRIG 106 Chapter 10 recording"),
-    (&[0x55, 0x4C, 0x6F, 0x67, 0x01, 0x12, 0x35], "a PX4 ULog"),
-    (&[0xA3, 0x95], "an ArduPilot dataflash log"),
+const SIGNATURES: [(&[u8], &str); 9] = [
     (b"PAR1", "a Parquet file"),
     (b"\x89HDF\r\n\x1a\n", "an HDF5 or MATLAB 7.3 file"),
     (b"MATLAB 5.0 MAT-file", "a MATLAB file"),
@@ -42,6 +45,9 @@ const SIGNATURES: [(&[u8], &str); 12] = [
 ];
 
 const MCAP_MAGIC: &[u8] = b"\x89MCAP0\r\n";
+const CHAPTER10_MAGIC: &[u8] = &[0x25, 0xEB];
+const ULOG_MAGIC: &[u8] = &[0x55, 0x4C, 0x6F, 0x67, 0x01, 0x12, 0x35];
+const DATAFLASH_MAGIC: &[u8] = &[0xA3, 0x95];
 
 impl RecordingFormat {
     /// Tells the format by the first bytes, at best [`HEAD_BYTES`] of them.
@@ -51,6 +57,15 @@ impl RecordingFormat {
         }
         if head.starts_with(MCAP_MAGIC) {
             return RecordingFormat::Mcap;
+        }
+        for (signature, format) in [
+            (CHAPTER10_MAGIC, RecordingFormat::Chapter10),
+            (ULOG_MAGIC, RecordingFormat::Ulog),
+            (DATAFLASH_MAGIC, RecordingFormat::Dataflash),
+        ] {
+            if head.starts_with(signature) {
+                return format;
+            }
         }
         if let Some((_, name)) = SIGNATURES.iter().find(|(signature, _)| head.starts_with(signature)) {
             return RecordingFormat::Named(name);
@@ -113,8 +128,8 @@ mod tests {
         assert_eq!(RecordingFormat::of(b"\x89MCAP0\r\n\x01"), RecordingFormat::Mcap);
         assert_eq!(RecordingFormat::of(b"\xEF\xBB\xBFtime,p\r\n0,1"), RecordingFormat::Csv);
         assert_eq!(RecordingFormat::of("# aircraft = \"Übung\"\ntime".as_bytes()), RecordingFormat::Csv);
-        assert_eq!(RecordingFormat::of(&[0x25, 0xEB, 0, 0]), RecordingFormat::Named("an IRIG 106 Chapter 10 recording"));
-        assert_eq!(RecordingFormat::of(&[0xA3, 0x95, 0x80]), RecordingFormat::Named("an ArduPilot dataflash log"));
+        assert_eq!(RecordingFormat::of(&[0x25, 0xEB, 0, 0]), RecordingFormat::Chapter10);
+        assert_eq!(RecordingFormat::of(&[0xA3, 0x95, 0x80]), RecordingFormat::Dataflash);
         assert_eq!(RecordingFormat::of(b"\x7fELF\x02\x01"), RecordingFormat::Unknown(b"\x7fELF\x02\x01".to_vec()));
         assert_eq!(RecordingFormat::of(b"\x89MCA"), RecordingFormat::Unknown(b"\x89MCA".to_vec()));
         // MAVLink 1 heartbeat: 9 bytes of payload, 17 in all, behind a stamp of the year 2015.

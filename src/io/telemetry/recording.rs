@@ -7,6 +7,7 @@
 use super::csv::CsvRecording;
 use super::format::{HEAD_BYTES, RecordingFormat};
 use super::log_recording::LogRecording;
+use super::logs::recording::{AutopilotLog, AutopilotRecording};
 use super::mavlink::mapping::MavlinkConfig;
 use super::mavlink::packet::Framing;
 use super::mavlink::recording::{MavlinkRecording, Traffic};
@@ -25,6 +26,8 @@ pub enum Recording {
     Mcap(Box<LogRecording>),
     /// Messages of MAVLink.
     Mavlink(Box<MavlinkRecording>),
+    /// A log of an autopilot.
+    Autopilot(Box<AutopilotRecording>),
 }
 
 impl Recording {
@@ -62,6 +65,14 @@ impl Recording {
                 .map(|recording| Recording::Mavlink(Box::new(recording))),
             RecordingFormat::Mavlink => MavlinkRecording::new(path, file, Framing::Bare, mavlink.clone())
                 .map(|recording| Recording::Mavlink(Box::new(recording))),
+            RecordingFormat::Dataflash => AutopilotRecording::new(path, file, AutopilotLog::Dataflash)
+                .map(|recording| Recording::Autopilot(Box::new(recording))),
+            RecordingFormat::Ulog => {
+                AutopilotRecording::new(path, file, AutopilotLog::Ulog).map(|recording| Recording::Autopilot(Box::new(recording)))
+            }
+            RecordingFormat::Chapter10 => Err(whole(
+                "an IRIG 106 Chapter 10 recording has no channels without a format of its frames; `inspect` lists it".into(),
+            )),
             RecordingFormat::Named(name) => Err(whole(format!("recognised as {name}, which this version does not read yet"))),
             RecordingFormat::Empty => Err(whole("expected a recording, found an empty file".into())),
             RecordingFormat::Unknown(bytes) => {
@@ -77,6 +88,7 @@ impl Recording {
             Recording::Csv(_) => "CSV",
             Recording::Mcap(_) => "MCAP",
             Recording::Mavlink(recording) => recording.format(),
+            Recording::Autopilot(recording) => recording.format(),
         }
     }
 
@@ -84,7 +96,7 @@ impl Recording {
     pub fn counted_in(&self) -> &'static str {
         match self {
             Recording::Csv(_) => "line",
-            Recording::Mcap(_) | Recording::Mavlink(_) => "sample",
+            Recording::Mcap(_) | Recording::Mavlink(_) | Recording::Autopilot(_) => "sample",
         }
     }
 
@@ -94,6 +106,7 @@ impl Recording {
             Recording::Csv(recording) => recording.info(),
             Recording::Mcap(recording) => recording.info(),
             Recording::Mavlink(recording) => recording.info(),
+            Recording::Autopilot(recording) => recording.info(),
         }
     }
 
@@ -103,6 +116,7 @@ impl Recording {
             Recording::Csv(recording) => recording.columns(),
             Recording::Mcap(recording) => recording.columns(),
             Recording::Mavlink(recording) => recording.columns(),
+            Recording::Autopilot(recording) => recording.columns(),
         }
     }
 
@@ -116,6 +130,7 @@ impl Recording {
             Recording::Csv(recording) => recording.next_row(),
             Recording::Mcap(recording) => recording.next_row(),
             Recording::Mavlink(recording) => recording.next_row(),
+            Recording::Autopilot(recording) => recording.next_row(),
         }
     }
 
@@ -125,6 +140,7 @@ impl Recording {
             Recording::Csv(recording) => recording.skipped(),
             Recording::Mcap(recording) => recording.skipped(),
             Recording::Mavlink(recording) => recording.skipped(),
+            Recording::Autopilot(recording) => recording.skipped(),
         }
     }
 
@@ -135,6 +151,7 @@ impl Recording {
             Recording::Csv(_) => None,
             Recording::Mcap(recording) => recording.shortfall(),
             Recording::Mavlink(recording) => recording.shortfall(),
+            Recording::Autopilot(recording) => recording.shortfall(),
         }
     }
 
@@ -143,14 +160,14 @@ impl Recording {
         match self {
             Recording::Csv(recording) => recording.ends_abruptly(),
             Recording::Mcap(recording) => recording.ends_abruptly(),
-            Recording::Mavlink(_) => false,
+            Recording::Mavlink(_) | Recording::Autopilot(_) => false,
         }
     }
 
     /// Who sent what, of messages.
     pub fn traffic(&self) -> Option<&Traffic> {
         match self {
-            Recording::Csv(_) | Recording::Mcap(_) => None,
+            Recording::Csv(_) | Recording::Mcap(_) | Recording::Autopilot(_) => None,
             Recording::Mavlink(recording) => Some(recording.traffic()),
         }
     }

@@ -10,4 +10,5 @@
 pub mod dataflash;
 pub mod encode;
 pub mod mapping;
+pub mod recording;
 pub mod ulog;
