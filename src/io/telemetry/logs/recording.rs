@@ -1,10 +1,10 @@
 //! A log of an autopilot as a recording: its channels, and their samples row by row in order of time.
 //!
-//! Consumes a dataflash log or a ULog in two passes: the first finds the channels and where they come from, the second reads the
-//! samples. A row holds the channels of one time stamp; rows wait [`HOLD_US`] for streams that are logged later, and what comes
-//! later still is counted and left out. Time is that of the autopilot's clock, s since it started; where the clock began anew,
-//! the column `restart` counts it and time goes back. What the channels are (instruments, estimates of the autopilot, commands) is
-//! in the run's table `sources`.
+//! Consumes a dataflash log or a ULog in two passes: the first finds the channels and where they come from, the second reads
+//! the samples. A row holds the channels of one time stamp; rows wait [`HOLD_US`] for streams that are logged later, and what
+//! comes later still is counted and left out. Time is that of the autopilot's clock, s since it started; where the clock began
+//! anew, the column `restart` counts it and time goes back. What the channels are (instruments, estimates of the autopilot,
+//! commands) is in the run's table `sources`.
 //! Refused: a file without a single channel.
 
 use super::dataflash::reader::DataflashReader;
