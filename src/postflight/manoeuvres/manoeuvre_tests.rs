@@ -31,7 +31,7 @@ fn without_noise_the_closed_form_comes_back() {
 
 #[test]
 fn standard_errors_hold_the_truth_in_white_and_in_coloured_noise() {
-    const SEEDS: u64 = 100;
+    const SEEDS: u64 = 50;
     for (omega, zeta, noise, colour) in
         [(1.8, 0.09, 0.1, 0.0), (2.5, 0.35, 0.05, 0.0), (1.8, 0.09, 0.1, 0.8), (2.0, 0.1, 0.05, 0.95)]
     {
