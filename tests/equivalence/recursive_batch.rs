@@ -3,7 +3,7 @@
 use crate::support::uniform::Uniform;
 use nalgebra::{DMatrix, DVector};
 use sideslip::flight::derivative::{Axis, Variable};
-use sideslip::realtime::estimation::record::{AIDS, Instrumentation, SignalNoise, SmoothedRecord, TrimRecord};
+use sideslip::realtime::estimation::record::{AIDS, Confirmation, Instrumentation, SignalNoise, SmoothedRecord, TrimRecord};
 use sideslip::realtime::regression::candidate::{BIAS, REGRESSORS, SIGNALS, regressor, response, signals};
 use sideslip::realtime::regression::coloured_errors;
 use sideslip::realtime::regression::config::RegressionConfig;
@@ -299,6 +299,7 @@ fn instruments() -> Instrumentation {
         trusted: [true; AIDS],
         as_expected: [true; AIDS],
         vanes_disagree: [false; 2],
+        confirmations: [Confirmation::Confirmed; 3],
         doubt: None,
         // All residuals are the instruments' noise: the stage is least squares.
         noise: SignalNoise { specific_force: [1e3; 3], angular_acceleration: [1e3; 3], ..SignalNoise::NONE },

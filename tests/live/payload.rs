@@ -26,6 +26,7 @@ fn statuses() -> Vec<Status> {
     let reasons = [
         Reason::NoRates,
         Reason::NoAccelerometer { channel: Channel::Ay },
+        Reason::NotConfirmed { channel: Channel::Ax },
         Reason::RateTooLow { hz: 2.4, needed_hz: 8.0 },
         Reason::Unobserved { variable: Variable::V, missing: Channel::Beta },
         Reason::Collinear { condition_index: f64::INFINITY },
@@ -33,6 +34,9 @@ fn statuses() -> Vec<Status> {
         Reason::Equation { axis: Axis::L },
         Reason::NoTrim { channel: Channel::Az },
         Reason::AidRejected { channel: Channel::Beta },
+        Reason::Unresolved,
+        Reason::InstrumentDoubted { channel: None },
+        Reason::InstrumentDoubted { channel: Some(Channel::Tas) },
     ];
     all.extend(reasons.map(Status::NotIdentifiable));
     all
@@ -151,7 +155,7 @@ fn codes_that_there_are_not_are_refused_with_the_field() {
     let refused = |error: String, words: &str| assert!(error.contains(words), "{error}");
     let status = |code, reason, places| StatusBody { code, reason, places, numbers: [0.0; 2] }.status().unwrap_err().to_string();
     refused(status(8, ABSENT, [0; 2]), "sideslip.Status.1: code: expected 0 to 7, found 8");
-    refused(status(5, 11, [0; 2]), "reason: expected 0 to 10, found 11");
+    refused(status(5, 12, [0; 2]), "reason: expected 0 to 11, found 12");
     refused(status(5, 3, [10, 0]), "variable: expected a place in its table, found 10");
     let event = EventPayload { code: 0, subject: 24, ..EventPayload::default() };
     refused(event.record().unwrap_err().to_string(), "subject");

@@ -4,7 +4,7 @@
 //! for at most the hold time; then the channel counts as silent.
 
 use super::process::{ATTITUDE, State};
-use super::record::{AIDS, Aid, Instrumentation, SignalNoise};
+use super::record::{AIDS, Aid, Confirmation, Instrumentation, SignalNoise};
 use crate::flight::channel::{CHANNELS, Channel};
 use crate::flight::sample::Sample;
 use crate::flight::unit::STANDARD_GRAVITY as G0;
@@ -31,7 +31,7 @@ pub struct Latest {
 }
 
 const GYROS: [Channel; 3] = [Channel::P, Channel::Q, Channel::R];
-const ACCELEROMETERS: [Channel; 3] = [Channel::Ax, Channel::Ay, Channel::Az];
+pub(super) const ACCELEROMETERS: [Channel; 3] = [Channel::Ax, Channel::Ay, Channel::Az];
 
 /// Whether all three rates were sampled.
 pub fn carries_rates(sample: &Sample) -> bool {
@@ -138,6 +138,7 @@ impl Latest {
             trusted: [true; AIDS],
             as_expected: [true; AIDS],
             vanes_disagree: [false; 2],
+            confirmations: [Confirmation::Confirmed; 3],
             noise: SignalNoise::NONE,
             doubt: None,
         }

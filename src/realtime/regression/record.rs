@@ -49,6 +49,11 @@ pub enum Reason {
         /// The first of its channels.
         channel: Option<Channel>,
     },
+    /// Air data do not confirm sign and unit of an accelerometer: too noisy, too little motion, or the air moves too much.
+    NotConfirmed {
+        /// `Ax` or `Ay`; the weight confirms those of az.
+        channel: Channel,
+    },
     /// The regressors cannot be told apart in these data.
     Collinear {
         /// Largest condition index.

@@ -26,7 +26,7 @@ use crate::flight::channel::Channel;
 use crate::flight::derivative::{AXES, Axis, Variable};
 use crate::flight::setting::ConfigError;
 use crate::num::eigen::condition_index;
-use crate::realtime::estimation::record::{Instrumentation, SmoothedRecord, TrimRecord};
+use crate::realtime::estimation::record::{Confirmation, Instrumentation, SmoothedRecord, TrimRecord};
 use crate::realtime::regression::candidate;
 use crate::realtime::regression::coloured_errors;
 use heapless::Vec;
@@ -249,6 +249,9 @@ impl Recursive {
                 Some(reason) => (EquationRecord::empty(axis, Status::NotIdentifiable(reason)), None),
                 None => self.equation(axis, time_s, instruments),
             };
+            if let Some(reason) = Recursive::not_confirmed(axis, &equation, instruments) {
+                return EquationRecord::empty(axis, Status::NotIdentifiable(reason));
+            }
             fits[axis.index()] = fit;
             equation
         });
@@ -347,7 +350,8 @@ impl Recursive {
         let mut equation = self.written(axis, &fit, &offer, residual[0], &self.withheld(axis, instruments));
         let doubtful = self.unobserved_motion(instruments)
             || instruments.vanes_disagree[usize::from(axis.is_lateral())]
-            || needs(axis).into_iter().any(|aid| !instruments.as_expected[aid.index()]);
+            || needs(axis).into_iter().any(|aid| !instruments.as_expected[aid.index()])
+            || axis.is_force() && instruments.confirmations[axis.index()] != Confirmation::Confirmed;
         equation.status = match self.status(&equation, time_s) {
             // Settled, about a motion that may not be the aircraft's.
             Status::Converged if doubtful => Status::Converging,

@@ -12,7 +12,7 @@ const SCHEMA: &str = "sideslip.Status.1";
 /// How far along an answer is. Codes: 0 waiting, 1 exciting, 2 converging, 3 converged, 4 stale, 5 not identifiable;
 /// then reasons: 0 no rates, 1 no accelerometer (channel), 2 rate too low (Hz, Hz needed), 3 unobserved (variable,
 /// channel), 4 collinear (condition index), 5 not excited (axis, variable), 6 another equation (axis), 7 no trim (channel),
-/// 8 aid rejected (channel).
+/// 8 aid rejected (channel), 9 unresolved, 10 instrument doubted (channel or none), 11 accelerometer not confirmed (channel).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[type_name("sideslip.Status.1")]
@@ -54,6 +54,7 @@ impl From<Status> for StatusBody {
             Reason::InstrumentDoubted { channel } => {
                 (10, [channel.map_or(ABSENT, |channel| place(channel.index())), ABSENT], [0.0; 2])
             }
+            Reason::NotConfirmed { channel } => (11, [place(channel.index()), ABSENT], [0.0; 2]),
         };
         StatusBody { reason: code, places, numbers, ..plain(5) }
     }
@@ -89,8 +90,9 @@ impl StatusBody {
                 9 => Reason::Unresolved,
                 10 if first == ABSENT => Reason::InstrumentDoubted { channel: None },
                 10 => Reason::InstrumentDoubted { channel: Some(channel(first)?) },
+                11 => Reason::NotConfirmed { channel: channel(first)? },
                 found => {
-                    return Err(BusError::Payload { schema: SCHEMA, field: "reason", expected: "0 to 10", found: found.into() });
+                    return Err(BusError::Payload { schema: SCHEMA, field: "reason", expected: "0 to 11", found: found.into() });
                 }
             }),
             (6, _) => Status::Disagree,

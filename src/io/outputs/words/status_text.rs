@@ -121,6 +121,13 @@ impl Display for ReasonText {
             Reason::InstrumentDoubted { channel: None } => {
                 f.write_str("the instruments contradict each other as with a wrong unit or sign, not yet known whose")
             }
+            Reason::NotConfirmed { channel } => {
+                write!(
+                    f,
+                    "sign and unit of {} are not confirmed: too little motion, or the air moves",
+                    channel.name(self.controls)
+                )
+            }
             Reason::Collinear { condition_index } => {
                 write!(f, "the regressors are collinear (condition index {})", Digits(condition_index, 3))
             }

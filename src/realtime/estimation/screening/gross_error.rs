@@ -132,6 +132,11 @@ impl GrossError {
         }
     }
 
+    /// Whether all accelerometers read in another unit.
+    pub fn is_unit_of_forces(&self) -> bool {
+        matches!(self, GrossError::Unit(these, ..) if *these == FORCES)
+    }
+
     /// The channel whose reading corrects this one, and the factor on it.
     pub fn corrected_by(&self, channel: Channel) -> (Channel, f64) {
         match self {
@@ -144,18 +149,23 @@ impl GrossError {
     }
 }
 
+/// Whether a mean of az, m/s^2, is that of nearly level flight.
+pub fn weighs_g(mean_az: f64) -> bool {
+    let weight = mean_az.abs() / STANDARD_GRAVITY;
+    weight > 1.0 / LOAD_FACTOR && weight < LOAD_FACTOR
+}
+
 /// The unit of all accelerometers that a mean of az agrees with, m/s^2: level flight weighs g.
 pub fn force_unit(mean_az: f64) -> Option<&'static GrossError> {
     let weight = mean_az.abs() / STANDARD_GRAVITY;
-    let of_forces = GrossError::ALL.iter().filter(|error| error.channels() == FORCES);
-    let units = of_forces.filter_map(|error| match error {
+    let units = GrossError::ALL.iter().filter(|error| error.is_unit_of_forces()).filter_map(|error| match error {
         GrossError::Unit(_, _, size) => Some((error, weight * *size)),
         _ => None,
     });
-    let (low, high) = (1.0 / LOAD_FACTOR, LOAD_FACTOR);
-    if weight > low && weight < high {
+    if weighs_g(mean_az) {
         return None;
     }
+    let (low, high) = (1.0 / LOAD_FACTOR, LOAD_FACTOR);
     units.into_iter().find(|(_, corrected)| *corrected > low && *corrected < high).map(|(error, _)| error)
 }
 

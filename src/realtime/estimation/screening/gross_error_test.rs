@@ -8,9 +8,10 @@
 use super::bin_means::{BIN_S, BinMeans};
 use super::gross_error::{GROSS_ERRORS, GrossError};
 use super::kinematic_agreement::{
-    AGREES, Agreement, COMPARED, CorrectionGain, Increments, OUTPUT_CHANNELS, OutputRates, SIGNAL, THRESHOLD, by_arm,
+    AGREES, Agreement, COMPARED, CorrectionGain, Increments, OUTPUT_CHANNELS, OUTPUTS, OutputRates, SIGNAL, THRESHOLD, by_arm,
     compared_increments, compared_output, contradicts, correction_gain, likeliest, output_rates,
 };
+use super::kinematic_slope::{Confirmation, KinematicSlope};
 use crate::flight::channel::{CHANNELS, Channel, MOTION_CHANNELS};
 use crate::flight::run::RunGeometry;
 
@@ -24,6 +25,9 @@ const LENGTH: usize = 2 * STRIDE;
 const WINDOWS_MIN: f32 = 5.0;
 /// Gain from which on an error is suspected.
 const SUSPECTED: f64 = 5.0;
+
+/// The compared outputs of which the slope is computed: airspeed, and the shares of ax and ay.
+const SLOPES_OF: [usize; 3] = [0, OUTPUTS, OUTPUTS + 1];
 
 /// What the readings of a flight are suspected of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,13 +80,19 @@ pub struct GrossErrorTest {
     as_recorded: [OutputMoments; STRIDE],
     corrected: [OutputMoments; GROSS_ERRORS],
     gains: [Option<CorrectionGain>; GROSS_ERRORS],
+    slopes: [KinematicSlope; SLOPES_OF.len()],
 }
 
 impl GrossErrorTest {
     /// Without windows.
     pub const NEW: GrossErrorTest = {
         const ZERO: OutputMoments = [Moments { count: 0.0, m: 0.0, mm: 0.0, d: 0.0, dd: 0.0 }; COMPARED];
-        GrossErrorTest { as_recorded: [ZERO; STRIDE], corrected: [ZERO; GROSS_ERRORS], gains: [None; GROSS_ERRORS] }
+        GrossErrorTest {
+            as_recorded: [ZERO; STRIDE],
+            corrected: [ZERO; GROSS_ERRORS],
+            gains: [None; GROSS_ERRORS],
+            slopes: [KinematicSlope::ZERO; SLOPES_OF.len()],
+        }
     };
 
     /// The window whose last bin but one is of that number; `measured` are the channels of the run.
@@ -90,6 +100,9 @@ impl GrossErrorTest {
         let phase = number.rem_euclid(STRIDE as i64) as usize;
         let window = Window::of(number.saturating_sub(LENGTH as i64), means, geometry);
         let Some(increments) = window.increments(None) else { return };
+        for (slope, k) in self.slopes.iter_mut().zip(SLOPES_OF) {
+            slope.window(increments[k], MEMORY_S);
+        }
         let moves = increments.iter().enumerate().any(|(k, increment)| {
             increment.is_some_and(|(measured, _)| measured * measured > 2.0 * SIGNAL * window.noise_var(k, None))
         });
@@ -113,17 +126,37 @@ impl GrossErrorTest {
         }
     }
 
+    /// What the shares of ax and ay in airspeed and sideslip tell about their sign and unit. Without confirmation ax is doubted:
+    /// it hardly moves the airspeed, and nothing else shows its errors. ay is where its share contradicts.
+    pub fn confirmations(&self) -> [Confirmation; 2] {
+        let [_, ax, ay] = &self.slopes;
+        [
+            if ax.confirms() { Confirmation::Confirmed } else { Confirmation::Doubted },
+            match (ay.confirms(), ay.contradicts()) {
+                (true, _) => Confirmation::Confirmed,
+                (_, true) => Confirmation::Doubted,
+                _ => Confirmation::Plausible,
+            },
+        ]
+    }
+
     /// What the flight is suspected of; `None` where the kinematics hold, or no error explains why they do not. An error that
-    /// was `named` stays so until another is clearly likelier.
-    pub fn suspicion(&self, named: Option<&'static GrossError>) -> Option<Suspicion> {
+    /// was `named` stays so until another is clearly likelier. Where the weight is right (`weighs_g`) the unit of all
+    /// accelerometers is; and the altitude is suspected alone only where the airspeed, from which the climb is computed, is
+    /// known to be right.
+    pub fn suspicion(&self, named: Option<&'static GrossError>, weighs_g: bool) -> Option<Suspicion> {
         let gains = GrossError::ALL.iter().zip(self.gains).filter_map(|(error, gain)| Some((error, gain?)));
-        let best = likeliest::<GROSS_ERRORS>(gains);
+        let best = likeliest::<GROSS_ERRORS>(gains.filter(|(error, _)| !(weighs_g && error.is_unit_of_forces())));
         let (error, found) = *best.first()?;
         if let Some(kept) = best.iter().find(|(other, found)| Some(*other) == named && found.gain > THRESHOLD) {
             return Some(Suspicion::Named(kept.0, kept.1));
         }
         let same = best.iter().all(|(other, _)| other.channels() == error.channels());
+        let [airspeed, ..] = &self.slopes;
         match found.gain {
+            above if above > SUSPECTED && error.channels() == [Channel::Altitude] && !airspeed.is_one() => {
+                Some(Suspicion::Unknown)
+            }
             above if above > THRESHOLD && best.len() == 1 => Some(Suspicion::Named(error, found)),
             above if above > SUSPECTED && same => Some(Suspicion::Of(error)),
             above if above > SUSPECTED => Some(Suspicion::Unknown),
@@ -253,7 +286,7 @@ mod tests {
                 test.window(i64::from(k / 5 - 4), &means, &RunGeometry::default());
             }
         }
-        test.suspicion(None)
+        test.suspicion(None, false)
     }
 
     #[test]

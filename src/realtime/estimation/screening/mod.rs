@@ -9,11 +9,13 @@ pub mod constant_readings;
 pub mod gross_error;
 pub mod gross_error_test;
 pub mod kinematic_agreement;
+pub mod kinematic_slope;
 
 use self::bin_means::{BIN_S, BinMeans, SILENCE_S};
 use self::constant_readings::ConstantReadings;
-use self::gross_error::{GrossError, force_unit};
+use self::gross_error::{GrossError, force_unit, weighs_g};
 use self::gross_error_test::{GrossErrorTest, Suspicion};
+use self::kinematic_slope::Confirmation;
 use crate::flight::channel::{Channel, MOTION_CHANNELS};
 use crate::flight::run::RunGeometry;
 use crate::flight::sample::Sample;
@@ -76,6 +78,7 @@ pub struct Screening {
     likely: Option<(&'static GrossError, u32)>,
     /// Sum of az over bins, and their number.
     az: (f64, u32),
+    accelerometers: [Confirmation; 3],
 }
 
 impl Screening {
@@ -91,6 +94,7 @@ impl Screening {
         doubt: None,
         likely: None,
         az: (0.0, 0),
+        accelerometers: [Confirmation::Doubted, Confirmation::Plausible, Confirmation::Plausible],
     };
 
     /// A reading beyond what any aircraft reaches, which admission has taken out.
@@ -137,7 +141,7 @@ impl Screening {
             Some(Doubt::GrossError(error)) => Some(error),
             _ => None,
         };
-        let suspicion = self.test.suspicion(named);
+        let suspicion = self.test.suspicion(named, self.mean_az().is_some_and(weighs_g));
         let by_kinematics = self.certain(suspicion);
         let by_weight = self.unit_by_weight().map(|error| (error, 1.0));
         // What has been named stays named while nothing else is.
@@ -154,6 +158,14 @@ impl Screening {
             (.., Some(_)) => Some(Doubt::Unknown),
             _ => None,
         };
+        let [ax, ay] = self.test.confirmations();
+        let az = if self.mean_az().is_some_and(weighs_g) { Confirmation::Confirmed } else { Confirmation::Plausible };
+        for (kept, now) in self.accelerometers.iter_mut().zip([ax, ay, az]) {
+            // Sign and unit do not change in flight: once confirmed is enough, unless something is wrong after all.
+            if *kept != Confirmation::Confirmed || self.doubt.is_some() {
+                *kept = now;
+            }
+        }
     }
 
     /// The error that the last tests all named, and its R2; counts this test.
@@ -169,8 +181,13 @@ impl Screening {
 
     /// The unit of the accelerometers by the mean of az.
     fn unit_by_weight(&self) -> Option<&'static GrossError> {
+        self.mean_az().and_then(force_unit)
+    }
+
+    /// Mean of az, m/s^2, once it is one of long enough.
+    fn mean_az(&self) -> Option<f64> {
         let (sum, bins) = self.az;
-        if bins >= WEIGHED_BINS { force_unit(sum / f64::from(bins)) } else { None }
+        (bins >= WEIGHED_BINS).then(|| sum / f64::from(bins))
     }
 
     /// A channel of which too many readings are beyond what any aircraft reaches.
@@ -186,6 +203,11 @@ impl Screening {
     /// Why no number can be relied on.
     pub fn doubt(&self) -> Option<Doubt> {
         self.doubt
+    }
+
+    /// What is known about sign and unit of ax ay az; the weight tells those of az.
+    pub fn accelerometers(&self) -> [Confirmation; 3] {
+        self.accelerometers
     }
 
     /// Whether the channel stands still.

@@ -7,9 +7,9 @@ use super::{ACCELEROMETERS, PATIENCE_S, Recursive};
 use crate::flight::channel::Channel;
 use crate::flight::control::Control;
 use crate::flight::derivative::{Axis, Variable};
-use crate::realtime::estimation::record::{Aid, Instrumentation};
+use crate::realtime::estimation::record::{Aid, Confirmation, Instrumentation};
 use crate::realtime::regression::candidate::{REGRESSORS, STILL, is_primary, regressor};
-use crate::realtime::regression::record::Reason;
+use crate::realtime::regression::record::{EquationRecord, Reason};
 use crate::realtime::regression::required_aids::{needs, observed};
 
 impl Recursive {
@@ -42,6 +42,14 @@ impl Recursive {
         }
         let rejected = needs(axis).into_iter().find(|aid| !instruments.trusted[aid.index()])?;
         Some(Reason::AidRejected { channel: rejected.channel() })
+    }
+
+    /// Why a force that would have numbers has none after all: its accelerometer may be reversed, or in another unit. A moment
+    /// has no accelerometer.
+    pub(super) fn not_confirmed(axis: Axis, equation: &EquationRecord, instruments: &Instrumentation) -> Option<Reason> {
+        let (confirmation, &channel) = instruments.confirmations.get(axis.index()).zip(ACCELEROMETERS.get(axis.index()))?;
+        let has_numbers = equation.terms.iter().any(|term| term.variable.is_some());
+        (*confirmation == Confirmation::Doubted && has_numbers).then_some(Reason::NotConfirmed { channel })
     }
 
     /// Whether an unobserved velocity must have moved: its terms are in no equation and bias the others.
