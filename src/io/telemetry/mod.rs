@@ -4,6 +4,7 @@
 //! own keys, columns. Assumed: nothing of the bytes. Refused: what has no time or is no number, row by row, counted and said; a
 //! file whose format, preamble or header cannot be read, with the place.
 
+mod byte_window;
 pub mod chapter10;
 pub mod csv;
 pub mod format;

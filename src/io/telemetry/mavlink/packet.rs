@@ -6,6 +6,7 @@
 //! the end of the bytes; other bytes are counted as garbage. Signatures are skipped, not verified. Memory: one buffer of
 //! [`BUFFER`] bytes. A false start marker delays what follows by at most its supposed length, 280 bytes.
 
+use crate::io::telemetry::byte_window::ByteWindow;
 use mavlink::Message as _;
 use mavlink::dialects::ardupilotmega::MavMessage;
 
@@ -117,11 +118,7 @@ enum FrameCandidate {
 /// Finds frames.
 pub struct Framer {
     framing: Framing,
-    buffer: Box<[u8; BUFFER]>,
-    start: usize,
-    end: usize,
-    /// Place of `start` in the stream.
-    position: u64,
+    window: ByteWindow,
     /// The eight bytes before it, big-endian.
     before: u64,
     /// Where the last frame ended.
@@ -136,7 +133,7 @@ pub struct Framer {
 
 impl std::fmt::Debug for Framer {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Framer").field("position", &self.position).field("tally", &self.tally).finish_non_exhaustive()
+        f.debug_struct("Framer").field("position", &self.window.position()).field("tally", &self.tally).finish_non_exhaustive()
     }
 }
 
@@ -145,10 +142,7 @@ impl Framer {
     pub fn new(framing: Framing) -> Self {
         Framer {
             framing,
-            buffer: Box::new([0; BUFFER]),
-            start: 0,
-            end: 0,
-            position: 0,
+            window: ByteWindow::new(BUFFER),
             before: 0,
             frame_end: 0,
             expected: Some(framing.prefix()),
@@ -161,18 +155,7 @@ impl Framer {
     /// Takes in what there is room for and says how many bytes that was; at least one where [`Framer::next_packet`] has
     /// just given `None`.
     pub fn take(&mut self, bytes: &[u8]) -> usize {
-        if self.start > 0 {
-            self.buffer.copy_within(self.start..self.end, 0);
-            self.end -= self.start;
-            self.start = 0;
-        }
-        let room = self.buffer.get_mut(self.end..).unwrap_or_default();
-        let count = room.len().min(bytes.len());
-        if let (Some(room), Some(bytes)) = (room.get_mut(..count), bytes.get(..count)) {
-            room.copy_from_slice(bytes);
-            self.end += count;
-        }
-        count
+        self.window.take(bytes)
     }
 
     /// The next frame in what was taken in; `None` where more bytes are needed.
@@ -183,9 +166,9 @@ impl Framer {
     /// The next frame where no more bytes will come; `None` after the last.
     pub fn last_packet(&mut self) -> Option<Packet> {
         let packet = self.search(true);
-        if packet.is_none() && self.position > self.frame_end {
+        if packet.is_none() && self.window.position() > self.frame_end {
             match self.pending.take() {
-                Some(pending) if pending.from + pending.length == self.position => self.confirm(pending),
+                Some(pending) if pending.from + pending.length == self.window.position() => self.confirm(pending),
                 _ => self.lose_step(),
             }
         }
@@ -194,8 +177,8 @@ impl Framer {
 
     /// What was found so far; bytes that still wait for a decision do not count yet.
     pub fn tally(&self) -> FrameTally {
-        let undecided = if self.expected.is_some() { self.position - self.frame_end } else { 0 };
-        FrameTally { garbage_bytes: self.position.saturating_sub(self.accounted + undecided), ..self.tally }
+        let undecided = if self.expected.is_some() { self.window.position() - self.frame_end } else { 0 };
+        FrameTally { garbage_bytes: self.window.position().saturating_sub(self.accounted + undecided), ..self.tally }
     }
 
     fn prefix_of(&self, from: u64) -> u64 {
@@ -204,9 +187,9 @@ impl Framer {
 
     fn search(&mut self, ended: bool) -> Option<Packet> {
         loop {
-            let window = self.buffer.get(self.start..self.end)?;
+            let window = self.window.bytes();
             let first = *window.first()?;
-            let in_step = self.expected == Some(self.position);
+            let in_step = self.expected == Some(self.window.position());
             if first != MARKER_1 && first != MARKER_2 {
                 if in_step {
                     self.lose_step();
@@ -227,8 +210,8 @@ impl Framer {
                     if in_step {
                         self.confirm_pending();
                         let length = length as u64;
-                        self.pending = Some(Unverified { known, from: self.position, length });
-                        self.expected = Some(self.position + length + self.framing.prefix());
+                        self.pending = Some(Unverified { known, from: self.window.position(), length });
+                        self.expected = Some(self.window.position() + length + self.framing.prefix());
                     }
                     self.skip(first);
                 }
@@ -246,8 +229,7 @@ impl Framer {
 
     fn skip(&mut self, byte: u8) {
         self.before = self.before << 8 | u64::from(byte);
-        self.start += 1;
-        self.position += 1;
+        self.window.advance(1);
     }
 
     /// What was taken for frames was none: the bytes since the last one are garbage.
@@ -277,17 +259,16 @@ impl Framer {
     }
 
     fn accept(&mut self, length: usize, header: usize) -> Option<Packet> {
-        let frame = self.buffer.get(self.start..self.start + length)?;
+        let frame = self.window.bytes().get(..length)?;
         let packet = packet(frame, header)?;
-        let at = self.position;
+        let at = self.window.position();
         let gap = at - self.frame_end;
         let stamped = self.framing == Framing::Stamped && gap >= 8;
         let stamp_us = (stamped && self.before >> STAMP_BITS == 0).then_some(self.before);
         self.accounted += length as u64 + if stamped { 8 } else { 0 };
-        self.start += length;
-        self.position += length as u64;
-        self.frame_end = self.position;
-        self.expected = Some(self.position + self.framing.prefix());
+        self.window.advance(length);
+        self.frame_end = self.window.position();
+        self.expected = Some(self.window.position() + self.framing.prefix());
         self.tally.good += 1;
         Some(Packet { at, end: self.frame_end, stamp_us, ..packet })
     }

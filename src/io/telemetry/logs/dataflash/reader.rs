@@ -14,6 +14,7 @@ use super::format::{DataflashFormat, DataflashRole, FMT_TYPE, HEADER};
 use super::message::DataflashMessage;
 use super::tally::{DataflashTally, DataflashTruncation};
 use super::unit::DataflashUnits;
+use crate::io::telemetry::byte_window::ByteWindow;
 
 /// Bytes that are kept at most.
 pub const BUFFER: usize = 16 << 10;
@@ -31,22 +32,17 @@ enum Behind {
     Unknown,
 }
 
-/// Where a message stands in the buffer.
+/// Where a message stands in the log, and its length with its header.
 #[derive(Clone, Copy, Debug)]
 struct DataflashSpan {
-    from: usize,
-    to: usize,
-    kind: u8,
     at: u64,
+    length: usize,
+    kind: u8,
 }
 
 /// Reads messages.
 pub struct DataflashReader {
-    buffer: Box<[u8]>,
-    start: usize,
-    end: usize,
-    /// Place of `start` in the log.
-    position: u64,
+    window: ByteWindow,
     in_step: bool,
     formats: Vec<Option<DataflashFormat>>,
     units: DataflashUnits,
@@ -57,7 +53,10 @@ pub struct DataflashReader {
 
 impl std::fmt::Debug for DataflashReader {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("DataflashReader").field("position", &self.position).field("tally", &self.tally).finish_non_exhaustive()
+        f.debug_struct("DataflashReader")
+            .field("position", &self.window.position())
+            .field("tally", &self.tally)
+            .finish_non_exhaustive()
     }
 }
 
@@ -78,10 +77,7 @@ impl DataflashReader {
             *place = Some(DataflashFormat::of_fmt());
         }
         DataflashReader {
-            buffer: vec![0; BUFFER].into(),
-            start: 0,
-            end: 0,
-            position: 0,
+            window: ByteWindow::new(BUFFER),
             in_step: true,
             formats,
             units: DataflashUnits::default(),
@@ -93,18 +89,7 @@ impl DataflashReader {
     /// Takes in what there is room for and says how many bytes that was; at least one where
     /// [`next_message`](Self::next_message) has just given `None`.
     pub fn take(&mut self, bytes: &[u8]) -> usize {
-        if self.start > 0 {
-            self.buffer.copy_within(self.start..self.end, 0);
-            self.end -= self.start;
-            self.start = 0;
-        }
-        let room = self.buffer.get_mut(self.end..).unwrap_or_default();
-        let count = room.len().min(bytes.len());
-        if let (Some(room), Some(bytes)) = (room.get_mut(..count), bytes.get(..count)) {
-            room.copy_from_slice(bytes);
-            self.end += count;
-        }
-        count
+        self.window.take(bytes)
     }
 
     /// The next message in what was taken in; `None` where more bytes are needed.
@@ -136,7 +121,7 @@ impl DataflashReader {
 
     fn message(&self, found: DataflashSpan) -> Option<DataflashMessage<'_>> {
         let format = self.formats.get(usize::from(found.kind))?.as_ref()?;
-        let body = self.buffer.get(found.from + HEADER..found.to)?;
+        let body = self.window.at(found.at, found.length).and_then(|message| message.get(HEADER..))?;
         Some(DataflashMessage { format, units: &self.units, body, at: found.at })
     }
 
@@ -160,7 +145,7 @@ impl DataflashReader {
 
     fn search(&mut self, ended: bool) -> Option<DataflashSpan> {
         loop {
-            let window = self.buffer.get(self.start..self.end)?;
+            let window = self.window.bytes();
             if window.is_empty() || (window.len() < HEADER && !ended) {
                 return None;
             }
@@ -193,9 +178,8 @@ impl DataflashReader {
             if !std::mem::replace(&mut self.in_step, true) {
                 self.tally.resynchronised += 1;
             }
-            let found = DataflashSpan { from: self.start, to: self.start + length, kind, at: self.position };
-            self.start += length;
-            self.position += length as u64;
+            let found = DataflashSpan { at: self.window.position(), length, kind };
+            self.window.advance(length);
             self.tally.messages += 1;
             if self.accept(found) {
                 return Some(found);
@@ -212,7 +196,7 @@ impl DataflashReader {
 
     /// The byte at the start begins no message.
     fn no_message(&mut self, ended: bool) {
-        let window = self.buffer.get(self.start..self.end).unwrap_or_default();
+        let window = self.window.bytes();
         if self.in_step {
             let known = self.length_at(window);
             let marked = window.iter().zip(MARK).all(|(byte, mark)| *byte == mark);
@@ -221,14 +205,14 @@ impl DataflashReader {
                 let name =
                     kind.and_then(|kind| self.formats.get(usize::from(kind))?.as_ref()).map(|format| format.name.to_string());
                 self.tally.truncated = Some(DataflashTruncation {
-                    at: self.position,
+                    at: self.window.position(),
                     kind,
                     name: name.unwrap_or_default(),
                     found: window.len(),
                     expected: known.unwrap_or_default(),
                 });
-                self.position += window.len() as u64;
-                self.start = self.end;
+                let rest = window.len();
+                self.window.advance(rest);
                 return;
             }
             if marked {
@@ -241,15 +225,14 @@ impl DataflashReader {
 
     fn lose_step(&mut self) {
         self.in_step = false;
-        self.tally.first_damage_at.get_or_insert(self.position);
+        self.tally.first_damage_at.get_or_insert(self.window.position());
     }
 
     /// Drops bytes up to the next one that can begin a message.
     fn pass_over(&mut self) {
-        let window = self.buffer.get(self.start..self.end).unwrap_or_default();
+        let window = self.window.bytes();
         let next = window.iter().skip(1).position(|byte| *byte == MARK[0]).map_or(window.len(), |at| at + 1);
-        self.start += next;
-        self.position += next as u64;
+        self.window.advance(next);
         self.tally.garbage_bytes += next as u64;
     }
 
@@ -279,7 +262,7 @@ impl DataflashReader {
     }
 
     fn define(&mut self, found: DataflashSpan) {
-        let body = self.buffer.get(found.from + HEADER..found.to).unwrap_or_default();
+        let body = self.window.at(found.at, found.length).and_then(|message| message.get(HEADER..)).unwrap_or_default();
         let (format, warning) = match DataflashFormat::parse(body, found.at) {
             Ok(parsed) => parsed,
             Err(error) => return self.tally.complain(error),

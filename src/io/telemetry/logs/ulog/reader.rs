@@ -15,6 +15,7 @@ use super::message::UlogMessage;
 use super::shape::{HEADER, LONG, fits, header, sizes};
 use super::state::{UlogAgreement, UlogState};
 use super::tally::{UlogTally, UlogTruncation};
+use crate::io::telemetry::byte_window::ByteWindow;
 
 /// Bytes that are kept at most: a message of any size and those that prove it.
 pub const BUFFER: usize = 128 << 10;
@@ -35,11 +36,16 @@ enum Followed {
 
 #[derive(Clone, Copy, Debug)]
 struct UlogSpan {
-    from: usize,
-    to: usize,
-    kind: u8,
     at: u64,
+    size: usize,
+    kind: u8,
     time_us: Option<u64>,
+}
+
+impl UlogSpan {
+    fn payload<'a>(&self, bytes: &'a ByteWindow) -> &'a [u8] {
+        bytes.at(self.at + HEADER as u64, self.size).unwrap_or_default()
+    }
 }
 
 /// The 16 bytes that a ULog begins with.
@@ -53,11 +59,7 @@ pub struct UlogHeader {
 
 /// Reads messages.
 pub struct UlogReader {
-    buffer: Box<[u8]>,
-    start: usize,
-    end: usize,
-    /// Place of `start` in the log.
-    position: u64,
+    bytes: ByteWindow,
     in_step: bool,
     header: Option<UlogHeader>,
     refused: Option<UlogError>,
@@ -69,7 +71,7 @@ pub struct UlogReader {
 
 impl std::fmt::Debug for UlogReader {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("UlogReader").field("position", &self.position).field("tally", &self.tally).finish_non_exhaustive()
+        f.debug_struct("UlogReader").field("position", &self.bytes.position()).field("tally", &self.tally).finish_non_exhaustive()
     }
 }
 
@@ -83,10 +85,7 @@ impl UlogReader {
     /// Nothing read yet.
     pub fn new() -> Self {
         UlogReader {
-            buffer: vec![0; BUFFER].into(),
-            start: 0,
-            end: 0,
-            position: 0,
+            bytes: ByteWindow::new(BUFFER),
             in_step: true,
             header: None,
             refused: None,
@@ -99,18 +98,7 @@ impl UlogReader {
     /// Takes in what there is room for and says how many bytes that was; at least one where
     /// [`next_message`](Self::next_message) has just given `None`.
     pub fn take(&mut self, bytes: &[u8]) -> usize {
-        if self.buffer.len() - self.end < bytes.len() && self.start > 0 {
-            self.buffer.copy_within(self.start..self.end, 0);
-            self.end -= self.start;
-            self.start = 0;
-        }
-        let room = self.buffer.get_mut(self.end..).unwrap_or_default();
-        let count = room.len().min(bytes.len());
-        if let (Some(room), Some(bytes)) = (room.get_mut(..count), bytes.get(..count)) {
-            room.copy_from_slice(bytes);
-            self.end += count;
-        }
-        count
+        self.bytes.take(bytes)
     }
 
     /// The next message in what was taken in; `None` where more bytes are needed.
@@ -156,7 +144,7 @@ impl UlogReader {
     }
 
     fn read_header(&mut self, ended: bool) -> Result<bool, UlogError> {
-        let window = self.buffer.get(self.start..self.end).unwrap_or_default();
+        let window = self.bytes.bytes();
         let shown = window.len().min(MAGIC.len());
         if window.get(..shown) != MAGIC.get(..shown) {
             return Err(UlogError::Magic { found: window.get(..shown).unwrap_or_default().to_vec() });
@@ -174,14 +162,13 @@ impl UlogReader {
     }
 
     fn advance(&mut self, count: usize) {
-        self.start += count;
-        self.position += count as u64;
+        self.bytes.advance(count);
     }
 
     /// What is there up to the next section, and whether nothing more will come before it.
     fn window(&self, ended: bool) -> (&[u8], bool) {
-        let window = self.buffer.get(self.start..self.end).unwrap_or_default();
-        let limit = self.sections.last().map(|section| section.saturating_sub(self.position));
+        let window = self.bytes.bytes();
+        let limit = self.sections.last().map(|section| section.saturating_sub(self.bytes.position()));
         match limit.and_then(|limit| window.get(..usize::try_from(limit).ok()?)) {
             Some(window) => (window, true),
             None => (window, ended),
@@ -190,7 +177,7 @@ impl UlogReader {
 
     fn search(&mut self, ended: bool) -> Result<Option<UlogSpan>, UlogError> {
         loop {
-            if self.sections.last() == Some(&self.position) {
+            if self.sections.last() == Some(&self.bytes.position()) {
                 self.sections.pop();
                 self.tally.appended_sections += 1;
                 self.in_step = true;
@@ -234,7 +221,7 @@ impl UlogReader {
             if !std::mem::replace(&mut self.in_step, true) {
                 self.tally.resynchronised += 1;
             }
-            let found = UlogSpan { from: self.start + HEADER, to: self.start + length, kind, at: self.position, time_us: None };
+            let found = UlogSpan { at: self.bytes.position(), size, kind, time_us: None };
             self.advance(length);
             if let Some(found) = self.accept(found, agreement)? {
                 return Ok(Some(found));
@@ -308,7 +295,7 @@ impl UlogReader {
         }
         if self.sections.is_empty() {
             let (expected, kind) = header(window).map_or((0, None), |(size, kind)| (HEADER + size, Some(kind)));
-            self.tally.truncated = Some(UlogTruncation { at: self.position, kind, found, expected });
+            self.tally.truncated = Some(UlogTruncation { at: self.bytes.position(), kind, found, expected });
         } else {
             self.tally.cut_at_section += 1;
         }
@@ -325,7 +312,7 @@ impl UlogReader {
 
     fn lose_step(&mut self) {
         if std::mem::replace(&mut self.in_step, false) {
-            self.tally.first_damage_at.get_or_insert(self.position);
+            self.tally.first_damage_at.get_or_insert(self.bytes.position());
         }
     }
 
@@ -341,7 +328,7 @@ impl UlogReader {
             return Ok(None);
         }
         self.tally.count(kind);
-        let payload = self.buffer.get(found.from..found.to).unwrap_or_default();
+        let payload = found.payload(&self.bytes);
         match agreement {
             UlogAgreement::Good => {}
             UlogAgreement::Unsubscribed => {
@@ -385,7 +372,7 @@ impl UlogReader {
             self.tally.misplaced_flags += 1;
             return Ok(false);
         }
-        let payload = self.buffer.get(found.from..found.to).unwrap_or_default();
+        let payload = found.payload(&self.bytes);
         let incompatible = payload.get(8..16).unwrap_or_default();
         for (index, bits) in incompatible.iter().enumerate() {
             let unknown = bits & !if index == 0 { APPENDED } else { 0 };
@@ -396,7 +383,7 @@ impl UlogReader {
         if incompatible.first().is_some_and(|bits| bits & APPENDED != 0) {
             let offsets = payload.get(16..40).unwrap_or_default().chunks_exact(8);
             let offsets = offsets.filter_map(|bytes| bytes.first_chunk().map(|bytes| u64::from_le_bytes(*bytes)));
-            let mut behind = self.position;
+            let mut behind = self.bytes.position();
             for offset in offsets.filter(|offset| *offset != 0) {
                 if offset <= behind {
                     self.tally.complain(UlogError::Offset { at, offset });
@@ -410,7 +397,6 @@ impl UlogReader {
     }
 
     fn message(&self, found: UlogSpan) -> Option<UlogMessage<'_>> {
-        let payload = self.buffer.get(found.from..found.to)?;
-        UlogMessage::of(&self.state, found.kind, payload, found.at, found.time_us)
+        UlogMessage::of(&self.state, found.kind, found.payload(&self.bytes), found.at, found.time_us)
     }
 }
