@@ -8,8 +8,8 @@
 use super::bin_means::{BIN_S, BinMeans};
 use super::gross_error::{GROSS_ERRORS, GrossError};
 use super::kinematic_agreement::{
-    AGREES, Agreement, COMPARED, CorrectionGain, Increments, OUTPUT_CHANNELS, OUTPUTS, OutputRates, SIGNAL, THRESHOLD, by_arm,
-    compared_increments, compared_output, contradicts, correction_gain, likeliest, output_rates,
+    AGREES, AGREES_PARTLY, Agreement, COMPARED, CorrectionGain, Increments, OUTPUT_CHANNELS, OUTPUTS, OutputRates, SIGNAL,
+    THRESHOLD, by_arm, compared_increments, compared_output, contradicts, correction_gain, likeliest, output_rates,
 };
 use super::kinematic_slope::{Confirmation, KinematicSlope};
 use crate::flight::channel::{CHANNELS, Channel, MOTION_CHANNELS};
@@ -122,7 +122,7 @@ impl GrossErrorTest {
             let corrected = taken(moments, &increments, kept, |k| window.noise_var(k, Some(error)));
             // A response to gusts opposes them: a weak agreement with a reversed sign is no evidence in moving air.
             let found = contradicted.then(|| correction_gain(&as_recorded, &corrected, windows)).flatten();
-            *gain = found.filter(|found| found.a[1] < AGREES);
+            *gain = found.filter(|found| found.a[1] < AGREES && each_agrees(error, &corrected));
         }
     }
 
@@ -172,6 +172,15 @@ fn taken(moments: &mut OutputMoments, increments: &Increments, kept: f32, noise_
         one.add(measured, kinematic, kept);
         one.a(2.0 * noise_var(k))
     })
+}
+
+/// Of several reversed signs each has to bear itself out: one that does would take along another that gusts oppose.
+fn each_agrees(error: &GrossError, corrected: &Agreement) -> bool {
+    let agrees = |channel: &Channel| {
+        let output = OUTPUT_CHANNELS.iter().position(|output| output == channel);
+        output.and_then(|output| *corrected.get(output)?).is_none_or(|a| a < AGREES_PARTLY)
+    };
+    !matches!(error, GrossError::Turned(_)) || error.channels().iter().all(agrees)
 }
 
 /// Whose reading a channel's is, by index, and times what, with an error corrected.

@@ -33,9 +33,10 @@ const A_MIN: f64 = 0.02;
 const CONTRARY: f64 = 0.5;
 /// a below which an output agrees with the kinematics.
 pub const AGREES: f64 = 0.25;
-/// A reversed sign makes a up to four: weaker limits on a, before and after, where noise contributes to both.
+/// A reversed sign makes a up to four: this is a weaker limit, with the next, where noise contributes before and after.
 const OPPOSED: f64 = 1.5;
-const AGREES_PARTLY: f64 = 0.6;
+/// a below which an output agrees in air that moves.
+pub const AGREES_PARTLY: f64 = 0.6;
 /// Gain of an error that is reported: the entry threshold of `fault_selection`, raised for the 60 errors tested.
 pub const THRESHOLD: f64 = 24.0;
 /// Difference of gains within which two errors cannot be distinguished.

@@ -17,8 +17,9 @@ const LAGS: usize = 16;
 const WINDOW_BINS: f64 = 8.0;
 /// Windows before there is a slope: five seconds.
 const COUNT_MIN: f32 = 50.0;
-/// Standard errors of a slope that is certain enough.
+/// Standard errors of a slope that is certain enough, and how large they may be.
 const CONFIRMS: f64 = 2.0;
+const KNOWN: f64 = 0.5;
 /// Least slope of an aircraft that follows the air: what its vanes measure then is against the force.
 const FOLLOWS_AIR: f64 = -0.4;
 /// Standard errors below it, and above 1, of a slope that contradicts.
@@ -104,7 +105,7 @@ impl KinematicSlope {
     pub fn confirms(&self) -> bool {
         self.slope().is_some_and(|Slope { value, std }| {
             let (low, high) = (value - CONFIRMS * std, value + CONFIRMS * std);
-            low > 0.0 && value < SLOPE_HIGH && high > SLOPE_LOW
+            std < KNOWN && low > 0.0 && value < SLOPE_HIGH && high > SLOPE_LOW
         })
     }
 
