@@ -80,6 +80,8 @@ pub struct Recursive {
     settling: [Settling; AXES],
     statuses: [Status; AXES],
     six_axis: Option<SixAxisDerivatives>,
+    /// Accelerometers whose sign or unit is in doubt.
+    doubted: [bool; 3],
     /// Axes in which another method of estimation gives other numbers.
     contradicted: [bool; AXES],
     /// Instrumental variables of the record up to `instruments_of_s` of excited time; `None` where there are none.
@@ -119,6 +121,7 @@ impl Recursive {
             settling: [Settling::new(config.settled_s); AXES],
             statuses: [Status::Waiting; AXES],
             six_axis: None,
+            doubted: [true; 3],
             contradicted: [false; AXES],
             instruments: None,
             instruments_of_s: f64::NEG_INFINITY,
@@ -242,6 +245,7 @@ impl Recursive {
     pub fn record(&mut self, time_s: f64, elapsed_s: f64, instruments: &Instrumentation) -> DerivativesRecord {
         self.age_s += elapsed_s;
         self.silent_s += elapsed_s;
+        self.judge_accelerometers(instruments);
         let mut fits: [Option<Fit>; AXES] = [const { None }; AXES];
         let mut equations = Axis::ALL.map(|axis| {
             let refused = self.refusal(axis, instruments);
@@ -249,7 +253,7 @@ impl Recursive {
                 Some(reason) => (EquationRecord::empty(axis, Status::NotIdentifiable(reason)), None),
                 None => self.equation(axis, time_s, instruments),
             };
-            if let Some(reason) = Recursive::not_confirmed(axis, &equation, instruments) {
+            if let Some(reason) = self.not_confirmed(axis, &equation) {
                 return EquationRecord::empty(axis, Status::NotIdentifiable(reason));
             }
             fits[axis.index()] = fit;

@@ -44,12 +44,26 @@ impl Recursive {
         Some(Reason::AidRejected { channel: rejected.channel() })
     }
 
+    /// Takes up what the kinematics tell about the accelerometers. Without excitation gusts alone speak, which may confirm but do
+    /// not put in doubt.
+    pub(super) fn judge_accelerometers(&mut self, instruments: &Instrumentation) {
+        for (doubted, confirmation) in self.doubted.iter_mut().zip(instruments.confirmations) {
+            match confirmation {
+                Confirmation::Confirmed => *doubted = false,
+                Confirmation::Plausible | Confirmation::Doubted if self.excited => {
+                    *doubted = confirmation == Confirmation::Doubted
+                }
+                Confirmation::Plausible | Confirmation::Doubted => {}
+            }
+        }
+    }
+
     /// Why a force that would have numbers has none after all: its accelerometer may be reversed, or in another unit. A moment
     /// has no accelerometer.
-    pub(super) fn not_confirmed(axis: Axis, equation: &EquationRecord, instruments: &Instrumentation) -> Option<Reason> {
-        let (confirmation, &channel) = instruments.confirmations.get(axis.index()).zip(ACCELEROMETERS.get(axis.index()))?;
+    pub(super) fn not_confirmed(&self, axis: Axis, equation: &EquationRecord) -> Option<Reason> {
+        let (&doubted, &channel) = self.doubted.get(axis.index()).zip(ACCELEROMETERS.get(axis.index()))?;
         let has_numbers = equation.terms.iter().any(|term| term.variable.is_some());
-        (*confirmation == Confirmation::Doubted && has_numbers).then_some(Reason::NotConfirmed { channel })
+        (doubted && has_numbers).then_some(Reason::NotConfirmed { channel })
     }
 
     /// Whether an unobserved velocity must have moved: its terms are in no equation and bias the others.
