@@ -17,8 +17,9 @@ const LAGS: usize = 16;
 const WINDOW_BINS: f64 = 8.0;
 /// Windows before there is a slope: five seconds.
 const COUNT_MIN: f32 = 50.0;
-/// Standard errors of a slope that is certain enough, and how large they may be.
-const CONFIRMS: f64 = 2.0;
+/// Standard errors from zero, and how large they may be, of a slope that confirms: a reversed instrument, at -1, is then three or
+/// more away.
+const CONFIRMS: f64 = 1.0;
 const KNOWN: f64 = 0.5;
 /// Least slope of an aircraft that follows the air: what its vanes measure then is against the force.
 const FOLLOWS_AIR: f64 = -0.4;
@@ -116,7 +117,7 @@ impl KinematicSlope {
 
     /// Whether the slope is known to be that of the right unit and of still air.
     pub fn is_one(&self) -> bool {
-        self.slope().is_some_and(|Slope { value, std }| (value - 1.0).abs() + CONFIRMS * std < AROUND_ONE)
+        self.slope().is_some_and(|Slope { value, std }| (value - 1.0).abs() + 2.0 * std < AROUND_ONE)
     }
 
     /// (1) and (2); `None` with too few windows.
