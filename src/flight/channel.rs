@@ -103,6 +103,10 @@ impl Channel {
         Channel::Rho,
     ];
 
+    /// The accelerometers, in the order of the body axes.
+    pub const ACCELEROMETERS: [Channel; 3] = [Channel::Ax, Channel::Ay, Channel::Az];
+    /// The rate gyros, in the order of the body axes.
+    pub const GYROS: [Channel; 3] = [Channel::P, Channel::Q, Channel::R];
     /// The four pilot controls, in the order of the control derivatives.
     pub const CONTROLS: [Channel; 4] = [Channel::LonCyclic, Channel::LatCyclic, Channel::Collective, Channel::Pedal];
 

@@ -15,7 +15,7 @@ use super::ekf::{Ekf, FilterObserver};
 use super::fixed_lag::FixedLag;
 use super::gust_velocity::GustVelocity;
 use super::health::AidHealth;
-use super::latest::{ACCELEROMETERS, INPUTS, Input};
+use super::latest::{INPUTS, Input};
 use super::latest::{Latest, carries_rates};
 use super::noise::NoiseStatistics;
 use super::process::{
@@ -189,7 +189,7 @@ impl Estimator {
         let moves = |channel| !self.screening.stands_still(channel);
         Instrumentation {
             gyros: found.gyros && [Channel::P, Channel::Q, Channel::R].into_iter().all(moves),
-            accelerometers: core::array::from_fn(|i| found.accelerometers[i] && moves(ACCELEROMETERS[i])),
+            accelerometers: core::array::from_fn(|i| found.accelerometers[i] && moves(Channel::ACCELEROMETERS[i])),
             aids: Aid::ALL.map(|aid| found.aids[aid.index()] && moves(aid.channel())),
             confirmations: self.screening.accelerometers(),
             doubt: self.screening.doubt(),

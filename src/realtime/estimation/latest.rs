@@ -30,12 +30,9 @@ pub struct Latest {
     interval_s: f64,
 }
 
-const GYROS: [Channel; 3] = [Channel::P, Channel::Q, Channel::R];
-pub(super) const ACCELEROMETERS: [Channel; 3] = [Channel::Ax, Channel::Ay, Channel::Az];
-
 /// Whether all three rates were sampled.
 pub fn carries_rates(sample: &Sample) -> bool {
-    GYROS.iter().all(|&gyro| sample.get(gyro).is_some())
+    Channel::GYROS.iter().all(|&gyro| sample.get(gyro).is_some())
 }
 
 impl Latest {
@@ -61,7 +58,7 @@ impl Latest {
 
     /// Takes a sample in; says whether it is a tick: all three rates were sampled.
     pub fn take(&mut self, sample: &Sample) -> bool {
-        for (slope, channel) in self.slopes.iter_mut().zip(ACCELEROMETERS.into_iter().chain(GYROS)) {
+        for (slope, channel) in self.slopes.iter_mut().zip(Channel::ACCELEROMETERS.into_iter().chain(Channel::GYROS)) {
             if let Some(value) = sample.get(channel) {
                 let interval_s = sample.time_s - self.times_s[channel.index()];
                 let fresh = interval_s > 0.0 && interval_s <= self.hold_s;
@@ -118,10 +115,10 @@ impl Latest {
         let mut input = [0.0; INPUTS];
         let mut measured = [false; 3];
         for i in 0..3 {
-            let force = self.get(ACCELEROMETERS[i], time_s).map(|_| self.now(i, ACCELEROMETERS[i], time_s));
+            let force = self.get(Channel::ACCELEROMETERS[i], time_s).map(|_| self.now(i, Channel::ACCELEROMETERS[i], time_s));
             measured[i] = force.is_some();
             input[i] = force.unwrap_or(balance[i]);
-            input[3 + i] = self.now(3 + i, GYROS[i], time_s);
+            input[3 + i] = self.now(3 + i, Channel::GYROS[i], time_s);
         }
         (input, measured)
     }
@@ -132,8 +129,8 @@ impl Latest {
         Instrumentation {
             running,
             rate_hz: if self.interval_s > 0.0 { 1.0 / self.interval_s } else { 0.0 },
-            gyros: GYROS.into_iter().all(seen),
-            accelerometers: ACCELEROMETERS.map(seen),
+            gyros: Channel::GYROS.into_iter().all(seen),
+            accelerometers: Channel::ACCELEROMETERS.map(seen),
             aids: Aid::ALL.map(|aid| seen(aid.channel())),
             trusted: [true; AIDS],
             as_expected: [true; AIDS],

@@ -55,8 +55,6 @@ const SMALL_CONTRIBUTION: f64 = 0.1;
 /// Deviation of a control in a test input, rad.
 const TEST_INPUT_RAD: f64 = 0.01;
 
-const ACCELEROMETERS: [Channel; 3] = [Channel::Ax, Channel::Ay, Channel::Az];
-
 /// The regression stage.
 #[derive(Clone, Debug)]
 pub struct Recursive {
@@ -211,7 +209,7 @@ impl Recursive {
 
     /// One event for each channel that was silent at an instant of the grid.
     fn missing(&mut self, record: &SmoothedRecord, trim: &TrimRecord) {
-        for (i, channel) in ACCELEROMETERS.into_iter().enumerate() {
+        for (i, channel) in Channel::ACCELEROMETERS.into_iter().enumerate() {
             if trim.specific_force[i].is_finite() && !record.specific_force[i].is_finite() {
                 self.report_once(channel, RegressionEvent::SignalMissing { channel });
             }

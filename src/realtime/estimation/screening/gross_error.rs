@@ -28,13 +28,13 @@ const AX: &[Channel] = &[Channel::Ax];
 const AY: &[Channel] = &[Channel::Ay];
 const TAS: &[Channel] = &[Channel::Tas];
 const ALTITUDE: &[Channel] = &[Channel::Altitude];
-const GYROS: &[Channel] = &[Channel::P, Channel::Q, Channel::R];
+const GYROS: &[Channel] = &Channel::GYROS;
 const ATTITUDE: &[Channel] = &[Channel::Phi, Channel::Theta, Channel::Psi];
 const VANES: &[Channel] = &[Channel::Alpha, Channel::Beta];
 const ANGLES: &[Channel] = &[Channel::Phi, Channel::Theta, Channel::Psi, Channel::Alpha, Channel::Beta];
 const ALL_ANGLES: &[Channel] =
     &[Channel::P, Channel::Q, Channel::R, Channel::Phi, Channel::Theta, Channel::Psi, Channel::Alpha, Channel::Beta];
-const FORCES: &[Channel] = &[Channel::Ax, Channel::Ay, Channel::Az];
+const FORCES: &[Channel] = &Channel::ACCELEROMETERS;
 
 /// Units of airspeed, in m/s.
 pub const SPEEDS: [(&str, f64); 4] = [("kn", 1852.0 / 3600.0), ("km/h", 1.0 / 3.6), ("ft/s", FOOT), ("mph", 0.447_04)];

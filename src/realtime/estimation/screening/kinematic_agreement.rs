@@ -51,8 +51,7 @@ pub type Agreement = [Option<f64>; COMPARED];
 
 /// Channel of a compared output; the accelerometer of a share.
 pub fn compared_channel(k: usize) -> Channel {
-    const FORCES: [Channel; 3] = [Channel::Ax, Channel::Ay, Channel::Az];
-    k.checked_sub(OUTPUTS).map_or(OUTPUT_CHANNELS[k.min(OUTPUTS - 1)], |axis| FORCES[axis.min(2)])
+    k.checked_sub(OUTPUTS).map_or(OUTPUT_CHANNELS[k.min(OUTPUTS - 1)], |axis| Channel::ACCELEROMETERS[axis.min(2)])
 }
 
 /// The output that a compared one is, or that the accelerometer of a share contributes to.

@@ -102,7 +102,8 @@ impl KinematicSlope {
         self.past[0] = [kk, km];
     }
 
-    /// Whether sign and unit are certain to be right.
+    /// Whether sign and unit are right: the slope is known to 0.5 and more than one standard error above zero, so that a
+    /// reversed instrument, at -1, is three or more away.
     pub fn confirms(&self) -> bool {
         self.slope().is_some_and(|Slope { value, std }| {
             let (low, high) = (value - CONFIRMS * std, value + CONFIRMS * std);

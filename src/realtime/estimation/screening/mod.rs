@@ -78,6 +78,7 @@ pub struct Screening {
     likely: Option<(&'static GrossError, u32)>,
     /// Sum of az over bins, and their number.
     az: (f64, u32),
+    /// Whether the kinematics confirm ax, ay and az; what was confirmed stays so until an instrument is in doubt.
     accelerometers: [Confirmation; 3],
 }
 

@@ -3,7 +3,7 @@
 //! Consumes which instruments there are and how they are; produces the reason of an equation that has no numbers, and the terms
 //! that are not published.
 
-use super::{ACCELEROMETERS, PATIENCE_S, Recursive};
+use super::{PATIENCE_S, Recursive};
 use crate::flight::channel::Channel;
 use crate::flight::control::Control;
 use crate::flight::derivative::{Axis, Variable};
@@ -31,10 +31,10 @@ impl Recursive {
             return Some(Reason::Unobserved { variable: Variable::U, missing: Channel::Tas });
         }
         if axis.is_force() && !instruments.accelerometers[axis.index()] {
-            return Some(Reason::NoAccelerometer { channel: ACCELEROMETERS[axis.index()] });
+            return Some(Reason::NoAccelerometer { channel: Channel::ACCELEROMETERS[axis.index()] });
         }
         if axis.is_force() && self.trim.is_some_and(|trim| !trim.specific_force[axis.index()].is_finite()) {
-            return Some(Reason::NoTrim { channel: ACCELEROMETERS[axis.index()] });
+            return Some(Reason::NoTrim { channel: Channel::ACCELEROMETERS[axis.index()] });
         }
         let (needed, vane) = if axis.is_lateral() { (Variable::V, Aid::Sideslip) } else { (Variable::W, Aid::Incidence) };
         if !observed(needed, instruments) {
@@ -61,7 +61,7 @@ impl Recursive {
     /// Why a force that would have numbers has none after all: its accelerometer may be reversed, or in another unit. A moment
     /// has no accelerometer.
     pub(super) fn not_confirmed(&self, axis: Axis, equation: &EquationRecord) -> Option<Reason> {
-        let (&doubted, &channel) = self.doubted.get(axis.index()).zip(ACCELEROMETERS.get(axis.index()))?;
+        let (&doubted, &channel) = self.doubted.get(axis.index()).zip(Channel::ACCELEROMETERS.get(axis.index()))?;
         let has_numbers = equation.terms.iter().any(|term| term.variable.is_some());
         (doubted && has_numbers).then_some(Reason::NotConfirmed { channel })
     }

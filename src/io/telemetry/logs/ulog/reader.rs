@@ -157,12 +157,8 @@ impl UlogReader {
         let start_us = u64::from_le_bytes([a, b, c, d, e, f, g, h]);
         self.header = Some(UlogHeader { version, start_us });
         self.state.start(start_us);
-        self.advance(FILE_HEADER);
+        self.bytes.advance(FILE_HEADER);
         Ok(true)
-    }
-
-    fn advance(&mut self, count: usize) {
-        self.bytes.advance(count);
     }
 
     /// What is there up to the next section, and whether nothing more will come before it.
@@ -222,7 +218,7 @@ impl UlogReader {
                 self.tally.resynchronised += 1;
             }
             let found = UlogSpan { at: self.bytes.position(), size, kind, time_us: None };
-            self.advance(length);
+            self.bytes.advance(length);
             if let Some(found) = self.accept(found, agreement)? {
                 return Ok(Some(found));
             }
@@ -299,7 +295,7 @@ impl UlogReader {
         } else {
             self.tally.cut_at_section += 1;
         }
-        self.advance(found);
+        self.bytes.advance(found);
     }
 
     /// Whether a whole message that would be taken up out of step stands there.
@@ -317,7 +313,7 @@ impl UlogReader {
     }
 
     fn pass_over(&mut self) {
-        self.advance(1);
+        self.bytes.advance(1);
         self.tally.garbage_bytes += 1;
     }
 
