@@ -15,8 +15,8 @@ use super::ekf::{Ekf, FilterObserver};
 use super::fixed_lag::FixedLag;
 use super::gust_velocity::GustVelocity;
 use super::health::AidHealth;
+use super::latest::Latest;
 use super::latest::{INPUTS, Input};
-use super::latest::{Latest, carries_rates};
 use super::noise::NoiseStatistics;
 use super::process::{
     ACCELEROMETER_BIAS, ALTITUDE, ANGULAR_ACCELERATION, ATTITUDE, GYRO_BIAS, RATES, SCALE_ERROR, SPECIFIC_FORCE, STATES, State,
@@ -249,7 +249,7 @@ impl Estimator {
         });
         self.vibration.clean(&mut sample);
         let silence_s = self.latest.silence_s(sample.time_s);
-        if silence_s > self.config.hold_s && verdict == Verdict::Use && !carries_rates(&sample) {
+        if silence_s > self.config.hold_s && verdict == Verdict::Use && !self.latest.completes_rates(&sample) {
             // The rates are too old to run the filter on.
             self.notice(EstimationEvent::RatesSilent { seconds: silence_s });
             self.restart();

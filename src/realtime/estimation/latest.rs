@@ -26,13 +26,17 @@ pub struct Latest {
     /// Changes of the inertial channels from the last sample but one to the last, a second; zero where that is too old.
     slopes: [f64; INPUTS],
     seen: u32,
+    /// Gyros sampled since the last tick, a bit each.
+    rates: u8,
     tick_s: Option<f64>,
     interval_s: f64,
 }
 
-/// Whether all three rates were sampled.
-pub fn carries_rates(sample: &Sample) -> bool {
-    Channel::GYROS.iter().all(|&gyro| sample.get(gyro).is_some())
+const ALL_RATES: u8 = 0b111;
+
+/// The rates of a sample, a bit each.
+fn rates_of(sample: &Sample) -> u8 {
+    Channel::GYROS.iter().enumerate().map(|(i, &gyro)| u8::from(sample.get(gyro).is_some()) << i).sum()
 }
 
 impl Latest {
@@ -44,6 +48,7 @@ impl Latest {
             times_s: [f64::NEG_INFINITY; CHANNELS],
             slopes: [0.0; INPUTS],
             seen: 0,
+            rates: 0,
             tick_s: None,
             interval_s: 0.0,
         }
@@ -53,10 +58,17 @@ impl Latest {
     pub fn clear(&mut self) {
         self.times_s = [f64::NEG_INFINITY; CHANNELS];
         self.slopes = [0.0; INPUTS];
+        self.rates = 0;
         self.tick_s = None;
     }
 
-    /// Takes a sample in; says whether it is a tick: all three rates were sampled.
+    /// Whether each rate was sampled since the last tick, with this sample: together, or one after the other as the words of a
+    /// slow telemetry frame.
+    pub fn completes_rates(&self, sample: &Sample) -> bool {
+        self.rates | rates_of(sample) == ALL_RATES
+    }
+
+    /// Takes a sample in; says whether it is a tick: it completes the rates.
     pub fn take(&mut self, sample: &Sample) -> bool {
         for (slope, channel) in self.slopes.iter_mut().zip(Channel::ACCELEROMETERS.into_iter().chain(Channel::GYROS)) {
             if let Some(value) = sample.get(channel) {
@@ -72,7 +84,8 @@ impl Latest {
             }
         }
         self.seen |= sample.present;
-        let tick = carries_rates(sample);
+        let tick = self.completes_rates(sample);
+        self.rates = if tick { 0 } else { self.rates | rates_of(sample) };
         if tick {
             if let Some(before_s) = self.tick_s {
                 let interval_s = sample.time_s - before_s;
@@ -84,7 +97,7 @@ impl Latest {
         tick
     }
 
-    /// How long ago the rates last came together, s.
+    /// How long ago the rates were last complete, s.
     pub fn silence_s(&self, time_s: f64) -> f64 {
         self.tick_s.map_or(0.0, |tick_s| time_s - tick_s)
     }
@@ -139,5 +152,49 @@ impl Latest {
             noise: SignalNoise::NONE,
             doubt: None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::realtime::estimation::process::STATES;
+
+    fn sample(time_s: f64, rates: &[(Channel, f64)]) -> Sample {
+        let mut sample = Sample::new(time_s);
+        rates.iter().for_each(|&(channel, value)| sample.set(channel, value));
+        sample
+    }
+
+    #[test]
+    fn rates_in_samples_of_their_own_are_one_tick_at_the_last_of_them() {
+        let mut latest = Latest::new(0.5);
+        let mut ticks = Vec::new();
+        for frame in 0..4 {
+            let start_s = 0.04 * f64::from(frame);
+            for (word, channel) in (0..).zip(Channel::GYROS) {
+                let time_s = start_s + 0.004 * f64::from(word);
+                if latest.take(&sample(time_s, &[(channel, 2.0 * time_s)])) {
+                    ticks.push(time_s);
+                }
+            }
+        }
+        assert_eq!(ticks.len(), 4);
+        assert!((latest.interval_s() - 0.04).abs() < 1e-12);
+        // A straight line is read at the time of the tick, whichever word carried it.
+        let (input, _) = latest.input(ticks[3], &[0.0; STATES]);
+        input[3..].iter().for_each(|rate| assert!((rate - 2.0 * ticks[3]).abs() < 1e-12, "{input:?}"));
+    }
+
+    #[test]
+    fn a_faster_gyro_does_not_tick_without_the_others() {
+        let mut latest = Latest::new(0.5);
+        let [p, q, r] = Channel::GYROS;
+        let ticks = [&[(p, 0.0), (q, 0.0), (r, 0.0)][..], &[(p, 0.0)], &[(p, 0.0), (q, 0.0), (r, 0.0)], &[(q, 0.0)]]
+            .iter()
+            .zip(0..)
+            .map(|(rates, i)| latest.take(&sample(0.01 * f64::from(i), rates)))
+            .collect::<Vec<_>>();
+        assert_eq!(ticks, [true, false, true, false]);
     }
 }

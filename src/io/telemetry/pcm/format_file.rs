@@ -52,6 +52,9 @@
 //! name = "gear"
 //! places = [{ word = 20, bits = [3, 3] }, { word = 40, bits = [3, 3], frame = 2 }]   # several unlike places
 //! calibration = { kind = "table", pairs = [[0, 0], [1, 100]] }
+//! [run]                            # keys of the run, as in the preamble of a CSV run file
+//! aircraft = "Puma"
+//! vane_position_m = [13.08, 0, 0]
 //! ```
 
 use super::bits::LineCode;
@@ -65,7 +68,10 @@ use super::format_error::FormatPlace;
 use super::format_tables::{CalibrationTable, FormatDocument, IdTable, ParameterTable, PartTable, PlaceTable, SyncTable};
 use super::layout::PcmFormat;
 use super::sync_pattern::{PolarityRule, SyncPattern, SyncRules};
+use crate::flight::file::run_file::RunInfo;
 use crate::flight::file::toml_reader::nearest;
+use crate::io::telemetry::record::RecordingError;
+use std::path::Path;
 use toml::Spanned;
 
 /// A mistake in the file.
@@ -80,6 +86,40 @@ pub struct PcmFormatFileError {
     pub what: String,
 }
 
+/// A format, and what its file says of the run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PcmFormatFile {
+    /// The format.
+    pub format: PcmFormat,
+    /// The table `run`.
+    pub info: RunInfo,
+}
+
+impl PcmFormatFile {
+    /// Reads the file's text.
+    ///
+    /// # Errors
+    /// As [`PcmFormat::from_toml`], and where a key of the run has another type.
+    pub fn from_toml(text: &str) -> Result<Self, PcmFormatFileError> {
+        let format = PcmFormat::from_toml(text)?;
+        let document: FormatDocument = parsed(text)?;
+        let Some(run) = &document.run else { return Ok(PcmFormatFile { format, info: RunInfo::default() }) };
+        let info = RunInfo::from_toml(&run.get_ref().to_string());
+        let info = info.map_err(|wrong| in_text(text, (run.span().start, format!("run: {}", wrong.what))))?;
+        Ok(PcmFormatFile { format, info })
+    }
+
+    /// Reads the file.
+    ///
+    /// # Errors
+    /// [`RecordingError`] with path, line and column.
+    pub fn read(path: &Path) -> Result<Self, RecordingError> {
+        let whole = |what: String| RecordingError::Whole { path: path.into(), what };
+        let text = std::fs::read_to_string(path).map_err(|source| RecordingError::Io { path: path.into(), source })?;
+        PcmFormatFile::from_toml(&text).map_err(|wrong| whole(format!("expected a format of PCM frames: {wrong}")))
+    }
+}
+
 /// A mistake: its byte offset, and what was expected and found.
 type Wrong = (usize, String);
 
@@ -89,13 +129,17 @@ impl PcmFormat {
     /// # Errors
     /// [`PcmFormatFileError`] where it is not TOML, a key is not known or missing, or the format cannot be.
     pub fn from_toml(text: &str) -> Result<Self, PcmFormatFileError> {
-        let document: FormatDocument = toml::from_str(text).map_err(|error: toml::de::Error| {
-            let start = error.span().map_or(0, |span| span.start);
-            in_text(text, (start, with_nearest(error.message())))
-        })?;
+        let document = parsed(text)?;
         let spec = spec_of(&document).map_err(|wrong| in_text(text, wrong))?;
         PcmFormat::new(spec).map_err(|error| in_text(text, (start_of(&document, &error.place), error.to_string())))
     }
+}
+
+fn parsed(text: &str) -> Result<FormatDocument, PcmFormatFileError> {
+    toml::from_str(text).map_err(|error: toml::de::Error| {
+        let start = error.span().map_or(0, |span| span.start);
+        in_text(text, (start, with_nearest(error.message())))
+    })
 }
 
 fn spec_of(document: &FormatDocument) -> Result<PcmFormatSpec, Wrong> {

@@ -24,6 +24,7 @@ pub(super) struct FormatDocument {
     pub(super) word: Vec<Spanned<WordTable>>,
     #[serde(default)]
     pub(super) parameter: Vec<Spanned<ParameterTable>>,
+    pub(super) run: Option<Spanned<toml::Table>>,
 }
 
 #[derive(Deserialize)]

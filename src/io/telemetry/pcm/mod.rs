@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! bytes of the line -> FrameSynchronizer -> minor frames -> Decommutator -> samples   (both: PcmDecoder)
-//!                                         PcmFormat                              |
+//!                                         PcmFormat                              |  -> PcmRows -> rows of channels
 //! bytes of the line <- PcmEncoder        <------------------------------- values of parameters
 //! ```
 //!
@@ -29,6 +29,8 @@ mod format_tables;
 pub mod frame_sync;
 pub mod layout;
 mod polynomial;
+pub mod recording;
+pub mod rows;
 pub mod subframe;
 pub mod sync_pattern;
 #[cfg(test)]

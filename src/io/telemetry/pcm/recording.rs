@@ -1,0 +1,171 @@
+//! A stream of PCM in a file as a recording: rows of channels in order of time.
+//!
+//! Consumes the bytes of the line as they were received, and the format; produces [`RecordingRow`]s ([`PcmRows`]), whose time is
+//! that of their words, s from the first bit of the file. What the synchroniser and the decommutator lost is said by
+//! [`PcmRecording::shortfall`]. Refused: a format whose channels have units of another quantity, a file in which no minor frame
+//! is found.
+
+use super::decoder::PcmDecoder;
+use super::format_file::PcmFormatFile;
+use super::layout::PcmFormat;
+use super::rows::PcmRows;
+use crate::flight::file::run_file::{RecordingColumn, RunInfo};
+use crate::flight::sample::Sample;
+use crate::io::telemetry::record::{RecordingError, RecordingRow, SkippedByReason};
+use std::collections::VecDeque;
+use std::fs::File;
+use std::io::{ErrorKind, Read};
+use std::path::{Path, PathBuf};
+
+/// Read at once, bytes.
+const BLOCK: usize = 4096;
+
+/// A stream that is being read.
+pub struct PcmRecording {
+    path: PathBuf,
+    file: File,
+    format: PcmFormat,
+    decoder: PcmDecoder,
+    rows: PcmRows,
+    info: RunInfo,
+    waiting: VecDeque<RecordingRow>,
+    row: RecordingRow,
+    skipped: SkippedByReason,
+    ended: bool,
+}
+
+impl std::fmt::Debug for PcmRecording {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("PcmRecording").field("path", &self.path).field("format", &self.format.spec().name).finish_non_exhaustive()
+    }
+}
+
+impl PcmRecording {
+    /// Opens a file of that format.
+    ///
+    /// # Errors
+    /// [`RecordingError`] where the file cannot be opened, or the format's parameters cannot be channels.
+    pub fn open(path: &Path, format: PcmFormatFile) -> Result<Self, RecordingError> {
+        let whole = |what: String| RecordingError::Whole { path: path.into(), what };
+        let file = File::open(path).map_err(|error| whole(format!("cannot be opened: {error}")))?;
+        if file.metadata().is_ok_and(|of| of.is_dir()) {
+            return Err(whole("expected a stream of PCM, found a directory".into()));
+        }
+        let PcmFormatFile { format, mut info } = format;
+        let rows = PcmRows::new(&format).map_err(|what| whole(format!("format of its frames: {what}")))?;
+        info.set_controls(rows.controls());
+        Ok(PcmRecording {
+            path: path.into(),
+            file,
+            decoder: PcmDecoder::new(&format, 0.0),
+            format,
+            rows,
+            info,
+            waiting: VecDeque::new(),
+            row: RecordingRow { number: 0, sample: Sample::new(0.0), others: Vec::new() },
+            skipped: SkippedByReason::default(),
+            ended: false,
+        })
+    }
+
+    /// What the format says of the run.
+    pub fn info(&self) -> &RunInfo {
+        &self.info
+    }
+
+    /// The time, then the parameters in the order of the format.
+    pub fn columns(&self) -> &[RecordingColumn] {
+        self.rows.columns()
+    }
+
+    /// No row is skipped: samples are left out, [`PcmRecording::shortfall`] says how many.
+    pub fn skipped(&self) -> &SkippedByReason {
+        &self.skipped
+    }
+
+    /// What was lost or left out, in words; complete after the last row.
+    pub fn shortfall(&self) -> Option<String> {
+        let parts = [losses_in_words(&self.decoder), self.rows.unused().words()];
+        let parts: Vec<String> = parts.into_iter().flatten().collect();
+        (!parts.is_empty()).then(|| parts.join(", "))
+    }
+
+    /// The next row; `None` at the end.
+    ///
+    /// # Errors
+    /// [`RecordingError`] where reading fails, or the end comes without a row.
+    pub fn next_row(&mut self) -> Result<Option<&RecordingRow>, RecordingError> {
+        while self.waiting.is_empty() && !self.ended {
+            self.read_on()?;
+        }
+        match self.waiting.pop_front() {
+            Some(row) => {
+                self.row = row;
+                Ok(Some(&self.row))
+            }
+            None if self.row.number > 0 => Ok(None),
+            None => Err(self.nothing()),
+        }
+    }
+
+    fn read_on(&mut self) -> Result<(), RecordingError> {
+        let mut block = [0; BLOCK];
+        let count = loop {
+            match self.file.read(&mut block) {
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                read => break read.map_err(|source| RecordingError::Io { path: self.path.clone(), source })?,
+            }
+        };
+        let PcmRecording { decoder, rows, waiting, .. } = self;
+        let mut each = |row: &RecordingRow| waiting.push_back(row.clone());
+        decoder.feed(block.get(..count).unwrap_or_default(), |sample| rows.put(&sample, &mut each));
+        if count == 0 {
+            decoder.finish(|sample| rows.put(&sample, &mut each));
+            rows.finish(&mut each);
+            self.ended = true;
+        }
+        Ok(())
+    }
+
+    fn nothing(&self) -> RecordingError {
+        let counters = self.decoder.synchronizer.counters();
+        let sync = self.format.spec().sync;
+        let digits = usize::try_from(sync.bits.div_ceil(4)).unwrap_or_default();
+        let what = if counters.minor_frames == 0 {
+            format!(
+                "expected minor frames of {} bits behind the sync pattern {:0digits$X} ({} bits), found none in {} bits",
+                self.format.minor_frame_bits(),
+                sync.pattern,
+                sync.bits,
+                counters.bits
+            )
+        } else {
+            let why = self.shortfall().map(|what| format!(": {what}")).unwrap_or_default();
+            format!("expected samples, found none that can be used in {} minor frames{why}", counters.minor_frames)
+        };
+        RecordingError::Whole { path: self.path.clone(), what }
+    }
+}
+
+/// What the synchroniser and the decommutator of a stream lost; `None` where that is nothing.
+#[must_use]
+pub fn losses_in_words(decoder: &PcmDecoder) -> Option<String> {
+    let (sync, data) = (decoder.synchronizer.counters(), decoder.decommutator.counters());
+    let parts = [
+        (sync.losses, "losses of frame lock"),
+        (sync.missed_syncs, "sync patterns missing at their place"),
+        (sync.discarded, "minor frames discarded"),
+        (sync.slips, "bit slips"),
+        (sync.polarity_changes, "changes of polarity"),
+        (data.withheld_frames, "minor frames with unknown subframe number"),
+        (data.subframe_id.jumps, "jumps of the subframe identifier"),
+        (data.subframe_id.out_of_range, "subframe identifiers out of range"),
+    ];
+    let parts: Vec<String> =
+        parts.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")).collect();
+    (!parts.is_empty()).then(|| parts.join(", "))
+}
+
+#[cfg(test)]
+#[path = "recording_tests.rs"]
+mod tests;
