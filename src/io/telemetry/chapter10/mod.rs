@@ -23,6 +23,8 @@ pub mod time;
 pub mod time_relation;
 pub mod tmats;
 pub mod tmats_check;
+pub mod tmats_format;
+pub mod tmats_measurements;
 pub mod tmats_pcm;
 pub mod udp;
 pub mod udp_receiver;

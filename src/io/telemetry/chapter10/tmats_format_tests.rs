@@ -1,0 +1,47 @@
+//! Formats of setups written by hand.
+
+use super::*;
+use crate::io::telemetry::pcm::format::FrameSet;
+
+const SETUP: &str = "R-1\\TK1-1:3;R-1\\CDLN-1:A;P-1\\DLN:A;P-1\\D1:NRZ-L;P-1\\D2:204800;P-1\\D4:N;P-1\\D7:N;P-1\\F1:16;P-1\\F2:M;\
+    P-1\\F3:NO;P-1\\MF\\N:4;P-1\\MF1:31;P-1\\MF2:512;P-1\\MF4:32;P-1\\MF5:11111110011010110010100001000000;P-1\\ISF\\N:1;\
+    P-1\\ISF1-1:S;P-1\\ISF2-1:ID;P-1\\IDC1-1:1;P-1\\IDC3-1:15;P-1\\IDC4-1:2;P-1\\IDC6-1:1;P-1\\IDC7-1:2;P-1\\IDC10-1:INC;\
+    P-1\\MFW1-1:5;P-1\\MFW2-1:20;D-1\\DLN:A;D-1\\MN\\N-1:3;D-1\\MN-1-1:P;D-1\\WP-1-1-1-1:2;D-1\\WI-1-1-1-1:8;\
+    D-1\\MN-1-2:OUTSIDE;D-1\\WP-1-2-1-1:99;D-1\\MN-1-3:SUB;D-1\\WP-1-3-1-1:3;D-1\\FP-1-3-1-1:2;D-1\\FI-1-3-1-1:2;\
+    C-1\\DCN:P;C-1\\MN3:DEG/S;C-1\\BFM:TWO;C-1\\DCT:NON;";
+
+#[test]
+fn a_channel_is_a_format_with_its_measurements() {
+    let found = TmatsChannel::of_channel(&Tmats::parse(SETUP.as_bytes()), 3).unwrap();
+    let spec = found.format.spec();
+    assert_eq!((spec.bit_rate, spec.words, spec.word_bits, spec.minor_frames), (204_800.0, 31, 16, 4));
+    assert_eq!((spec.sync, spec.polarity), (SyncPattern::whole(0xFE6B_2840, 32), PolarityRule::Normal));
+    let id = SubframeId { part: WordPart { word: 1, bits: Some((15, 16)) }, first_value: 0, direction: CountDirection::Up };
+    assert_eq!(spec.subframe_id, Some(id));
+    // 32 bits of pattern, 29 words of 16 and one of 20.
+    assert_eq!(found.format.minor_frame_bits(), 32 + 29 * 16 + 20);
+    let names: Vec<&str> = spec.parameters.iter().map(|parameter| parameter.name.as_str()).collect();
+    assert_eq!(names, ["p", "SUB"]);
+    assert_eq!(spec.parameters[0].places[0].word_interval, Some(8));
+    assert_eq!(spec.parameters[1].places[0].frames, Some(FrameSet { first: 2, interval: Some(2) }));
+    assert_eq!(found.left_out.len(), 1);
+    assert!(found.left_out[0].contains("OUTSIDE"), "{:?}", found.left_out);
+}
+
+#[test]
+fn what_the_setup_does_not_say_is_asked_for() {
+    for (attribute, expected) in [
+        ("P-1\\D2:204800;", "P-1\\D2: expected a value"),
+        ("P-1\\MF1:31;", "P-1\\MF1"),
+        ("P-1\\F1:16;", "P-1\\F1"),
+        ("P-1\\MF5:11111110011010110010100001000000;", "P-1\\MF5"),
+    ] {
+        let without = SETUP.replace(attribute, "");
+        assert_ne!(without, SETUP);
+        let said = TmatsChannel::of_channel(&Tmats::parse(without.as_bytes()), 3).unwrap_err();
+        assert!(said.contains(expected), "{said}");
+    }
+    let reversed = SETUP.replace("P-1\\F2:M;", "P-1\\F2:L;");
+    assert!(TmatsChannel::of_channel(&Tmats::parse(reversed.as_bytes()), 3).unwrap_err().contains("least significant"));
+    assert!(TmatsChannel::of_channel(&Tmats::parse(SETUP.as_bytes()), 7).is_err());
+}

@@ -1,0 +1,267 @@
+//! What the setup says of the measurements of a PCM channel: their places, their coding, their conversion.
+//!
+//! Consumes [`Tmats`] and the name of a data link; produces the parameters of a PCM format, and a sentence for each measurement
+//! that is left out. Attributes read:
+//! | `D-x` | | `C-d` | |
+//! | --- | --- | --- | --- |
+//! | `DLN` | data link, that of the `P` group | `DCN` | name of the measurement, that of `MN-y-n` |
+//! | `MN\N-y`, `MN-y-n` | measurements of list y (the first list) | `MN3` | engineering unit |
+//! | `MN3-y-n` | order of transfer (`M`, `D`) | `BFM`, `FPF` | binary format, floating-point format |
+//! | `LT-y-n` | kind of location: `WDFR`, word and frame | `DCT` | conversion: `NON`, `COE`, `PRS` |
+//! | `MML\N-y-n` | locations m | `CO`, `CO\N`, `CO-n` | coefficients of a polynomial |
+//! | `MNF\N-y-n-m` | fragments e of a location | `PS\N`, `PS1` | pair sets, whether a polynomial is fitted to them |
+//! | `WP` `WI` `-y-n-m-e` | word, interval of words | `PS3-n`, `PS4-n` | telemetry value, engineering value |
+//! | `FP` `FI` `-y-n-m-e` | minor frame, interval of minor frames | | |
+//! | `WFM` `WFT` `WFP` `-y-n-m-e` | bit mask, order of transfer, position (1 the most significant) | | |
+//!
+//! Left out, each with the reason: other kinds of location, words sent least significant bit first, ends of intervals (`EWP`,
+//! `EFP`), fragments in different minor frames, conversions by curve fits or algorithms. A measurement that is called as a
+//! channel, in capitals or not, is that channel; it needs a unit.
+//! Source: IRIG 106-09 Chapter 9, attribute groups D and C.
+
+use super::tmats::Tmats;
+use crate::flight::channel::Channel;
+use crate::flight::file::run_file::RecordingColumn;
+use crate::io::telemetry::pcm::calibration::{Calibration, OutsideRange};
+use crate::io::telemetry::pcm::encoding::RawEncoding;
+use crate::io::telemetry::pcm::format::{FrameSet, ParameterPlace, ParameterSpec, WordPart};
+
+/// Measurements that are read at most.
+pub const MEASUREMENTS: u32 = 4096;
+/// Locations of a measurement, fragments of a location, pairs and coefficients that are read at most.
+const LISTED: u32 = 1024;
+
+/// The measurements of a data link.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TmatsMeasurements {
+    /// Those that can be decommutated.
+    pub parameters: Vec<ParameterSpec>,
+    /// Those that cannot, each in a sentence.
+    pub left_out: Vec<String>,
+}
+
+impl TmatsMeasurements {
+    /// Reads the measurements of the data link of that name.
+    pub fn of_link(tmats: &Tmats, link: &str) -> Self {
+        let mut found = TmatsMeasurements::default();
+        let group = tmats.attributes().find_map(|(code, value)| {
+            let group = code.strip_suffix("\\DLN")?;
+            (group.starts_with("D-") && value == link).then(|| group.to_owned())
+        });
+        let Some(group) = group else { return found };
+        let d = MeasurementList { tmats, group: &group };
+        if d.number("ML\\N").is_some_and(|lists| lists > 1) {
+            found.left_out.push(format!("{group} has several measurement lists: the first is used"));
+        }
+        let count = d.number("MN\\N-1").unwrap_or(0);
+        if count > MEASUREMENTS {
+            found.left_out.push(format!("{group} has {count} measurements: the first {MEASUREMENTS} are read"));
+        }
+        for n in 1..=count.min(MEASUREMENTS) {
+            let Some(name) = d.text(&format!("MN-1-{n}")) else { continue };
+            match d.measurement(n, name) {
+                Ok(parameter) => found.parameters.push(parameter),
+                Err(why) => found.left_out.push(format!("measurement {name}: {why}")),
+            }
+        }
+        found
+    }
+}
+
+/// The attributes of a group D.
+struct MeasurementList<'a> {
+    tmats: &'a Tmats,
+    group: &'a str,
+}
+
+impl<'a> MeasurementList<'a> {
+    fn text(&self, name: &str) -> Option<&'a str> {
+        self.tmats.get(&format!("{}\\{name}", self.group)).filter(|value| !value.is_empty())
+    }
+
+    fn number(&self, name: &str) -> Option<u32> {
+        self.text(name)?.parse().ok()
+    }
+
+    fn measurement(&self, n: u32, name: &str) -> Result<ParameterSpec, String> {
+        match self.text(&format!("LT-1-{n}")) {
+            None | Some("WDFR") => {}
+            Some(other) => return Err(format!("location of kind {other}, word and frame (WDFR) is read")),
+        }
+        self.most_significant_first(&format!("MN3-1-{n}"))?;
+        let count = self.number(&format!("MML\\N-1-{n}")).unwrap_or(1);
+        if !(1..=LISTED).contains(&count) {
+            return Err(format!("{count} locations"));
+        }
+        let places = (1..=count).map(|m| self.place(n, m)).collect::<Result<Vec<_>, _>>()?;
+        let known = name.to_ascii_lowercase();
+        let name = if Channel::from_name(&known).is_some() { known } else { name.to_owned() };
+        let mut parameter = ParameterSpec { name: name.clone(), places, ..ParameterSpec::default() };
+        self.convert(&name, &mut parameter)?;
+        if Channel::from_name(&name).is_some() {
+            if parameter.unit.is_empty() {
+                return Err("no engineering unit (MN3 of its group C): not used as a channel".to_owned());
+            }
+            RecordingColumn::new(&name, Some(&parameter.unit))?;
+        }
+        Ok(parameter)
+    }
+
+    fn most_significant_first(&self, attribute: &str) -> Result<(), String> {
+        match self.text(attribute) {
+            None | Some("M" | "D" | "MSB") => Ok(()),
+            Some(other) => Err(format!("order of transfer {other}, the most significant bit first is read")),
+        }
+    }
+
+    /// The location m.
+    fn place(&self, n: u32, m: u32) -> Result<ParameterPlace, String> {
+        let count = self.number(&format!("MNF\\N-1-{n}-{m}")).unwrap_or(1);
+        if !(1..=LISTED).contains(&count) {
+            return Err(format!("{count} fragments"));
+        }
+        // Position of each fragment, its parts, its interval of words and its minor frames.
+        let mut fragments = Vec::new();
+        for e in 1..=count {
+            let of = |name: &str| format!("{name}-1-{n}-{m}-{e}");
+            for end in ["EWP", "EFP"] {
+                if self.text(&of(end)).is_some() {
+                    return Err(format!("interval with an end ({end})"));
+                }
+            }
+            self.most_significant_first(&of("WFT"))?;
+            let word = self.number(&of("WP")).ok_or_else(|| "no word position".to_owned())?;
+            let interval = self.number(&of("WI")).filter(|interval| *interval > 0);
+            let frames = match (self.number(&of("FP")), self.number(&of("FI"))) {
+                (Some(first), Some(interval)) => (!(first == 1 && interval == 1))
+                    .then_some(FrameSet { first, interval: Some(interval).filter(|interval| *interval > 0) }),
+                (Some(first), None) => (first > 1).then_some(FrameSet { first, interval: None }),
+                (None, _) => None,
+            };
+            let position = self.number(&of("WFP")).unwrap_or(e);
+            fragments.push((position, masked(word, self.text(&of("WFM")))?, interval, frames));
+        }
+        fragments.sort_by_key(|(position, ..)| *position);
+        if fragments.windows(2).any(|pair| matches!(pair, [(one, ..), (next, ..)] if one == next)) {
+            return Err("two fragments at one position: their order is not known".to_owned());
+        }
+        let Some((_, _, word_interval, frames)) = fragments.first().cloned() else { return Err("no fragment".to_owned()) };
+        if fragments.iter().any(|(_, _, interval, set)| *interval != word_interval || *set != frames) {
+            return Err("fragments in different minor frames or at different intervals".to_owned());
+        }
+        let parts = fragments.into_iter().flat_map(|(_, parts, ..)| parts).collect();
+        Ok(ParameterPlace { parts, word_interval, frames })
+    }
+
+    /// Unit, encoding and calibration by the group C of that name; a number without unit where there is none.
+    fn convert(&self, name: &str, parameter: &mut ParameterSpec) -> Result<(), String> {
+        let group = self.tmats.attributes().find_map(|(code, value)| {
+            let group = code.strip_suffix("\\DCN")?;
+            (group.starts_with("C-") && value.eq_ignore_ascii_case(name)).then(|| group.to_owned())
+        });
+        let Some(group) = group else { return Ok(()) };
+        let c = MeasurementList { tmats: self.tmats, group: &group };
+        parameter.unit = unit(c.text("MN3").unwrap_or_default());
+        parameter.encoding = c.encoding(parameter)?;
+        parameter.calibration = match c.text("DCT") {
+            None | Some("NON") => Calibration::Identity,
+            Some("COE") => {
+                let order = c.number("CO\\N").unwrap_or(0);
+                if order > LISTED {
+                    return Err(format!("{order} coefficients"));
+                }
+                let coefficient = |code: String| match c.text(&code) {
+                    None => Ok(0.0),
+                    Some(value) => value.parse().map_err(|_| format!("coefficient {code}: expected a number, found {value}")),
+                };
+                let codes = std::iter::once("CO".to_owned()).chain((1..=order).map(|n| format!("CO-{n}")));
+                let coefficients = codes.map(coefficient).collect::<Result<Vec<f64>, _>>()?;
+                Calibration::Polynomial { coefficients, range: None, outside: OutsideRange::Refuse }
+            }
+            Some("PRS") => c.pairs()?,
+            Some(other) => return Err(format!("conversion of kind {other}; NON, COE and PRS are read")),
+        };
+        Ok(())
+    }
+
+    /// Pairs joined by straight lines.
+    fn pairs(&self) -> Result<Calibration, String> {
+        if self.text("PS1").is_some_and(|fitted| fitted.starts_with(['Y', 'y'])) {
+            return Err("conversion by a curve fitted to pair sets".to_owned());
+        }
+        let value = |code: String| {
+            let text = self.text(&code).ok_or_else(|| format!("no {code}"))?;
+            text.parse::<f64>().map_err(|_| format!("{code}: expected a number, found {text}"))
+        };
+        let count = self.number("PS\\N").unwrap_or(0).min(LISTED);
+        let mut pairs = (1..=count)
+            .map(|n| Ok((value(format!("PS3-{n}"))?, value(format!("PS4-{n}"))?)))
+            .collect::<Result<Vec<(f64, f64)>, String>>()?;
+        pairs.sort_by(|one, two| one.0.total_cmp(&two.0));
+        Ok(Calibration::PairWiseLinear { pairs, outside: OutsideRange::Refuse })
+    }
+
+    fn encoding(&self, parameter: &ParameterSpec) -> Result<RawEncoding, String> {
+        match self.text("BFM") {
+            None | Some("UNS") => Ok(RawEncoding::Unsigned),
+            Some("TWO" | "INT") => Ok(RawEncoding::TwosComplement),
+            Some("ONE") => Ok(RawEncoding::OnesComplement),
+            Some("OFF") => Ok(RawEncoding::OffsetBinary),
+            Some("SIG") => Ok(RawEncoding::SignMagnitude),
+            Some("BCD") => Ok(RawEncoding::Bcd),
+            Some("FPT") => {
+                let format = self.text("FPF").unwrap_or_default().to_ascii_uppercase();
+                let kinds = [
+                    (&["IEEE", "32"][..], RawEncoding::Ieee754Single),
+                    (&["IEEE", "64"], RawEncoding::Ieee754Double),
+                    (&["1750A", "32"], RawEncoding::Mil1750A32),
+                    (&["1750A", "48"], RawEncoding::Mil1750A48),
+                ];
+                let found = kinds.iter().find(|(words, _)| words.iter().all(|word| format.contains(word)));
+                found.map(|(_, encoding)| *encoding).ok_or_else(|| format!("floating-point format `{format}`"))
+            }
+            Some(other) => Err(format!("binary format {other} of {}", parameter.name)),
+        }
+    }
+}
+
+/// The parts of a word that a mask selects, its runs of ones.
+fn masked(word: u32, mask: Option<&str>) -> Result<Vec<WordPart>, String> {
+    let Some(mask) = mask.filter(|mask| !mask.eq_ignore_ascii_case("FW")) else { return Ok(vec![WordPart { word, bits: None }]) };
+    if mask.len() > 64 || mask.bytes().any(|bit| !matches!(bit, b'0' | b'1')) {
+        return Err(format!("mask `{mask}`: expected FW or zeros and ones"));
+    }
+    let mut parts: Vec<WordPart> = Vec::new();
+    for (bit, _) in (1..).zip(mask.bytes()).filter(|(_, bit)| *bit == b'1') {
+        match parts.last_mut().and_then(|part| part.bits.as_mut()) {
+            Some((_, last)) if *last + 1 == bit => *last = bit,
+            _ => parts.push(WordPart { word, bits: Some((bit, bit)) }),
+        }
+    }
+    if parts.is_empty() { Err("mask without a one".to_owned()) } else { Ok(parts) }
+}
+
+/// Names of units in setups that are not ours, in small letters.
+const UNITS: [(&str, &str); 9] = [
+    ("deg/sec", "deg/s"),
+    ("rad/sec", "rad/s"),
+    ("m/sec", "m/s"),
+    ("m/s/s", "m/s^2"),
+    ("mtr/s/s", "m/s^2"),
+    ("mtr", "m"),
+    ("kts", "kn"),
+    ("knots", "kn"),
+    ("g's", "g"),
+];
+
+/// The unit in our spelling: setups are often in capitals.
+fn unit(text: &str) -> String {
+    let lower = text.to_ascii_lowercase();
+    let renamed = UNITS.iter().find(|(name, _)| *name == lower).map(|(_, unit)| (*unit).to_owned());
+    let simple = |unit: &str| ["deg", "rad", "m", "s", "ft", "kn", "km", "h", "g", "rpm"].contains(&unit);
+    renamed.unwrap_or_else(|| if lower.split('/').all(simple) { lower } else { text.to_owned() })
+}
+
+#[cfg(test)]
+#[path = "tmats_measurements_tests.rs"]
+mod tests;

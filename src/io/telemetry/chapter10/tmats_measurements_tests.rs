@@ -1,0 +1,78 @@
+//! Measurements of setups written by hand.
+
+use super::*;
+
+/// A setup of one list with the attributes of its only measurement, and of its conversion.
+fn only(name: &str, location: &str, conversion: &str) -> TmatsMeasurements {
+    let text = format!(
+        "D-4\\DLN:L;D-4\\ML\\N:1;D-4\\MN\\N-1:1;D-4\\MN-1-1:{name};D-4\\LT-1-1:WDFR;{location}C-2\\DCN:{name};{conversion}"
+    );
+    TmatsMeasurements::of_link(&Tmats::parse(text.as_bytes()), "L")
+}
+
+const WORD_2: &str = "D-4\\MML\\N-1-1:1;D-4\\MNF\\N-1-1-1:1;D-4\\WP-1-1-1-1:2;D-4\\WI-1-1-1-1:0;D-4\\FP-1-1-1-1:1;\
+    D-4\\FI-1-1-1-1:1;D-4\\WFM-1-1-1-1:FW;D-4\\WFT-1-1-1-1:M;D-4\\WFP-1-1-1-1:1;";
+
+#[test]
+fn a_whole_word_with_coefficients_is_a_channel_in_its_unit() {
+    let found = only("P", WORD_2, "C-2\\MN3:DEG/SEC;C-2\\BFM:TWO;C-2\\DCT:COE;C-2\\CO\\N:1;C-2\\CO:-1.5;C-2\\CO-1:.01;");
+    let expected = ParameterSpec {
+        name: "p".into(),
+        unit: "deg/s".into(),
+        places: vec![ParameterPlace::word(2)],
+        encoding: RawEncoding::TwosComplement,
+        calibration: Calibration::Polynomial { coefficients: vec![-1.5, 0.01], range: None, outside: OutsideRange::Refuse },
+        ..ParameterSpec::default()
+    };
+    assert_eq!(found, TmatsMeasurements { parameters: vec![expected], left_out: vec![] });
+}
+
+#[test]
+fn fragments_are_joined_by_position_and_masks_select_bits() {
+    let location = "D-4\\MNF\\N-1-1-1:2;D-4\\WP-1-1-1-1:7;D-4\\FP-1-1-1-1:5;D-4\\FI-1-1-1-1:32;D-4\\WFM-1-1-1-1:1110000000000001;\
+        D-4\\WFP-1-1-1-1:2;D-4\\WP-1-1-1-2:9;D-4\\FP-1-1-1-2:5;D-4\\FI-1-1-1-2:32;D-4\\WFM-1-1-1-2:FW;D-4\\WFP-1-1-1-2:1;";
+    let found = only(
+        "LONG",
+        location,
+        "C-2\\BFM:UNS;C-2\\DCT:PRS;C-2\\PS\\N:2;C-2\\PS1:N;C-2\\PS3-1:10;C-2\\PS4-1:1;C-2\\PS3-2:0;C-2\\PS4-2:0;",
+    );
+    let [parameter] = &found.parameters[..] else { panic!("{found:?}") };
+    let part = |word, bits| WordPart { word, bits };
+    let place = ParameterPlace {
+        parts: vec![part(9, None), part(7, Some((1, 3))), part(7, Some((16, 16)))],
+        word_interval: None,
+        frames: Some(FrameSet { first: 5, interval: Some(32) }),
+    };
+    assert_eq!(parameter.places, [place]);
+    let pairs = vec![(0.0, 0.0), (10.0, 1.0)];
+    assert_eq!(parameter.calibration, Calibration::PairWiseLinear { pairs, outside: OutsideRange::Refuse });
+}
+
+#[test]
+fn what_cannot_be_decommutated_is_left_out_with_its_reason() {
+    let cases = [
+        ("X", "D-4\\WP-1-1-1-1:2;D-4\\WFT-1-1-1-1:L;", "", "most significant bit first"),
+        ("X", "D-4\\WP-1-1-1-1:2;D-4\\EWP-1-1-1-1:9;", "", "interval with an end"),
+        ("X", "D-4\\WP-1-1-1-1:2;D-4\\WFM-1-1-1-1:12;", "", "zeros and ones"),
+        ("X", "D-4\\WP-1-1-1-1:2;D-4\\WFM-1-1-1-1:0000;", "", "without a one"),
+        ("X", "", "", "no word position"),
+        (
+            "X",
+            "D-4\\MNF\\N-1-1-1:2;D-4\\WP-1-1-1-1:2;D-4\\WP-1-1-1-2:3;D-4\\WFP-1-1-1-1:1;D-4\\WFP-1-1-1-2:1;",
+            "",
+            "one position",
+        ),
+        ("X", "D-4\\MNF\\N-1-1-1:2;D-4\\WP-1-1-1-1:2;D-4\\WP-1-1-1-2:3;D-4\\FP-1-1-1-2:2;", "", "different minor frames"),
+        ("X", WORD_2, "C-2\\DCT:DER;", "conversion of kind DER"),
+        ("X", WORD_2, "C-2\\BFM:BWT;", "binary format BWT"),
+        ("X", WORD_2, "C-2\\DCT:PRS;C-2\\PS\\N:2;C-2\\PS1:Y;", "curve fitted"),
+        ("q", WORD_2, "C-2\\BFM:TWO;", "no engineering unit"),
+        ("q", WORD_2, "C-2\\MN3:FURLONG;", "unknown unit"),
+    ];
+    for (name, location, conversion, expected) in cases {
+        let found = only(name, location, conversion);
+        assert!(found.parameters.is_empty(), "{expected}: {found:?}");
+        assert!(found.left_out.iter().any(|why| why.contains(expected)), "{expected}: {found:?}");
+    }
+    assert_eq!(TmatsMeasurements::of_link(&Tmats::parse(b"P-1\\DLN:L;"), "L"), TmatsMeasurements::default());
+}
