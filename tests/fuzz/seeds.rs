@@ -20,23 +20,28 @@ use std::io::Cursor;
 pub(crate) type Seed = (&'static str, &'static str, Vec<u8>);
 
 const SETUP: &str = "G\\PN:SEED;R-1\\TK1-1:7;R-1\\CDLN-1:A;R-1\\PDP-1:TM;R-1\\TK1-2:8;R-1\\DSI-2:S;M-7\\ID:S;M-7\\BB\\DLN:B;\n\
-    COMMENT: made for tests;P-1\\DLN:A;P-1\\D1:NRZ-L;P-1\\D2:1000000;P-1\\D4:N;P-1\\D7:N;P-1\\F1:8;P-1\\F2:M;P-1\\F3:NO;P-1\\MF\\N:4;\
+    COMMENT: made for tests;P-1\\DLN:A;P-1\\D1:NRZ-L;P-1\\D2:1000000;P-1\\D4:N;P-1\\D7:N;P-1\\F1:8;P-1\\F2:M;\
+    P-1\\F3:NO;P-1\\MF\\N:4;\
     P-1\\MF1:5;P-1\\MF2:48;P-1\\MF4:16;P-1\\MF5:1110101110010000;P-1\\SYNC1:2;P-1\\MFW1-1:2;P-1\\MFW2-1:10;P-1\\ISF\\N:1;\
     P-1\\ISF1-1:ID;P-1\\IDC1-1:1;P-1\\IDC4-1:8;P-1\\IDC5-1:M;P-1\\IDC6-1:0;P-1\\IDC8-1:3;P-1\\IDC10-1:INC;P-2\\DLN:B;P-2\\MF1:3;";
 
 const INSTRUMENTS: &str = "rate_hz = 100\naccelerometer_position_m = [0.4, 0.0, -0.2]\nvane_position_m = [6.5, 0.0, 0.5]\n\
-    [channel.p]\nrate_hz = 256\nnoise = 0.001\nbias = 0.002\nbias_std = 0.0005\nscale = 1.01\nlag = 0.02\ndelay = 0.01\nbits = 12\n\
+    [channel.p]\nrate_hz = 256\nnoise = 0.001\nbias = 0.002\nbias_std = 0.0005\nscale = 1.01\nlag = 0.02\n\
+    delay = 0.01\nbits = 12\n\
     range = [-1.0, 1.0]\ndropouts = { rate = 0.1, mean_length = 0.2 }\n[channel.tas]\nquantum = 0.1\n[dropouts]\nrate = 0.05\n\
     mean_length = 0.3\n[vibration]\nblades = 4\naz = [1.0, 0.3]\n";
 
 const MAPPING: &str = "system = 1\ncomponent = 1\naircraft = \"fixed_wing\"\nreorder_ms = 20\n[sources]\n\
     specific_force = [\"HIGHRES_IMU\", \"SCALED_IMU\"]\nrates = [\"HIGHRES_IMU\", \"ATTITUDE\"]\nattitude = [\"ATTITUDE\"]\n\
-    airspeed = [\"VFR_HUD\"]\nflow_angles = [\"AOA_SSA\"]\naltitude = []\ncontrols = [\"SERVO_OUTPUT_RAW\"]\nrotor_speed = [\"RPM\"]\n\
+    airspeed = [\"VFR_HUD\"]\nflow_angles = [\"AOA_SSA\"]\naltitude = []\ncontrols = [\"SERVO_OUTPUT_RAW\"]\n\
+    rotor_speed = [\"RPM\"]\n\
     [controls.rudder]\nchannel = 4\nzero_us = 1500\nfull_us = 500\nfull_deg = -20\n[rpm]\nsensor = 1\nratio = 0.1\n";
 
 const LINEAR: &str = "name = \"seed\"\nkind = \"linear\"\n[trim]\nu = 51.0\ntheta = 0.02\nrotor_speed = 28.0\n[trim.controls]\n\
-    pedal = 0.01\n[tolerance]\nderivatives = 0.05\n[tolerance.N]\nr = 0.02\n[derivatives.N]\nv = 0.03\np = -0.2\nr = -0.5\npedal = -1.2\n\
-    \"v*|v|\" = 1e-3\nrotor_speed = 0.01\n[derivatives.L]\np = -1.4\nlat_cyclic = 9.0\n[[effect]]\nkind = \"derivative\"\naxis = \"N\"\n\
+    pedal = 0.01\n[tolerance]\nderivatives = 0.05\n[tolerance.N]\nr = 0.02\n[derivatives.N]\nv = 0.03\n\
+    p = -0.2\nr = -0.5\npedal = -1.2\n\
+    \"v*|v|\" = 1e-3\nrotor_speed = 0.01\n[derivatives.L]\np = -1.4\nlat_cyclic = 9.0\n[[effect]]\n\
+    kind = \"derivative\"\naxis = \"N\"\n\
     variable = \"p\"\ndelta = -0.1\n";
 
 /// Every seed.

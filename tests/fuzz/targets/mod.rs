@@ -1,9 +1,10 @@
 //! The fuzz targets: for every parser of outside bytes a function that reads any bytes and fails where a promise is broken.
 //!
-//! In: bytes. Out: how many things were read in them, or a panic that says which promise is broken. Promised of each: no panic, an end; what is handed out is no
-//! more than the bytes can hold ([`Steps`]); memory within a bound that grows with the bytes ([`Target::run`]); the same
-//! result however the bytes are cut into pieces, where a parser takes pieces; and read again the same after it was written,
-//! where there is an encoder. The replay of the corpus and the long runs (`libfuzzer.rs`) call the same functions.
+//! In: bytes. Out: how many things were read in them, or a panic that says which promise is broken. Promised of each: no panic,
+//! an end; what is handed out is no more than the bytes can hold ([`Steps`]); memory within a bound that grows with the bytes
+//! ([`Target::run`]); the same result however the bytes are cut into pieces, where a parser takes pieces; and read again the same
+//! after it was written, where there is an encoder. The replay of the corpus and the long runs (`libfuzzer.rs`) call the same
+//! functions.
 
 mod chapter10;
 mod csv;
