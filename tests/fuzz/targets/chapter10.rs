@@ -39,12 +39,13 @@ type Packets = Vec<(u64, u16, u8, Integrity, usize)>;
 
 fn read<'a>(bytes: &[u8], limits: PacketLimits, pieces: impl Iterator<Item = &'a [u8]>) -> (PacketTally, Packets, String) {
     let mut reader = Chapter10Reader::new(limits);
-    let (mut survey, mut packets, mut end) = (RecordingSurvey::default(), Packets::new(), 0);
+    let (mut survey, mut packets, mut end, mut handed) = (RecordingSurvey::default(), Packets::new(), 0, 0);
     let mut steps = Steps::of(bytes, 1);
     let mut one = |packet: &Chapter10Packet<'_>| {
         steps.one();
         assert!(packet.at >= end, "packets overlap");
         end = packet.at + u64::from(packet.header.packet_length);
+        handed += u64::from(packet.header.packet_length);
         assert!(end <= bytes.len() as u64, "a packet is longer than the recording");
         packets.push((packet.at, packet.header.channel, packet.header.sequence, packet.integrity, packet.body.len()));
         survey.packet(packet);
@@ -62,7 +63,6 @@ fn read<'a>(bytes: &[u8], limits: PacketLimits, pieces: impl Iterator<Item = &'a
         one(&packet);
     }
     let tally = reader.tally();
-    let handed: u64 = survey.summary.lines().map(|(_, _, line)| line.bytes).sum();
     assert_eq!(handed + tally.skipped_bytes, bytes.len() as u64, "bytes that are neither handed out nor skipped");
     let text = format!("{} {:?}", survey.summary.table(&tally, &survey.relation), survey.contradictions());
     (tally, packets, text)
