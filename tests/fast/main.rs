@@ -21,6 +21,8 @@ mod consistency;
 mod equivalence;
 #[path = "../faults/mod.rs"]
 mod faults;
+#[path = "../fuzz/mod.rs"]
+mod fuzz;
 #[path = "../golden/mod.rs"]
 mod golden;
 #[path = "../identify/mod.rs"]
@@ -37,3 +39,6 @@ mod reference;
 mod telemetry;
 #[path = "../tidy/mod.rs"]
 mod tidy;
+
+#[global_allocator]
+static ALLOCATOR: support::allocations::Counted = support::allocations::Counted;

@@ -22,6 +22,9 @@ const LZ4_GAIN: u64 = 255;
 
 const OPCODE_AND_LENGTH: usize = 1 + 8;
 
+/// How much is read at once, bytes: memory follows what the file holds, not what a length in it claims.
+const BLOCK: usize = 256 << 10;
+
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Shortfall {
     /// Why reading stopped before the end of the file, and that it was cut off.
@@ -154,7 +157,7 @@ impl<R: Read> MessageStream<R> {
             };
             match step {
                 Step::Wants(count) => {
-                    let room = self.reader.insert(count);
+                    let room = self.reader.insert(count.min(BLOCK));
                     let read = read_some(&mut self.source, room)?;
                     self.record.extend_from_slice(room.get(..read).unwrap_or_default());
                     self.reader.notify_read(read);
@@ -262,7 +265,7 @@ impl Taken<'_> {
 
     /// Takes the records of a chunk, given with its opcode and length; of one that was cut off, those before the cut.
     fn chunk(&mut self, framed: &[u8], whole: bool) {
-        if let Err(reason) = plausible(framed.get(OPCODE_AND_LENGTH..).unwrap_or_default()) {
+        if let Err(reason) = plausible(framed.get(OPCODE_AND_LENGTH..).unwrap_or_default(), whole) {
             if whole {
                 self.damaged(&reason);
             }
@@ -303,8 +306,9 @@ impl Taken<'_> {
     }
 }
 
-/// Whether a chunk's own lengths can be true, before anything is done with them.
-fn plausible(chunk: &[u8]) -> Result<(), String> {
+/// Whether a chunk's own lengths can be true, before anything is done with them. Of one that was cut off, the records may be
+/// shorter than it says.
+fn plausible(chunk: &[u8], whole: bool) -> Result<(), String> {
     let mut fields = Fields(chunk);
     let header = (|| {
         fields.bytes(16)?;
@@ -313,6 +317,9 @@ fn plausible(chunk: &[u8]) -> Result<(), String> {
         Some((size, fields.text()?, fields.u64()?))
     })();
     let Some((size, compression, compressed)) = header else { return Err("a chunk is shorter than its header".to_owned()) };
+    if whole && compressed > fields.0.len() as u64 {
+        return Err(format!("a chunk claims {compressed} bytes of records, it has {}", fields.0.len()));
+    }
     let most = match compression {
         "" => compressed,
         "lz4" => compressed.saturating_mul(LZ4_GAIN),

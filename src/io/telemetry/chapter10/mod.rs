@@ -18,6 +18,7 @@ pub mod pcm_data;
 pub mod pcm_layout;
 pub mod sequence;
 pub mod summary;
+pub mod survey;
 pub mod sync_search;
 pub mod time;
 pub mod time_relation;

@@ -145,6 +145,10 @@ impl UlogReader {
 
     fn read_header(&mut self, ended: bool) -> Result<bool, UlogError> {
         let window = self.bytes.bytes();
+        // What is refused, and how that is said, must not depend on the pieces that the bytes come in.
+        if window.len() < MAGIC.len() && !ended {
+            return Ok(false);
+        }
         let shown = window.len().min(MAGIC.len());
         if window.get(..shown) != MAGIC.get(..shown) {
             return Err(UlogError::Magic { found: window.get(..shown).unwrap_or_default().to_vec() });

@@ -182,6 +182,9 @@ fn what_must_not_be_read_is_not() {
         assert!(matches!(error, UlogError::Incompatible { at: 16, index, .. } if index == byte), "{error}");
     }
     assert!(matches!(read(b"ULog\x01\x12\x36", 3).unwrap_err(), UlogError::Magic { .. }));
+    // What is said of it does not depend on the pieces.
+    let other = b"U, which is no log";
+    assert!((1..9).all(|piece| read(other, piece).unwrap_err() == UlogError::Magic { found: other[..7].to_vec() }));
     assert_eq!(read(b"", 3).unwrap_err(), UlogError::HeaderCut { found: 0 });
     assert_eq!(read(&writer.bytes()[..15], 3).unwrap_err(), UlogError::HeaderCut { found: 15 });
 }

@@ -179,7 +179,8 @@ impl UlogState {
                 None => {
                     let newest = self.newest_us / factor;
                     let ahead = ahead(newest);
-                    if ahead < range / 2 || newest < range - ahead { newest + ahead } else { newest - (range - ahead) }
+                    let later = newest.checked_add(ahead).filter(|_| ahead < range / 2 || newest < range - ahead);
+                    later.unwrap_or_else(|| newest.saturating_sub(range - ahead))
                 }
             };
             whole.saturating_mul(factor)
@@ -223,6 +224,10 @@ mod tests {
         let mut state = subscribed("uint8_t");
         state.start(1_000_000);
         assert_eq!([state.time(5, &[233]), state.time(5, &[1])], [Some((1_001_000, false)), Some((1_025_000, false))]);
+        // At the end of 64 bits the nearest later time does not exist: 2^64 - 1 ends in 65535, and the 5 before it is taken.
+        let mut state = subscribed("uint16_t");
+        state.start(u64::MAX);
+        assert_eq!(state.time(5, &5_u16.to_le_bytes()), Some((u64::MAX - 65_530, false)));
     }
 
     #[test]
