@@ -7,6 +7,9 @@ use std::f64::consts::TAU;
 /// Lines of the signal's spectrum.
 const LINES: usize = 120;
 
+/// Motion of an aircraft, to 2 Hz.
+pub(crate) const MOTION: Band = Band { std: 1.0, from_hz: 0.02, to_hz: 2.0, corner_hz: 0.5 };
+
 /// A sum of sines at random places of a band, of density 1/(1 + (f/corner)^4).
 #[derive(Clone, Debug)]
 pub(crate) struct Signal {
@@ -96,4 +99,9 @@ impl Recorder {
             (!lost).then_some((own_s, value))
         }))
     }
+}
+
+/// A recorder without gaps.
+pub(crate) fn recorder(rate_hz: f64, noise_std: f64, from_s: f64, to_s: f64) -> Recorder {
+    Recorder { rate_hz, noise_std, bias: 3.0, scale: 1.0, from_s, to_s, gaps_s: Vec::new() }
 }

@@ -1,10 +1,10 @@
 //! Rows of a second recording merged into those of a first, in order of time, on the first one's clock.
 //!
-//! Consumes rows of both ([`RowSource`]) and a [`ClockRelation`]; produces rows at the times of either, with empty cells where the
-//! other was not sampled: the estimator takes channels at their own times, so nothing is interpolated. Rows of the two that are no
-//! further apart than the tolerance, and nearest to each other, become one at the first one's time. A column that only the second
-//! has is added at the end; of one that both have [`MergeRule`] says whose values count, by default the first one's alone: one
-//! channel is one instrument.
+//! Consumes rows of both ([`RowSource`]) and a [`ClockRelation`]; produces rows at the times of either, with empty cells where
+//! the other was not sampled: the estimator takes channels at their own times, so nothing is interpolated. Rows of the two that
+//! are no further apart than the tolerance, and nearest to each other, become one at the first one's time. A column that only the
+//! second has is added at the end; of one that both have [`MergeRule`] says whose values count, by default the first one's alone:
+//! one channel is one instrument.
 //! Refused and counted ([`MergeTally`]), with the first place: rows without a finite time, and rows whose time does not grow within
 //! their recording; put disordered recordings through [`super::reorder`] before.
 //! Memory: two rows of each recording and the row that is handed on.

@@ -7,7 +7,7 @@
 //!     kappa = sum_(|l| <= L) (1 - |l|/(L + 1)) sum_n Psi_n Psi_(n-l) / (S^-1)_ii                         (2)
 //! the larger one of both. It counts where it is above 1 by more than three of its standard errors,
 //! sqrt(2 (2 L/3 + 1)/M) with M = (sum_n v_n)^2/sum_n v_n^2 for variances v_n of the Psi_n under white noise, and is 1 otherwise.
-//! Source: W. K. Newey and K. D. West, Econometrica 55, 1987, with L = 4 (N/100)^(2/9).
+//! Source: W. K. Newey and K. D. West, Econometrica 55, 1987, with L = 4 (N/100)^(2/9) as in Rev. Econ. Stud. 61, 1994.
 
 use super::joint_fit::{DRIFT, GLOBALS, JointData, JointFit, TIME};
 use super::spline::SplineRow;

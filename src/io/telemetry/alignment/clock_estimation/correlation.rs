@@ -12,7 +12,7 @@
 //! in at most a part alpha of unrelated pairs.
 //! Source: the generalised cross-correlation of C. H. Knapp and G. C. Carter, IEEE Trans. ASSP-24, 1976, with both signals
 //! whitened; (3) is the tail of R. A. Fisher's distribution of r (Biometrika 10, 1915) with n normal values; (4) by the sum over
-//! lags. n of (2) and the colour that is left make (3) an approximation, which `tests/telemetry/clock_relation.rs` counts.
+//! lags. n of (2) and the colour that is left make (3) an approximation, which `tests/telemetry/clock_coverage.rs` counts.
 
 use super::prewhitening::WhitePair;
 use crate::num::fft::{ComplexSeries, FourierTransform};

@@ -13,8 +13,8 @@
 //!     P = kappa H^-1 S H^-1                                                                            (5)
 //! with H as S from the second derivatives of the likelihood, in whose mean the noise of s' (which S takes for signal) is not
 //! contained. kappa is in [`super::coloured_residuals`]. The search is in the unit of the signals' standard deviations.
-//! Source: (5) for an unknown signal that is as noisy as its measurement: W. A. Fuller, Measurement Error Models, 1987, 3.2
-//! (observed information); elimination as usual.
+//! Source: (5) for an unknown signal that is as noisy as its measurement: W. A. Fuller, Measurement Error Models, 1987, on
+//! functional models; (5) for it is checked by coverage where the noise is as large as the signal.
 
 use super::spline::{SplineKnots, SplineRow};
 use crate::num::banded::{BandFactor, BandMatrix};

@@ -3,14 +3,16 @@
 //! Consumes the samples of the channel in both recordings, each in order of its own clock, of any rates, with gaps; theirs may
 //! have another bias, trend, scale and sign. Produces [`ClockEstimate`]: the relation with standard errors, and what it rests on.
 //! 1. Search over all offsets that leave an overlap, on several widths of bins and, for long records, several drifts:
-//!    significance of the correlation of the whitened records ([`correlation`]). The best width is where both agree most.
-//! 2. Maximum likelihood from there ([`joint_fit`]), on splines of ever closer knots while cross-validation gains by it.
-//! 3. Standard errors with the colour of the residuals ([`coloured_residuals`]).
+//!    significance of the correlation of the whitened records (`correlation`). The best width is where both agree most.
+//! 2. Maximum likelihood from there (`joint_fit`), on splines of ever closer knots while cross-validation gains by it.
+//! 3. Standard errors with the colour of the residuals (`coloured_residuals`).
 //!
 //! Refused ([`ClockUnknown`]), never answered with a wrong number: too little in common; no significant correlation; two peaks of
-//! similar height (a periodic manoeuvre); a record too short for the drift; a search that does not settle. On unrelated records
-//! a relation comes out in less than [`ClockSearch::false_alarm_rate`] of cases, by a bound that holds for any record of
-//! symmetric noise of one spectrum ([`correlation`] (2)).
+//! similar height (a periodic manoeuvre); a record too short for the drift; a search that does not settle. Of unrelated records
+//! at most a part [`ClockSearch::false_alarm_rate`] gets past the search (`correlation` (4)); none of 1000 pairs did, see
+//! `tests/telemetry/clock_coverage.rs`. What a model of the record foretells is no evidence: channels that move much (rates,
+//! forces, airspeed in gusts) tell more than attitude and altitude, and one free oscillation looks like another. Where a short
+//! record gives nothing, [`ClockSearch::difference_s`] with what is known of the offset lowers what is needed.
 //! Assumed: noise of the samples is white or nearly so (else see 3), and clocks run at constant rates: a clock that jumps within
 //! the record is for [`super::reorder`]. Memory: both records, and ten numbers for each interval of knots.
 //! Source: C. H. Knapp and G. C. Carter, IEEE Trans. ASSP-24, 1976: the standard error is held against their bound,
@@ -21,13 +23,14 @@ mod coloured_residuals;
 mod correlation;
 mod joint_fit;
 mod prewhitening;
+pub mod record;
 mod refinement;
 mod spline;
 
-use super::clock_relation::ClockRelation;
 use crate::flight::signal::series::Series;
 use correlation::{LagPeak, significances, threshold};
 use prewhitening::{BinnedRecord, whitened};
+use record::{Candidate, ClockEstimate, ClockSearch, ClockUnknown};
 use refinement::refined;
 
 /// Bins of one record at most: wider ones where it is longer.
@@ -44,103 +47,8 @@ const DRIFTS_MAX: usize = 41;
 /// Peaks so many bins apart are two.
 const APART: i64 = 4;
 
-/// What is searched, and what is taken for an answer.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ClockSearch {
-    /// Our time less theirs in the middle of their record, from, to, s; every offset that leaves an overlap where `None`.
-    pub difference_s: Option<(f64, f64)>,
-    /// The overlap is at least so long, s.
-    pub least_overlap_s: f64,
-    /// Drifts between minus and plus this are searched.
-    pub drift_max: f64,
-    /// The drift where it is known (0 for one clock that only started elsewhere); estimated where `None`.
-    pub drift: Option<f64>,
-    /// An estimate of the drift that is less certain is none.
-    pub drift_std_max: f64,
-    /// Part of unrelated pairs that may be taken for related ones.
-    pub false_alarm_rate: f64,
-    /// A second peak of this part of the first makes the answer ambiguous.
-    pub second_peak: f64,
-}
-
-impl Default for ClockSearch {
-    fn default() -> Self {
-        ClockSearch {
-            difference_s: None,
-            least_overlap_s: 10.0,
-            drift_max: 250e-6,
-            drift: None,
-            drift_std_max: 100e-6,
-            false_alarm_rate: 1e-3,
-            second_peak: 0.7,
-        }
-    }
-}
-
-/// The relation, and what it rests on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ClockEstimate {
-    /// The relation with its standard errors.
-    pub relation: ClockRelation,
-    /// Theirs over ours in the channel, with its standard error.
-    pub scale: (f64, f64),
-    /// Standard deviation of the white noise of ours and theirs, in the unit of each.
-    pub noise_std: [f64; 2],
-    /// Significance of the correlation, and what it had to be.
-    pub significance: (f64, f64),
-    /// Of the second peak.
-    pub second_significance: f64,
-    /// Factor on the variances for colour of the residuals; 1 where they are white.
-    pub colour_factor: f64,
-    /// Length of the overlap on our clock, s.
-    pub overlap_s: f64,
-    /// Distance of the spline's knots, s: the signals were compared below half of its inverse.
-    pub knots_s: f64,
-}
-
-/// Why there is no relation.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the message of each says what its fields are")]
-pub enum ClockUnknown {
-    #[error("not known, because {samples} samples of the shared channel are too few: {needed} are needed in each recording")]
-    TooFewSamples { samples: usize, needed: usize },
-    #[error("not known, because the shared channel does not move in one of the recordings")]
-    NoMotion,
-    #[error("not known, because no offset leaves an overlap of {least_s} s with the shared channel in both")]
-    NoOverlap { least_s: f64 },
-    #[error("not known, because the recordings agree nowhere: significance {found:.1}, needed {needed:.1}")]
-    NoPeak { found: f64, needed: f64 },
-    #[error(
-        "not known, because two offsets explain the recordings: our time less theirs may be {first_s:.3} s \
-         (significance {first:.1}) or {second_s:.3} s ({second:.1})"
-    )]
-    Ambiguous { first_s: f64, first: f64, second_s: f64, second: f64 },
-    #[error(
-        "not known, because {overlap_s:.1} s in common are too short for the drift: its standard error would be \
-         {:.0} ppm, {:.0} are admitted (with a drift that is given, our time less theirs would be {difference_s:.6} +- {time_std_s:.2e} s)",
-        1e6 * drift_std, 1e6 * admitted
-    )]
-    TooShortForDrift { overlap_s: f64, drift_std: f64, admitted: f64, difference_s: f64, time_std_s: f64 },
-    #[error("not known, because the drift found, {:.0} ppm, is beyond the {:.0} ppm that are searched", 1e6 * drift, 1e6 * admitted)]
-    DriftBeyond { drift: f64, admitted: f64 },
-    #[error("not known, because the shared channel is too noisy for its time: the search does not settle")]
-    NotSettled,
-    #[error("not known, because the search settles {moved_s:.3} s away from the peak of the correlation")]
-    LeftPeak { moved_s: f64 },
-}
-
 /// Samples of each recording at least.
 const SAMPLES_LEAST: usize = 100;
-
-/// A place where the records agree.
-#[derive(Clone, Copy, Debug)]
-struct Candidate {
-    width_s: f64,
-    drift: f64,
-    /// Our time less theirs in the middle of theirs, s.
-    difference_s: f64,
-    significance: f64,
-}
 
 /// Estimates the relation from the channel in our and in their recording.
 ///
@@ -165,21 +73,17 @@ pub fn estimate_clock_relation(ours: &Series, theirs: &Series, search: &ClockSea
     Ok(ClockEstimate { significance: (best.significance, needed), second_significance, ..refined })
 }
 
-fn middle(series: &Series) -> f64 {
-    series.range_s().map_or(0.0, |(from_s, to_s)| 0.5 * (from_s + to_s))
-}
-
 /// The best place, the significance that it needed, and the second best apart from it on the same bins.
 fn searched(ours: &Series, theirs: &Series, search: &ClockSearch) -> Result<(Candidate, f64, Option<Candidate>), ClockUnknown> {
     let length = |series: &Series| series.range_s().map_or(0.0, |(from_s, to_s)| to_s - from_s);
     let interval = |series: &Series| series.interval_s().unwrap_or(0.0);
     let (longest_s, shortest_s) = (length(ours).max(length(theirs)), length(ours).min(length(theirs)));
+    let center_s = theirs.range_s().map_or(0.0, |(from_s, to_s)| 0.5 * (from_s + to_s));
     let mut width_s = (2.0 * interval(ours).max(interval(theirs))).max(longest_s / BINS_MAX);
     let (mut tried, mut best, mut moved) = (0, None::<(Candidate, Option<Candidate>)>, false);
     while shortest_s / width_s >= BINS_LEAST {
         if let Some(our_bins) = BinnedRecord::of(ours, width_s, 0.0) {
             for (drift, late_s) in tries(search, shortest_s, width_s) {
-                let center_s = middle(theirs);
                 let stretched = Series::of(theirs.samples().map(|(t, x)| (center_s + (1.0 + drift) * (t - center_s), x)));
                 let Some(their_bins) = BinnedRecord::of(&stretched, width_s, late_s) else { continue };
                 let Some(white) = whitened(&our_bins, &their_bins) else { continue };
@@ -199,6 +103,7 @@ fn searched(ours: &Series, theirs: &Series, search: &ClockSearch) -> Result<(Can
                     let candidate = |peak: LagPeak| Candidate {
                         width_s,
                         drift,
+                        center_s,
                         difference_s: difference_s(peak.lag),
                         significance: libm::fabs(peak.significance),
                     };

@@ -5,8 +5,8 @@
 
 use super::coloured_residuals::colour_factor;
 use super::joint_fit::{DRIFT, JointData, JointFit, TIME};
+use super::record::{Candidate, ClockEstimate, ClockSearch, ClockUnknown};
 use super::spline::SplineKnots;
-use super::{Candidate, ClockEstimate, ClockSearch, ClockUnknown, middle};
 use crate::flight::signal::series::Series;
 use crate::io::telemetry::alignment::clock_relation::{ClockCovariance, ClockRelation};
 use crate::num::dense::Dense;
@@ -41,7 +41,7 @@ pub(super) fn refined(
     search: &ClockSearch,
     start: &Candidate,
 ) -> Result<ClockEstimate, ClockUnknown> {
-    let center_s = middle(theirs);
+    let center_s = start.center_s;
     let coarse = ClockRelation::about(center_s, center_s + start.difference_s, start.drift, None);
     let (Some(coarse), Some(our_range), Some(their_range)) = (coarse, ours.range_s(), theirs.range_s()) else {
         return Err(ClockUnknown::NotSettled);

@@ -3,7 +3,7 @@
 //! Consumes samples with the stamps of one clock (seconds, or a counter of few bits), in order of arrival; produces samples in
 //! order of time, [`TimelineEvent`]s, a table of dropouts ([`super::dropout`]) and counters of both. Nothing is repaired in silence:
 //! what is not handed on, or is not where its stamp says, has an event with its place in time.
-//! - Stamps become one axis by [`segment`]: wraps are counted on, a clock that goes back begins a new segment.
+//! - Stamps become one axis by `segment`: wraps are counted on, a clock that goes back begins a new segment.
 //! - The channel's latency is subtracted. A sample is handed on once the newest stamp is [`ReorderConfig::window_s`] and the largest
 //!   latency after it; one that arrives later than that is dropped, as [`TimelineEventKind::Late`].
 //! - Of several samples of a channel with one time the first is kept; the others are [`TimelineEventKind::Repeated`] (same
