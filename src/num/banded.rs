@@ -84,15 +84,16 @@ impl BandFactor {
         let (l, w, n) = (&self.0, self.0.half_width, self.0.order());
         for i in 0..n {
             let mut sum = x[i];
-            for k in i.saturating_sub(w)..i {
-                sum -= l.at(i, k) * x[k];
+            let first = i.saturating_sub(w);
+            for (k, known) in x[first..i].iter().enumerate() {
+                sum -= l.at(i, first + k) * known;
             }
             x[i] = sum / l.at(i, i);
         }
         for i in (0..n).rev() {
             let mut sum = x[i];
-            for k in i + 1..(i + w + 1).min(n) {
-                sum -= l.at(k, i) * x[k];
+            for (k, known) in x[i + 1..(i + w + 1).min(n)].iter().enumerate() {
+                sum -= l.at(i + 1 + k, i) * known;
             }
             x[i] = sum / l.at(i, i);
         }

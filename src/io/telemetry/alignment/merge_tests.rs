@@ -122,7 +122,7 @@ fn rows_without_time_or_out_of_order_are_counted_with_the_first() {
     let first = Rows::of(Channel::P, &[row(0.0), row(1.0), row(0.5), row(1.0), row(2.0)]);
     let second = Rows::of(Channel::Tas, &[row(f64::NAN), row(10_000.0), row(10_001.0)]);
     let out = merged(&mut merge, first, second);
-    assert_eq!(out.iter().map(|cells| cells.0).collect::<Vec<_>>(), [0.0, 1.0, 2.0, 10_001.0, 10_002.0001]);
+    assert_eq!(out.iter().map(|cells| cells.0).collect::<Vec<_>>(), [0.0, 1.0, 2.0, 10_001.0, 10_002.000_1]);
     let tally = merge.tally();
     assert_eq!((tally.not_growing, tally.no_time, tally.first_refused), ([2, 0], [0, 1], [Some(3), Some(1)]));
 }

@@ -78,6 +78,15 @@ pub(super) struct TheirRow {
     place: f64,
 }
 
+/// Sums of (3).
+struct NormalEquations {
+    slope: Vec<f64>,
+    cross: Dense,
+    global_slope: [f64; GLOBALS],
+    factor: BandFactor,
+    global: Dense,
+}
+
 impl JointData {
     pub(super) fn their_row(&self, fit: &JointFit, (x, z): (f64, f64)) -> TheirRow {
         let [a0, a1, scale, time, drift] = fit.globals;
@@ -149,7 +158,7 @@ impl JointData {
     }
 
     /// Sums of (3) at the present estimate; `None` where A cannot be factored.
-    fn normal_equations(&self, fit: &JointFit) -> Option<(Vec<f64>, Dense, [f64; GLOBALS], BandFactor, Dense)> {
+    fn normal_equations(&self, fit: &JointFit) -> Option<NormalEquations> {
         let order = fit.knots.coefficients();
         let scale = fit.globals[2];
         let [our_weight, their_weight] = fit.noise_var.map(f64::recip);
@@ -174,7 +183,7 @@ impl JointData {
         let density = our_weight * self.ours.len() as f64 + their_weight * square(scale) * self.theirs.len() as f64;
         let strength = bridge(&mut band, density / order as f64, BRIDGE);
         pull(&mut slope, &fit.coefficients, strength);
-        Some((slope, cross, global_slope, band.factored().ok()?, global))
+        Some(NormalEquations { slope, cross, global_slope, factor: band.factored().ok()?, global })
     }
 
     /// G - C' A^-1 C with what is not estimated held.
@@ -226,7 +235,7 @@ impl JointData {
     pub(super) fn fit(&self, knots: SplineKnots, time: f64, drift: f64) -> Option<JointFit> {
         let mut fit = self.started(knots, time, drift)?;
         for _ in 0..STEPS {
-            let (mut slope, cross, global_slope, factor, global) = self.normal_equations(&fit)?;
+            let NormalEquations { mut slope, cross, global_slope, factor, global } = self.normal_equations(&fit)?;
             let projection = solved(&factor, &cross);
             let information = self.eliminated(&global, &cross, &projection);
             let mut right = Dense::from_fn(GLOBALS, 1, |i, _| {
@@ -262,7 +271,7 @@ impl JointData {
 
     /// S and H at the end.
     fn with_observed(&self, mut fit: JointFit) -> Option<JointFit> {
-        let (_, mut cross, _, factor, mut global) = self.normal_equations(&fit)?;
+        let NormalEquations { mut cross, factor, mut global, .. } = self.normal_equations(&fit)?;
         fit.projection = solved(&factor, &cross);
         fit.information = self.eliminated(&global, &cross, &fit.projection);
         let (scale, weight) = (fit.globals[2], 1.0 / fit.noise_var[1]);
@@ -306,8 +315,10 @@ const SECOND_DIFFERENCE: [f64; 3] = [1.0, -2.0, 1.0];
 fn bridge(band: &mut BandMatrix, density: f64, part: f64) -> f64 {
     let strength = part * density;
     for k in 0..band.order().saturating_sub(2) {
-        for i in 0..3 {
-            (0..=i).for_each(|j| band.add(k + i, k + j, strength * SECOND_DIFFERENCE[i] * SECOND_DIFFERENCE[j]));
+        for (i, row) in SECOND_DIFFERENCE.iter().enumerate() {
+            for (j, column) in SECOND_DIFFERENCE.iter().enumerate().take(i + 1) {
+                band.add(k + i, k + j, strength * row * column);
+            }
         }
     }
     strength
