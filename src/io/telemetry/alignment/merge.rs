@@ -5,8 +5,8 @@
 //! are no further apart than the tolerance, and nearest to each other, become one at the first one's time. A column that only the
 //! second has is added at the end; of one that both have [`MergeRule`] says whose values count, by default the first one's alone:
 //! one channel is one instrument.
-//! Refused and counted ([`MergeTally`]), with the first place: rows without a finite time, and rows whose time does not grow within
-//! their recording; put disordered recordings through [`super::reorder`] before.
+//! Refused and counted ([`MergeTally`]), with the first place: rows without a finite time, and rows whose time does not grow
+//! within their recording; put disordered recordings through [`super::reorder`] before.
 //! Memory: two rows of each recording and the row that is handed on.
 
 use super::clock_relation::ClockRelation;
