@@ -1,18 +1,18 @@
 //! Samples as they arrive, on one axis of time that never goes back, sorted within a bounded delay.
 //!
 //! Consumes samples with the stamps of one clock (seconds, or a counter of few bits), in order of arrival; produces samples in
-//! order of time, [`TimelineEvent`]s, a table of dropouts ([`super::dropout`]) and counters of both. Nothing is repaired in silence:
-//! what is not handed on, or is not where its stamp says, has an event with its place in time.
+//! order of time, [`TimelineEvent`]s, a table of dropouts ([`super::dropout`]) and counters of both. Nothing is repaired in
+//! silence: what is not handed on, or is not where its stamp says, has an event with its place in time.
 //! - Stamps become one axis by `segment`: wraps are counted on, a clock that goes back begins a new segment.
-//! - The channel's latency is subtracted. A sample is handed on once the newest stamp is [`ReorderConfig::window_s`] and the largest
-//!   latency after it; one that arrives later than that is dropped, as [`TimelineEventKind::Late`].
+//! - The channel's latency is subtracted. A sample is handed on once the newest stamp is [`ReorderConfig::window_s`] and the
+//!   largest latency after it; one that arrives later than that is dropped, as [`TimelineEventKind::Late`].
 //! - Of several samples of a channel with one time the first is kept; the others are [`TimelineEventKind::Repeated`] (same
 //!   value) or [`TimelineEventKind::Contradicting`].
 //!
 //! Delay: at most the window and the largest latency of time on the clock. Memory: [`ReorderConfig::capacity`] samples, tables of
-//! [`ReorderConfig::rows_max`] rows (more are counted only), all taken at the start. Where the window holds more samples than that,
-//! the oldest goes early, as an event. A step back shorter than [`ReorderConfig::back_s`] cannot be told from late samples, and one
-//! forward not from a silence: it is kept as the clock says, and counted.
+//! [`ReorderConfig::rows_max`] rows (more are counted only), all taken at the start. Where the window holds more samples than
+//! that, the oldest goes early, as an event. A step back shorter than [`ReorderConfig::back_s`] cannot be told from late samples,
+//! and one forward not from a silence: it is kept as the clock says, and counted.
 
 pub mod config;
 pub mod events;
