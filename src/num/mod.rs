@@ -4,6 +4,8 @@
 //! Assumed: finite input. Refused: a variance that is not positive, a pivot that has vanished; nothing is repaired.
 
 #[cfg(feature = "std")]
+pub(crate) mod banded;
+#[cfg(feature = "std")]
 pub(crate) mod cholesky;
 #[cfg(feature = "std")]
 pub mod dense;

@@ -31,3 +31,5 @@ mod paper;
 mod recovery;
 #[path = "../studies/mod.rs"]
 mod studies;
+#[path = "../telemetry/slow.rs"]
+mod telemetry;

@@ -1,4 +1,4 @@
-//! Decommutation and encoding allocate nothing after the start.
+//! Decommutation, encoding, and the sorting and merging of samples by time allocate nothing after the start.
 
 #[path = "line.rs"]
 #[allow(dead_code, reason = "slips are for other tests")]
@@ -6,8 +6,16 @@ mod line;
 
 use crate::support::allocations::during;
 use line::{Random, add_errors, format, sent};
+use sideslip::flight::channel::Channel;
+use sideslip::flight::file::run_file::RecordingColumn;
+use sideslip::flight::sample::Sample;
+use sideslip::io::telemetry::alignment::clock_relation::ClockRelation;
+use sideslip::io::telemetry::alignment::merge::{Merge, MergeRule, RowSource};
+use sideslip::io::telemetry::alignment::reorder::Reorder;
+use sideslip::io::telemetry::alignment::reorder::config::{RawStamp, ReorderConfig, StampUnit};
 use sideslip::io::telemetry::pcm::decoder::PcmDecoder;
 use sideslip::io::telemetry::pcm::encoder::PcmEncoder;
+use sideslip::io::telemetry::record::{RecordingError, RecordingRow};
 
 #[test]
 fn decommutation_allocates_nothing_after_the_start() {
@@ -34,4 +42,80 @@ fn decommutation_allocates_nothing_after_the_start() {
     let mut line = Vec::with_capacity(100_000);
     let allocated = during(|| (0..1000).for_each(|_| encoder.minor_frame(|_, _| 5.0, &mut line).unwrap()));
     assert_eq!(allocated, 0);
+}
+
+#[test]
+fn sorting_by_time_allocates_nothing_after_the_start() {
+    let _turn = crate::alone();
+    let unit = StampUnit::Counter { bits: 32, tick_s: 1e-6 };
+    let config = ReorderConfig { capacity: 64, rows_max: 500, ..ReorderConfig::new(4, unit) };
+    let mut reorder = Reorder::new(&config).unwrap();
+    let mut random = Random(77);
+    let mut put = 0_u64;
+    let allocated = during(|| {
+        let mut count = u64::from(u32::MAX) - 10_000_000;
+        for k in 0..100_000_u64 {
+            count += 5_000;
+            // Late, lost, repeated, stray, and two jumps.
+            let late = random.next() % 40 * 20_000;
+            let stamp = match k {
+                _ if random.next().is_multiple_of(500) => random.next(),
+                30_000..60_000 => count - 100_000_000,
+                _ => count,
+            };
+            if !random.next().is_multiple_of(50) {
+                let stamp = RawStamp::Count(stamp.wrapping_sub(late) % (1 << 32));
+                (0..1 + u64::from(random.next().is_multiple_of(9)))
+                    .for_each(|_| reorder.push((k % 4) as usize, stamp, 1.0, &mut |_| put += 1));
+            }
+        }
+        reorder.finish(&mut |_| put += 1);
+    });
+    assert_eq!(allocated, 0);
+    let tally = reorder.tally();
+    eprintln!("{tally:?}");
+    assert!(tally.jumps_back >= 1 && tally.wraps >= 1 && tally.repeated > 1000 && tally.strays > 10 && tally.beyond_tables > 0);
+    let lost = tally.late + tally.repeated + tally.contradicting + tally.strays + tally.no_time;
+    assert_eq!((tally.put, tally.put + lost), (put, tally.taken), "every sample is handed on or counted");
+}
+
+/// Rows at equal intervals, made in place.
+struct Regular {
+    step_s: f64,
+    count: u64,
+    row: RecordingRow,
+}
+
+impl RowSource for Regular {
+    fn next_row(&mut self) -> Result<Option<&RecordingRow>, RecordingError> {
+        if self.row.number == self.count {
+            return Ok(None);
+        }
+        self.row.number += 1;
+        self.row.sample.time_s = self.step_s * self.row.number as f64;
+        Ok(Some(&self.row))
+    }
+}
+
+#[test]
+fn merging_allocates_nothing_after_the_first_rows() {
+    let _turn = crate::alone();
+    let source = |step_s, count, channel| {
+        let mut sample = Sample::new(0.0);
+        sample.set(channel, 1.0);
+        Regular { step_s, count, row: RecordingRow { number: 0, sample, others: vec![Some(3.0); 2] } }
+    };
+    let columns = |names: [&str; 4]| names.map(|name| RecordingColumn::new(name, None).unwrap());
+    let (mut first, mut second) = (source(0.01, 50_000, Channel::P), source(0.004, 100_000, Channel::Tas));
+    let relation = ClockRelation::given(12.0, 1e-5).unwrap();
+    let (one, two) = (columns(["time", "p", "a", "b"]), columns(["time", "tas", "c", "d"]));
+    let mut merge = Merge::new(&one, &two, relation, 1e-3, |_| MergeRule::First);
+    for _ in 0..10 {
+        merge.next_row(&mut first, &mut second).unwrap();
+    }
+    // Both go on for so long; at their ends rows are given back.
+    let allocated = during(|| (0..100_000).for_each(|_| assert!(merge.next_row(&mut first, &mut second).unwrap().is_some())));
+    assert_eq!(allocated, 0);
+    while merge.next_row(&mut first, &mut second).unwrap().is_some() {}
+    assert_eq!((merge.tally().taken, merge.columns().len()), ([50_000, 100_000], 7));
 }

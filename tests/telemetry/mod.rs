@@ -3,6 +3,8 @@
 mod chapter10;
 mod chapter10_damage;
 mod chapter10_setup;
+mod clock_pairs;
+mod clock_relation;
 mod line;
 mod logs_damage;
 mod logs_expected;

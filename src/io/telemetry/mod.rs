@@ -4,8 +4,10 @@
 //! own keys, columns. Assumed: nothing of the bytes. Refused: what has no time or is no number, row by row, counted and said; a
 //! file whose format, preamble or header cannot be read, with the place.
 
+pub mod alignment;
 mod byte_window;
 pub mod chapter10;
+mod counter;
 pub mod csv;
 pub mod format;
 #[cfg(feature = "log")]

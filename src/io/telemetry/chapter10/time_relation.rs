@@ -18,6 +18,7 @@ use super::error::Chapter10Error;
 use super::header::{RTC_MODULUS, data_type};
 use super::packet::{Chapter10Packet, Integrity};
 use super::time::{CalendarTime, DAY_NS, TimePacket};
+use crate::io::telemetry::counter;
 use std::collections::VecDeque;
 
 /// How far apart two references may be, ns: the digits of a time packet end at 10 ms.
@@ -240,9 +241,7 @@ impl TimeRelation {
 
     /// The count nearest to a known one that has these 48 bits. Half of the modulus is 2^47 ticks, or 1.4e16 ns.
     fn unwrap(&self, rtc: u64, near: i64) -> i64 {
-        let ahead = (wrapped(rtc) - near).rem_euclid(RTC_MODULUS_I64);
-        let step = if ahead >= RTC_MODULUS_I64 / 2 { ahead - RTC_MODULUS_I64 } else { ahead };
-        near.saturating_add(step)
+        counter::nearest(near, wrapped(rtc), RTC_MODULUS_I64)
     }
 }
 

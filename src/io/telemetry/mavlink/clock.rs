@@ -16,6 +16,7 @@
 use super::clock_monitor::{ClockMonitor, SavedClock};
 use super::message::Stamp;
 use super::reboot::{AHEAD_US, CONFIRMED, LATE_US};
+use crate::io::telemetry::counter;
 
 /// Least time between the segments of two boots, us: longer than what the estimation takes for a gap.
 pub const BETWEEN_BOOTS_US: i64 = 2_000_000;
@@ -294,9 +295,7 @@ pub(super) fn has_boot_time(stamp: Stamp) -> bool {
 
 /// The number nearest to `near` whose low 32 bits are these.
 fn nearest(near: i64, low: u32) -> i64 {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the low bits are meant")]
-    let near_low = near as u32;
-    near + i64::from(low.wrapping_sub(near_low).cast_signed())
+    counter::nearest(near, i64::from(low), 1 << 32)
 }
 
 #[cfg(test)]
