@@ -36,6 +36,7 @@ enum Command {
     Design(command::design::DesignArgs),
     Diagnose(command::diagnose::DiagnoseArgs),
     Inspect(command::inspect::InspectArgs),
+    Convert(command::convert::ConvertArgs),
 }
 
 fn main() -> ExitCode {
@@ -54,6 +55,7 @@ fn main() -> ExitCode {
         Command::Design(args) => command::design::run(&args),
         Command::Diagnose(args) => command::diagnose::run(&args),
         Command::Inspect(args) => command::inspect::run(&args),
+        Command::Convert(args) => command::convert::run(&args),
     };
     match ended {
         Ok(outcome) => ExitCode::from(outcome.exit_status()),

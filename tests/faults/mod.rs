@@ -1,5 +1,6 @@
 //! The fault matrix: broken inputs give a clear end, never a panic and never a guess.
 
+mod convert;
 mod design;
 mod flight_condition;
 mod inspect;

@@ -36,6 +36,7 @@ pub(crate) fn during(run: impl FnOnce()) -> u64 {
 }
 
 /// The most bytes that `run` held at one time beyond those that were held before.
+#[allow(dead_code, reason = "the tests of the program itself count, they do not measure")]
 pub(crate) fn most_bytes_during(run: impl FnOnce()) -> u64 {
     let before = HELD.with(Cell::get);
     MOST.with(|most| most.set(before));

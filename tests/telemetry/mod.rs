@@ -11,6 +11,7 @@ mod logs_expected;
 mod logs_mapping;
 mod logs_recordings;
 mod pcm_false_lock;
+mod pcm_flight;
 mod pcm_hostile;
 mod pcm_noise;
 mod pcm_recordings;

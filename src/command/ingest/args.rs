@@ -9,6 +9,7 @@ Example:
   sideslip ingest --source udpin://127.0.0.1:14550
   sideslip ingest --source serial:///dev/ttyUSB0?baud=921600 --set run=flight-12
   sideslip ingest --source file://flight.csv --speed 4 --root run/
+  sideslip ingest --source 'pcm+file://flight.pcm?format=frame.toml'
 
 A link is listened to until ctrl-C; one that breaks is opened again. Each boot of the vehicle is a run of its own.
 With --speed max nothing may be lost: it waits for the estimator to take every sample, and for an estimator to come.
@@ -21,7 +22,8 @@ Exit status: 0 done; 1 failed while running; 2 the call or the recording is wron
 #[command(after_help = EXAMPLE)]
 pub(crate) struct IngestArgs {
     /// Where telemetry comes from: udpin://HOST:PORT, udpout://HOST:PORT, tcp://HOST:PORT or serial://DEVICE?baud=N
-    /// (MAVLink 1 and 2); file://PATH, a recording of any format that is read
+    /// (MAVLink 1 and 2); file://PATH, a recording of any format that is read; pcm+file://PATH?format=FRAME.toml, a stream of
+    /// PCM
     #[arg(long, value_name = "URL")]
     pub(super) source: TelemetrySource,
     /// Which message carries which channel, for MAVLink (TOML)

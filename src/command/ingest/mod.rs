@@ -17,7 +17,7 @@ pub(crate) fn run(args: &IngestArgs) -> Result<Outcome, Failure> {
     let stop = stopped_by_signals()?;
     supervised(args.supervised, &stop)?;
     match &args.source {
-        TelemetrySource::File(path) => recording_source::play(args, path, &stop),
+        TelemetrySource::Recording(source) => recording_source::play(args, source, &stop),
         TelemetrySource::Link(url) => link_source::listen(args, url, &stop),
     }
 }

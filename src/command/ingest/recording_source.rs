@@ -3,6 +3,7 @@
 use super::args::IngestArgs;
 use super::sample_publisher::SamplePublisher;
 use crate::command::options::mapping_input::read_mapping;
+use crate::command::options::telemetry_source::RecordingSource;
 use crate::command::recordings::run_head::head_of;
 use crate::command::{message, patience, root_path};
 use ::replay::{MonotonicClock, Pace, Player};
@@ -14,8 +15,6 @@ use sideslip::io::bus::payload::OTHERS;
 use sideslip::io::bus::root::BusRole;
 use sideslip::io::bus::run_head::{playing_since, write_head};
 use sideslip::io::bus::service::Bus;
-use sideslip::io::telemetry::recording::Recording;
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -34,8 +33,9 @@ fn fitted(mut head: LogHead) -> LogHead {
 }
 
 /// Plays it to its end, or until it is stopped.
-pub(super) fn play(args: &IngestArgs, file: &Path, stop: &AtomicBool) -> Result<Outcome, Failure> {
-    let mut recording = Recording::open_with(file, &read_mapping(args.config.as_deref())?)?;
+pub(super) fn play(args: &IngestArgs, source: &RecordingSource, stop: &AtomicBool) -> Result<Outcome, Failure> {
+    let file = &source.file;
+    let mut recording = source.open(&read_mapping(args.config.as_deref())?)?;
     let (_, head) = head_of(file, &recording, &args.set)?;
     let mut bus = Bus::enter(&root_path(args.root.as_ref()))?;
     let _role = bus.take_within(BusRole::Telemetry, patience(args.supervised))?;

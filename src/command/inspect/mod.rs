@@ -8,12 +8,12 @@ mod table;
 mod traffic;
 
 use super::options::mapping_input::read_mapping;
+use super::options::telemetry_source::RecordingSource;
 use super::terminal::output_file::{print, refuse_to_overwrite, write_json};
 use crate::command::message;
 use estimable::EstimableQuantities;
 use sideslip::error::{Failure, Outcome};
 use sideslip::io::telemetry::format::RecordingFormat;
-use sideslip::io::telemetry::recording::Recording;
 use std::io::Read;
 use std::path::PathBuf;
 use survey::Survey;
@@ -30,8 +30,9 @@ skipped. With --json the table goes to standard error.";
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct InspectArgs {
-    /// The recording; its format is recognised by its content.
-    file: PathBuf,
+    /// The recording; its format is recognised by its content. A stream of PCM is pcm+file://PATH?format=FRAME.toml
+    #[arg(value_parser = RecordingSource::of_path_or_url)]
+    file: RecordingSource,
     /// Which message carries which channel, for recordings of MAVLink (TOML).
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -43,34 +44,35 @@ pub(crate) struct InspectArgs {
 /// Reads the whole recording once and says what is in it.
 pub(crate) fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
     if let Some(json) = &args.json {
-        refuse_to_overwrite("--json", json, std::slice::from_ref(&args.file))?;
+        refuse_to_overwrite("--json", json, &args.file.files())?;
     }
-    if is_chapter10(&args.file) {
-        return chapter10::run(&args.file, args.json.as_deref());
+    let file = &args.file.file;
+    if args.file.pcm_format.is_none() && is_chapter10(file) {
+        return chapter10::run(file, args.json.as_deref());
     }
-    let mut recording = Recording::open_with(&args.file, &read_mapping(args.config.as_deref())?)?;
+    let mut recording = args.file.open(&read_mapping(args.config.as_deref())?)?;
     let mut survey = Survey::new(recording.columns());
     while let Some(row) = recording.next_row()? {
         survey.add(row);
     }
     let estimable = EstimableQuantities::of(&survey, recording.info().geometry().controls);
-    let table = table::text(&args.file, &recording, &survey, &estimable);
+    let table = table::text(file, &recording, &survey, &estimable);
     match &args.json {
         None => print(&table)?,
         Some(target) => {
             message(format_args!("{}", table.trim_end()));
-            let document = json::document(&args.file, &recording, &survey, &estimable);
+            let document = json::document(file, &recording, &survey, &estimable);
             write_json(target, &format!("{document:#}\n"))?;
         }
     }
     let skipped = recording.skipped().rows();
     let mut outcome = Outcome::Done;
     if skipped > 0 {
-        message(format_args!("sideslip: {}: {skipped} of {} rows skipped", args.file.display(), skipped + survey.rows));
+        message(format_args!("sideslip: {}: {skipped} of {} rows skipped", file.display(), skipped + survey.rows));
         outcome = Outcome::DataLost;
     }
     if let Some(shortfall) = recording.shortfall() {
-        message(format_args!("sideslip: {}: {shortfall}", args.file.display()));
+        message(format_args!("sideslip: {}: {shortfall}", file.display()));
         outcome = Outcome::DataLost;
     }
     Ok(outcome)

@@ -1,18 +1,55 @@
-//! Where telemetry comes from: `--source` of `ingest` and `live`.
+//! Where telemetry comes from: `--source` of `ingest` and `live`, and what `convert` reads.
 
 use sideslip::io::telemetry::mavlink::link::Url;
-use std::path::PathBuf;
+use sideslip::io::telemetry::mavlink::mapping::MavlinkConfig;
+use sideslip::io::telemetry::record::RecordingError;
+use sideslip::io::telemetry::recording::Recording;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 /// What `--source` accepts, for help and messages.
-const SOURCES: &str =
-    "udpin://HOST:PORT, udpout://HOST:PORT, tcp://HOST:PORT, serial://DEVICE?baud=N (MAVLink) or file://PATH (a recording)";
+const SOURCES: &str = "udpin://HOST:PORT, udpout://HOST:PORT, tcp://HOST:PORT, serial://DEVICE?baud=N (MAVLink), \
+    file://PATH (a recording) or pcm+file://PATH?format=FRAME.toml (a stream of PCM)";
+
+/// A recording and, of a stream of PCM, the format of its frames.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct RecordingSource {
+    pub(crate) file: PathBuf,
+    pub(crate) pcm_format: Option<PathBuf>,
+}
+
+impl RecordingSource {
+    /// Opens it.
+    pub(crate) fn open(&self, mavlink: &MavlinkConfig) -> Result<Recording, RecordingError> {
+        match &self.pcm_format {
+            None => Recording::open_with(&self.file, mavlink),
+            Some(format) => Recording::open_pcm(&self.file, format),
+        }
+    }
+
+    /// The files that it reads.
+    pub(crate) fn files(&self) -> Vec<PathBuf> {
+        std::iter::once(&self.file).chain(&self.pcm_format).cloned().collect()
+    }
+
+    /// A path, or a URL of a recording.
+    pub(crate) fn of_path_or_url(text: &str) -> Result<Self, String> {
+        let is_url = ["file://", "pcm+file://"].iter().any(|scheme| text.starts_with(scheme));
+        if !is_url {
+            return Ok(RecordingSource { file: Path::new(text).into(), pcm_format: None });
+        }
+        match text.parse()? {
+            TelemetrySource::Recording(recording) => Ok(recording),
+            TelemetrySource::Link(_) => Err(format!("expected a recording, found the link `{text}`")),
+        }
+    }
+}
 
 /// Where telemetry comes from.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum TelemetrySource {
     /// A recording of any format that is read.
-    File(PathBuf),
+    Recording(RecordingSource),
     /// A link that brings MAVLink.
     Link(Url),
 }
@@ -25,7 +62,16 @@ impl FromStr for TelemetrySource {
             return Url::parse(url).map(TelemetrySource::Link).map_err(|wrong| wrong.to_string());
         }
         match url.split_once("://") {
-            Some(("file", path)) if !path.is_empty() => Ok(TelemetrySource::File(path.into())),
+            Some(("file", path)) if !path.is_empty() => {
+                Ok(TelemetrySource::Recording(RecordingSource { file: path.into(), pcm_format: None }))
+            }
+            Some(("pcm+file", rest)) => match rest.split_once("?format=") {
+                Some((file, format)) if !file.is_empty() && !format.is_empty() => {
+                    let pcm_format = Some(PathBuf::from(format));
+                    Ok(TelemetrySource::Recording(RecordingSource { file: file.into(), pcm_format }))
+                }
+                _ => Err("expected pcm+file://PATH?format=FRAME.toml: a stream of PCM needs the format of its frames".to_owned()),
+            },
             _ => Err(format!("expected {SOURCES}; found `{}`", url.chars().take(60).collect::<String>())),
         }
     }
@@ -33,12 +79,22 @@ impl FromStr for TelemetrySource {
 
 #[cfg(test)]
 mod tests {
-    use super::TelemetrySource;
+    use super::{RecordingSource, TelemetrySource};
 
     #[test]
     fn a_source_is_a_url_of_a_known_kind() {
-        assert_eq!("file://a/b.csv".parse(), Ok(TelemetrySource::File("a/b.csv".into())));
-        assert_eq!("file:///a b.csv".parse(), Ok(TelemetrySource::File("/a b.csv".into())));
+        let of = |file: &str, format: Option<&str>| {
+            TelemetrySource::Recording(RecordingSource { file: file.into(), pcm_format: format.map(Into::into) })
+        };
+        assert_eq!("file://a/b.csv".parse(), Ok(of("a/b.csv", None)));
+        assert_eq!("file:///a b.csv".parse(), Ok(of("/a b.csv", None)));
+        assert_eq!("pcm+file://a.pcm?format=b/c.toml".parse(), Ok(of("a.pcm", Some("b/c.toml"))));
+        for wrong in ["pcm+file://a.pcm", "pcm+file://?format=b", "pcm+file://a?format="] {
+            assert!(wrong.parse::<TelemetrySource>().unwrap_err().contains("needs the format"), "{wrong}");
+        }
+        let source = RecordingSource::of_path_or_url("a.csv");
+        assert_eq!(source, Ok(RecordingSource { file: "a.csv".into(), pcm_format: None }));
+        assert!(RecordingSource::of_path_or_url("pcm+file://a").is_err());
         for wrong in ["", "file://", "a.csv", "ftp://x"] {
             let said = wrong.parse::<TelemetrySource>().unwrap_err();
             assert!(said.contains("expected udpin://HOST:PORT") && said.contains("found `"), "{said}");

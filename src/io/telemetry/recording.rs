@@ -11,6 +11,8 @@ use super::logs::recording::{AutopilotLog, AutopilotRecording};
 use super::mavlink::mapping::MavlinkConfig;
 use super::mavlink::packet::Framing;
 use super::mavlink::recording::{MavlinkRecording, Traffic};
+use super::pcm::format_file::PcmFormatFile;
+use super::pcm::recording::PcmRecording;
 use super::record::{RecordingError, RecordingRow, SkippedByReason};
 use crate::flight::file::run_file::{RecordingColumn, RunInfo};
 use std::fs::File;
@@ -28,6 +30,8 @@ pub enum Recording {
     Mavlink(Box<MavlinkRecording>),
     /// A log of an autopilot.
     Autopilot(Box<AutopilotRecording>),
+    /// A stream of PCM.
+    Pcm(Box<PcmRecording>),
 }
 
 impl Recording {
@@ -82,6 +86,15 @@ impl Recording {
         }
     }
 
+    /// Opens a stream of PCM whose frames have the format of that file: bits have no signature of their own.
+    ///
+    /// # Errors
+    /// [`RecordingError`] where one of the files cannot be read, or the format is wrong.
+    pub fn open_pcm(path: &Path, format: &Path) -> Result<Self, RecordingError> {
+        let format = PcmFormatFile::read(format)?;
+        PcmRecording::open(path, format).map(|recording| Recording::Pcm(Box::new(recording)))
+    }
+
     /// The format in a word.
     pub fn format(&self) -> &'static str {
         match self {
@@ -89,6 +102,7 @@ impl Recording {
             Recording::Mcap(_) => "MCAP",
             Recording::Mavlink(recording) => recording.format(),
             Recording::Autopilot(recording) => recording.format(),
+            Recording::Pcm(_) => "PCM",
         }
     }
 
@@ -96,7 +110,7 @@ impl Recording {
     pub fn counted_in(&self) -> &'static str {
         match self {
             Recording::Csv(_) => "line",
-            Recording::Mcap(_) | Recording::Mavlink(_) | Recording::Autopilot(_) => "sample",
+            Recording::Mcap(_) | Recording::Mavlink(_) | Recording::Autopilot(_) | Recording::Pcm(_) => "sample",
         }
     }
 
@@ -107,6 +121,7 @@ impl Recording {
             Recording::Mcap(recording) => recording.info(),
             Recording::Mavlink(recording) => recording.info(),
             Recording::Autopilot(recording) => recording.info(),
+            Recording::Pcm(recording) => recording.info(),
         }
     }
 
@@ -117,6 +132,7 @@ impl Recording {
             Recording::Mcap(recording) => recording.columns(),
             Recording::Mavlink(recording) => recording.columns(),
             Recording::Autopilot(recording) => recording.columns(),
+            Recording::Pcm(recording) => recording.columns(),
         }
     }
 
@@ -131,6 +147,7 @@ impl Recording {
             Recording::Mcap(recording) => recording.next_row(),
             Recording::Mavlink(recording) => recording.next_row(),
             Recording::Autopilot(recording) => recording.next_row(),
+            Recording::Pcm(recording) => recording.next_row(),
         }
     }
 
@@ -141,6 +158,7 @@ impl Recording {
             Recording::Mcap(recording) => recording.skipped(),
             Recording::Mavlink(recording) => recording.skipped(),
             Recording::Autopilot(recording) => recording.skipped(),
+            Recording::Pcm(recording) => recording.skipped(),
         }
     }
 
@@ -152,6 +170,7 @@ impl Recording {
             Recording::Mcap(recording) => recording.shortfall(),
             Recording::Mavlink(recording) => recording.shortfall(),
             Recording::Autopilot(recording) => recording.shortfall(),
+            Recording::Pcm(recording) => recording.shortfall(),
         }
     }
 
@@ -160,14 +179,14 @@ impl Recording {
         match self {
             Recording::Csv(recording) => recording.ends_abruptly(),
             Recording::Mcap(recording) => recording.ends_abruptly(),
-            Recording::Mavlink(_) | Recording::Autopilot(_) => false,
+            Recording::Mavlink(_) | Recording::Autopilot(_) | Recording::Pcm(_) => false,
         }
     }
 
     /// Who sent what, of messages.
     pub fn traffic(&self) -> Option<&Traffic> {
         match self {
-            Recording::Csv(_) | Recording::Mcap(_) | Recording::Autopilot(_) => None,
+            Recording::Csv(_) | Recording::Mcap(_) | Recording::Autopilot(_) | Recording::Pcm(_) => None,
             Recording::Mavlink(recording) => Some(recording.traffic()),
         }
     }

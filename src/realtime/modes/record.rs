@@ -28,11 +28,12 @@ pub struct OscillatoryMode {
 
 /// Standard error of zeta, and of omega relative to itself, above which a pair is not resolved.
 const RESOLVED: f64 = 0.3;
-/// Standard errors from which on an unstable mode is one.
-const UNSTABLE: f64 = 2.0;
+/// Standard errors from which on an unstable mode is one: of some ten thousand readings of stable aircraft in gusts, one was
+/// beyond two.
+const UNSTABLE: f64 = 3.0;
 
 impl OscillatoryMode {
-    /// Whether the standard errors resolve it: of omega to 0.3 of itself, of zeta to 0.3; an unstable one by two of them, for
+    /// Whether the standard errors resolve it: of omega to 0.3 of itself, of zeta to 0.3; an unstable one by three of them, for
     /// what may as well be stable is not reported as unstable.
     pub fn is_resolved(&self) -> bool {
         let unclear = self.zeta < 0.0 && -self.zeta < UNSTABLE * self.std_zeta;
@@ -53,7 +54,7 @@ pub struct RealRoot {
 }
 
 impl RealRoot {
-    /// Whether the standard error resolves it: to its own size, an unstable one to half of it.
+    /// Whether the standard error resolves it: to its own size, an unstable one to a third of it.
     pub fn is_resolved(&self) -> bool {
         let unclear = if self.value > 0.0 { UNSTABLE * self.std } else { self.std };
         unclear > 0.0 && unclear < self.value.abs()
@@ -84,15 +85,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_mode_is_resolved_by_its_standard_errors_and_an_unstable_one_by_two() {
+    fn a_mode_is_resolved_by_its_standard_errors_and_an_unstable_one_by_three() {
         let pair = |zeta: f64, std_zeta: f64, std_omega: f64| {
             OscillatoryMode { real: -zeta * 1.4, imag: 1.4, omega: 1.4, zeta, std_omega, std_zeta }.is_resolved()
         };
         assert!(pair(0.15, 0.02, 0.05) && pair(0.05, 0.1, 0.05), "stable, however near");
         assert!(!pair(0.15, 0.31, 0.05) && !pair(0.15, 0.02, 0.5));
-        assert!(!pair(-0.05, 0.03, 0.05) && pair(-0.07, 0.03, 0.05));
+        assert!(!pair(-0.05, 0.03, 0.05) && pair(-0.1, 0.03, 0.05));
         let root = |value: f64, std: f64| RealRoot { value, std }.is_resolved();
-        assert!(root(-0.5, 0.4) && !root(-0.5, 0.6) && !root(0.5, 0.3) && root(0.5, 0.2));
+        assert!(root(-0.5, 0.4) && !root(-0.5, 0.6) && !root(0.5, 0.2) && root(0.5, 0.1));
         assert!(!root(0.0, 0.0), "nothing is known exactly");
     }
 }

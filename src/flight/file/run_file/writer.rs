@@ -1,11 +1,12 @@
 //! Writes a run file: preamble, header, rows, in SI, so that reading gives the same bits back.
 //!
-//! Consumes a [`RunInfo`], the channels to write and rows of values; produces text. A number is written as the shortest
-//! decimal that reads back as itself; a channel that was not sampled is an empty cell.
+//! Consumes a [`RunInfo`], the channels and other columns to write and rows of values; produces text. A number is written as
+//! the shortest decimal that reads back as itself; what was not sampled is an empty cell. Refused: a name or unit of another
+//! column that would not read back.
 
 use crate::flight::channel::Channel;
-use crate::flight::file::run_file::RunInfo;
-use std::io::{Result, Write};
+use crate::flight::file::run_file::{RecordingColumn, RunInfo, quoted};
+use std::io::{Error, ErrorKind, Result, Write};
 
 /// A run file that is being written. Buffer the sink: a row is one small write.
 #[derive(Debug)]
@@ -20,13 +21,33 @@ impl<W: Write> RunFileWriter<W> {
     ///
     /// # Errors
     /// What the sink returns.
-    pub fn new(mut sink: W, info: &RunInfo, channels: &[Channel]) -> Result<Self> {
+    pub fn new(sink: W, info: &RunInfo, channels: &[Channel]) -> Result<Self> {
+        RunFileWriter::with_others(sink, info, channels, &[])
+    }
+
+    /// The same, with other columns behind the channels.
+    ///
+    /// # Errors
+    /// What the sink returns, or that a name or a unit cannot stand in a header.
+    pub fn with_others(mut sink: W, info: &RunInfo, channels: &[Channel], others: &[&RecordingColumn]) -> Result<Self> {
         for line in info.to_toml().lines() {
             writeln!(sink, "{}{line}", if line.is_empty() { "#" } else { "# " })?;
         }
         write!(sink, "time")?;
         for channel in channels {
             write!(sink, ",{}", channel.name(info.geometry().controls))?;
+        }
+        for column in others {
+            let unit = column.unit_text.as_deref().unwrap_or("");
+            let is_plain = |text: &str| !text.contains([',', '"', '[', ']', '\'', '#']) && !text.chars().any(char::is_control);
+            if !(is_plain(&column.name) && is_plain(unit)) || column.name.trim() != column.name || column.name.is_empty() {
+                let what = format!("column {} [{}] cannot stand in the header of a run file", quoted(&column.name), quoted(unit));
+                return Err(Error::new(ErrorKind::InvalidInput, what));
+            }
+            write!(sink, ",{}", column.name)?;
+            if !unit.is_empty() {
+                write!(sink, "[{unit}]")?;
+            }
         }
         writeln!(sink)?;
         Ok(RunFileWriter { sink, channels: channels.into(), row: Vec::new() })
@@ -37,10 +58,19 @@ impl<W: Write> RunFileWriter<W> {
     /// # Errors
     /// What the sink returns.
     pub fn write_row(&mut self, time_s: f64, value: impl Fn(Channel) -> Option<f64>) -> Result<()> {
+        self.write_row_with(time_s, value, &[])
+    }
+
+    /// The same, with the values of the other columns in their order.
+    ///
+    /// # Errors
+    /// What the sink returns.
+    pub fn write_row_with(&mut self, time_s: f64, value: impl Fn(Channel) -> Option<f64>, others: &[Option<f64>]) -> Result<()> {
         self.row.clear();
         write!(self.row, "{time_s}")?;
-        for &channel in &self.channels {
-            match value(channel) {
+        let known = self.channels.iter().map(|channel| value(*channel));
+        for cell in known.chain(others.iter().copied()) {
+            match cell {
                 Some(value) => write!(self.row, ",{value}")?,
                 None => self.row.push(b','),
             }
@@ -63,6 +93,19 @@ impl<W: Write> RunFileWriter<W> {
 mod tests {
     use super::*;
     use crate::flight::channel::ControlNames;
+
+    #[test]
+    fn other_columns_keep_their_units_and_names_that_would_not_read_back_are_refused() {
+        let column = |name: &str, unit: &str| RecordingColumn::new(name, Some(unit).filter(|unit| !unit.is_empty())).unwrap();
+        let info = RunInfo::default();
+        let (oil, gear) = (column("oil", "K"), column("gear", ""));
+        let mut writer = RunFileWriter::with_others(Vec::new(), &info, &[Channel::P], &[&oil, &gear]).unwrap();
+        writer.write_row_with(1.0, |_| None, &[Some(300.5), None]).unwrap();
+        assert_eq!(String::from_utf8(writer.finish().unwrap()).unwrap(), "time,p,oil[K],gear\n1,,300.5,\n");
+        for (name, unit) in [("a,b", ""), ("a", "x]"), ("#a", ""), (" a", ""), ("", "")] {
+            assert!(RunFileWriter::with_others(Vec::new(), &info, &[], &[&column(name, unit)]).is_err(), "{name} {unit}");
+        }
+    }
 
     #[test]
     fn a_small_file_is_written_as_the_conventions_say() {

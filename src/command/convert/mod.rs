@@ -1,0 +1,142 @@
+//! `sideslip convert`: a recording of any format that is read, written as a run file (CSV) or a log (MCAP).
+
+mod clock_merge;
+mod row_writer;
+
+use super::options::mapping_input::read_mapping;
+use super::options::telemetry_source::RecordingSource;
+use super::recordings::run_head::head_of;
+use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder};
+use crate::command::message;
+use clock_merge::{ClockOptions, SecondRecording};
+use row_writer::RowWriter;
+use sideslip::error::{Failure, Outcome};
+use sideslip::flight::file::run_file::{RecordingColumn, RecordingTarget};
+use sideslip::io::telemetry::record::RecordingRow;
+use sideslip::io::telemetry::recording::Recording;
+use std::path::PathBuf;
+
+const EXAMPLE: &str = "\
+Examples:
+  sideslip convert flight.tlog flight.csv
+  sideslip convert 00000012.BIN flight.mcap --from 30 --to 95
+  sideslip convert 'pcm+file://flight.pcm?format=frame.toml' flight.mcap
+  sideslip convert flight.csv both.csv --merge radar.csv --shared altitude
+  sideslip convert flight.csv both.csv --merge radar.csv --clock-offset 12.25 --clock-drift 0
+
+With --merge, rows of a second recording with a clock of its own are put among those of the first, on the first one's clock;
+columns that both have keep the values of the first. Offset and drift of the clocks are estimated by cross-correlation of the
+shared channel and printed with their standard errors; where the recordings do not determine them nothing is written.
+
+Exit status: 0 done; 1 failed while running; 2 the call or a recording is wrong, or the output exists; 3 done, with data lost
+or skipped (said how much); 4 the relation of the clocks is not known.";
+
+/// Convert a recording to a run file (CSV) or a log (MCAP), or merge a second recording into it
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLE)]
+pub(crate) struct ConvertArgs {
+    /// The recording; its format is recognised by its content. A stream of PCM is pcm+file://PATH?format=FRAME.toml
+    #[arg(value_name = "IN", value_parser = RecordingSource::of_path_or_url)]
+    input: RecordingSource,
+    /// Where it goes: a run file (.csv) or a log (.mcap), by the name
+    #[arg(value_name = "OUT")]
+    output: PathBuf,
+    /// Which message carries which channel, for MAVLink (TOML)
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Override a key of the run, such as vane_position_m=[13.08,0,0]; repeatable
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Leave out what is earlier, s of the recording's time
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    from: Option<f64>,
+    /// Leave out what is later, s of the recording's time
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    to: Option<f64>,
+    #[command(flatten)]
+    clock: ClockOptions,
+    /// Replace an output that exists
+    #[arg(long)]
+    force: bool,
+}
+
+/// Reads, merges where that is asked for, and writes; the output is there whole or not at all.
+pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
+    let format = row_writer::RowFormat::by_name(&args.output)?;
+    refuse_without_folder("OUT", &args.output)?;
+    let read = args.input.files().into_iter().chain(args.clock.files()).collect::<Vec<_>>();
+    refuse_to_overwrite("OUT", &args.output, &read)?;
+    if args.output.exists() && !args.force {
+        return Err(Failure::file(&args.output, "exists already; --force replaces it"));
+    }
+    let mapping = read_mapping(args.config.as_deref())?;
+    let mut recording = args.input.open(&mapping)?;
+    let mut second = match args.clock.second(&args.input, &mapping)? {
+        SecondRecording::None => None,
+        SecondRecording::Related(second) => Some(second),
+        SecondRecording::Unknown => return Ok(Outcome::NotGood),
+    };
+    let (info, mut head) = head_of(&args.input.file, &recording, &args.set)?;
+    let (mut merge, columns) = match &second {
+        None => (None, recording.columns().to_vec()),
+        Some(second) => {
+            let merge = second.merge(recording.columns());
+            let columns = merge.columns().to_vec();
+            (Some(merge), columns)
+        }
+    };
+    head.channels = named(&columns);
+    let mut writer = RowWriter::begin(format, &args.output, &info, head, &columns)?;
+    let within = |time_s: f64| args.from.is_none_or(|from| time_s >= from) && args.to.is_none_or(|to| time_s <= to);
+    let (mut written, mut left_out) = (0_u64, 0_u64);
+    let mut each = |row: &RecordingRow| {
+        if within(row.sample.time_s) {
+            written += 1;
+            writer.row(row)
+        } else {
+            left_out += 1;
+            Ok(())
+        }
+    };
+    match (&mut merge, &mut second) {
+        (Some(merge), Some(second)) => {
+            while let Some(row) = merge.next_row(&mut recording, &mut second.recording)? {
+                each(row)?;
+            }
+        }
+        _ => {
+            while let Some(row) = recording.next_row()? {
+                each(row)?;
+            }
+        }
+    }
+    if written == 0 {
+        return Err(Failure::file(&args.input.file, format_args!("no row within --from and --to; {left_out} are outside")));
+    }
+    writer.end()?;
+    message(format_args!("{}: {written} samples", args.output.display()));
+    let mut lost = losses(&args.input.file.display().to_string(), &recording);
+    if let (Some(merge), Some(second)) = (&merge, &second) {
+        lost.extend(losses(&second.file.display().to_string(), &second.recording));
+        let tally = merge.tally();
+        let refused: u64 = tally.no_time.iter().chain(&tally.not_growing).sum();
+        if refused > 0 {
+            lost.push(format!("{refused} rows whose time does not grow are left out"));
+        }
+    }
+    lost.iter().for_each(|loss| message(format_args!("sideslip: {loss}")));
+    Ok(if lost.is_empty() { Outcome::Done } else { Outcome::DataLost })
+}
+
+/// Names and units of the columns without the time, as a log's head has them.
+fn named(columns: &[RecordingColumn]) -> Vec<(String, String)> {
+    let carried = columns.iter().filter(|column| !matches!(column.target, RecordingTarget::Time { .. }));
+    carried.map(|column| (column.name.clone(), column.inner_unit().to_owned())).collect()
+}
+
+/// What of a recording could not be read, in words.
+fn losses(name: &str, recording: &Recording) -> Vec<String> {
+    let skipped = recording.skipped().rows();
+    let rows = (skipped > 0).then(|| format!("{name}: {skipped} rows skipped"));
+    rows.into_iter().chain(recording.shortfall().map(|what| format!("{name}: {what}"))).collect()
+}
