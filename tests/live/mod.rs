@@ -5,6 +5,7 @@ mod kills;
 mod latency;
 mod links;
 mod payload;
+mod pcm_link;
 mod processes;
 mod real_time;
 mod sender;

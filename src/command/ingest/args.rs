@@ -22,8 +22,8 @@ Exit status: 0 done; 1 failed while running; 2 the call or the recording is wron
 #[command(after_help = EXAMPLE)]
 pub(crate) struct IngestArgs {
     /// Where telemetry comes from: udpin://HOST:PORT, udpout://HOST:PORT, tcp://HOST:PORT or serial://DEVICE?baud=N
-    /// (MAVLink 1 and 2); file://PATH, a recording of any format that is read; pcm+file://PATH?format=FRAME.toml, a stream of
-    /// PCM
+    /// (MAVLink 1 and 2); file://PATH, a recording of any format that is read; pcm+file://PATH?format=FRAME.toml,
+    /// pcm+udp://HOST:PORT?format=FRAME.toml, pcm+tcp://HOST:PORT?format=FRAME.toml, a stream of PCM
     #[arg(long, value_name = "URL")]
     pub(super) source: TelemetrySource,
     /// Which message carries which channel, for MAVLink (TOML)

@@ -29,7 +29,7 @@ use std::time::{Duration, Instant};
 
 /// The longest wait for bytes; after that, samples wait no longer for late messages. At 10 Hz every sample waits for so
 /// long, and its estimate must hold until the next.
-const PATIENCE: Duration = Duration::from_millis(50);
+pub(super) const PATIENCE: Duration = Duration::from_millis(50);
 /// Samples of a new boot come all at once, once it is sure that it is one; after so many the log needs time.
 const BURST: u32 = 20;
 const BREATH: Duration = Duration::from_millis(20);
@@ -89,7 +89,7 @@ pub(super) fn listen(args: &IngestArgs, url: &Url, stop: &AtomicBool) -> Result<
 
 /// Opens the link; a connection or a line that cannot be opened yet is tried again until that succeeds. `None` where it
 /// was stopped before.
-fn open(args: &IngestArgs, url: &Url, stop: &AtomicBool) -> Result<Option<Link>, Failure> {
+pub(super) fn open(args: &IngestArgs, url: &Url, stop: &AtomicBool) -> Result<Option<Link>, Failure> {
     let opened = match url {
         Url::UdpIn(_) | Url::UdpOut(_) if args.held => {
             let held = std::io::stdout().as_fd().try_clone_to_owned();
@@ -105,7 +105,7 @@ fn open(args: &IngestArgs, url: &Url, stop: &AtomicBool) -> Result<Option<Link>,
 }
 
 /// Tries to open a link from `due` on, and again; the same refusal is said once. `None` where it was stopped before.
-fn until_open<T>(mut due: Instant, stop: &AtomicBool, mut open: impl FnMut() -> Result<T, LinkError>) -> Option<T> {
+pub(super) fn until_open<T>(mut due: Instant, stop: &AtomicBool, mut open: impl FnMut() -> Result<T, LinkError>) -> Option<T> {
     let mut said = String::new();
     while !stop.load(Ordering::Relaxed) {
         if Instant::now() < due {

@@ -2,6 +2,7 @@
 
 mod args;
 mod link_source;
+mod pcm_link_source;
 mod recording_source;
 mod sample_publisher;
 mod silence_monitor;
@@ -18,6 +19,7 @@ pub(crate) fn run(args: &IngestArgs) -> Result<Outcome, Failure> {
     supervised(args.supervised, &stop)?;
     match &args.source {
         TelemetrySource::Recording(source) => recording_source::play(args, source, &stop),
+        TelemetrySource::PcmLink { url, format } => pcm_link_source::listen(args, url, format, &stop),
         TelemetrySource::Link(url) => link_source::listen(args, url, &stop),
     }
 }

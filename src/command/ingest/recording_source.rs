@@ -19,7 +19,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 /// Leaves out the columns that a sample on the bus has no place for, and says so.
-fn fitted(mut head: LogHead) -> LogHead {
+pub(super) fn fitted(mut head: LogHead) -> LogHead {
     let (mut others, all) = (0, head.unknown_columns());
     head.channels.retain(|(name, _)| {
         let known = Channel::from_name(name).is_some();

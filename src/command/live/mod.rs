@@ -50,8 +50,8 @@ const ENDING: Duration = Duration::from_secs(10);
 #[command(after_help = EXAMPLE)]
 pub(crate) struct LiveArgs {
     /// Where telemetry comes from: udpin://HOST:PORT, udpout://HOST:PORT, tcp://HOST:PORT or serial://DEVICE?baud=N
-    /// (MAVLink 1 and 2); file://PATH, a recording of any format that is read; pcm+file://PATH?format=FRAME.toml, a stream of
-    /// PCM
+    /// (MAVLink 1 and 2); file://PATH, a recording of any format that is read; pcm+file://PATH?format=FRAME.toml,
+    /// pcm+udp://HOST:PORT?format=FRAME.toml, pcm+tcp://HOST:PORT?format=FRAME.toml, a stream of PCM
     #[arg(long, value_name = "URL")]
     source: String,
     /// Which message carries which channel, for MAVLink (TOML)
@@ -93,7 +93,9 @@ pub(crate) fn run(args: &LiveArgs) -> Result<Outcome, Failure> {
     }
     // The socket is the supervisor's: what arrives while telemetry is away waits in it.
     let held = match &source {
-        TelemetrySource::Link(url) => url.hold().map_err(|wrong| Failure::Running(wrong.to_string()))?,
+        TelemetrySource::Link(url) | TelemetrySource::PcmLink { url, .. } => {
+            url.hold().map_err(|wrong| Failure::Running(wrong.to_string()))?
+        }
         TelemetrySource::Recording(_) => None,
     };
     let mut estimate = SupervisedProcess::new("estimate", estimate_call(args, bus.root().path(), &source), None);
@@ -169,7 +171,7 @@ fn estimate_call(args: &LiveArgs, root: &Path, source: &TelemetrySource) -> Vec<
     if let Some(out) = &args.out {
         let name = match source {
             TelemetrySource::Recording(source) => source.file.with_extension("mcap").file_name().map(PathBuf::from),
-            TelemetrySource::Link(_) => None,
+            TelemetrySource::Link(_) | TelemetrySource::PcmLink { .. } => None,
         };
         call.extend(["--out".to_owned(), out.join(name.unwrap_or_else(|| "live.mcap".into())).display().to_string()]);
     }

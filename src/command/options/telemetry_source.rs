@@ -9,7 +9,8 @@ use std::str::FromStr;
 
 /// What `--source` accepts, for help and messages.
 const SOURCES: &str = "udpin://HOST:PORT, udpout://HOST:PORT, tcp://HOST:PORT, serial://DEVICE?baud=N (MAVLink), \
-    file://PATH (a recording) or pcm+file://PATH?format=FRAME.toml (a stream of PCM)";
+    file://PATH (a recording), pcm+file://PATH?format=FRAME.toml, pcm+udp://HOST:PORT?format=FRAME.toml or \
+    pcm+tcp://HOST:PORT?format=FRAME.toml (a stream of PCM)";
 
 /// A recording and, of a stream of PCM, the format of its frames.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -40,7 +41,9 @@ impl RecordingSource {
         }
         match text.parse()? {
             TelemetrySource::Recording(recording) => Ok(recording),
-            TelemetrySource::Link(_) => Err(format!("expected a recording, found the link `{text}`")),
+            TelemetrySource::Link(_) | TelemetrySource::PcmLink { .. } => {
+                Err(format!("expected a recording, found the link `{text}`"))
+            }
         }
     }
 }
@@ -52,6 +55,8 @@ pub(crate) enum TelemetrySource {
     Recording(RecordingSource),
     /// A link that brings MAVLink.
     Link(Url),
+    /// A link that brings PCM, and the format of its frames.
+    PcmLink { url: Url, format: PathBuf },
 }
 
 impl FromStr for TelemetrySource {
@@ -65,6 +70,17 @@ impl FromStr for TelemetrySource {
             Some(("file", path)) if !path.is_empty() => {
                 Ok(TelemetrySource::Recording(RecordingSource { file: path.into(), pcm_format: None }))
             }
+            Some((scheme @ ("pcm+udp" | "pcm+tcp"), rest)) => match rest.split_once("?format=") {
+                Some((address, format)) if !format.is_empty() => {
+                    // A ground station listens for datagrams.
+                    let link = if scheme == "pcm+udp" { "udpin" } else { "tcp" };
+                    let url = Url::parse(&format!("{link}://{address}")).map_err(|wrong| wrong.to_string())?;
+                    Ok(TelemetrySource::PcmLink { url, format: format.into() })
+                }
+                _ => Err(format!(
+                    "expected {scheme}://HOST:PORT?format=FRAME.toml: a stream of PCM needs the format of its frames"
+                )),
+            },
             Some(("pcm+file", rest)) => match rest.split_once("?format=") {
                 Some((file, format)) if !file.is_empty() && !format.is_empty() => {
                     let pcm_format = Some(PathBuf::from(format));
@@ -89,9 +105,16 @@ mod tests {
         assert_eq!("file://a/b.csv".parse(), Ok(of("a/b.csv", None)));
         assert_eq!("file:///a b.csv".parse(), Ok(of("/a b.csv", None)));
         assert_eq!("pcm+file://a.pcm?format=b/c.toml".parse(), Ok(of("a.pcm", Some("b/c.toml"))));
-        for wrong in ["pcm+file://a.pcm", "pcm+file://?format=b", "pcm+file://a?format="] {
+        for wrong in [
+            "pcm+udp://127.0.0.1:1",
+            "pcm+tcp://127.0.0.1:1?format=",
+            "pcm+file://a.pcm",
+            "pcm+file://?format=b",
+            "pcm+file://a?format=",
+        ] {
             assert!(wrong.parse::<TelemetrySource>().unwrap_err().contains("needs the format"), "{wrong}");
         }
+        assert!(matches!("pcm+udp://127.0.0.1:1?format=a".parse(), Ok(TelemetrySource::PcmLink { .. })));
         let source = RecordingSource::of_path_or_url("a.csv");
         assert_eq!(source, Ok(RecordingSource { file: "a.csv".into(), pcm_format: None }));
         assert!(RecordingSource::of_path_or_url("pcm+file://a").is_err());
