@@ -83,17 +83,25 @@ impl RunPlan {
 
 /// The flying vehicle's end of the link.
 pub(super) struct SimulatedVehicle {
-    url: String,
-    shared: Arc<VehicleState>,
+    pub(super) url: String,
+    pub(super) shared: Arc<VehicleState>,
 }
 
 #[derive(Default)]
-struct VehicleState {
-    land: AtomicBool,
+pub(super) struct VehicleState {
+    pub(super) land: AtomicBool,
     /// Everything was sent, or it was told to end.
-    landed: AtomicBool,
+    pub(super) landed: AtomicBool,
     /// Time of the last sample that was sent, us.
     flown_us: AtomicU64,
+}
+
+impl VehicleState {
+    /// A sample of that time was sent.
+    pub(super) fn note_flown(&self, time_s: f64) {
+        let flown = Duration::try_from_secs_f64(time_s).unwrap_or_default();
+        self.flown_us.store(u64::try_from(flown.as_micros()).unwrap_or(u64::MAX), Ordering::Relaxed);
+    }
 }
 
 impl SimulatedVehicle {
@@ -149,7 +157,6 @@ fn send(mut link: Link, samples: &[Sample], speed: f64, shared: &VehicleState) {
             return;
         }
         drop(link.send(&datagram));
-        let flown = Duration::try_from_secs_f64(sample.time_s).unwrap_or_default();
-        shared.flown_us.store(u64::try_from(flown.as_micros()).unwrap_or(u64::MAX), Ordering::Relaxed);
+        shared.note_flown(sample.time_s);
     }
 }

@@ -33,21 +33,32 @@ pub(super) struct FlownRun {
     pub(super) outcome: Outcome,
 }
 
+/// How the vehicle sends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum DemoLink {
+    Mavlink,
+    Pcm,
+}
+
 /// Flies a run and waits until it is estimated and its log closed.
 pub(super) fn fly_run(
-    (point, run): (&DemoTestPoint, &RunPlan),
+    (point, run, link): (&DemoTestPoint, &RunPlan, DemoLink),
     out: &Path,
     (speed, seed): (f64, u64),
     stop: &AtomicBool,
 ) -> Result<FlownRun, Failure> {
     let flight = TestFlight::fly(point, run, seed)?;
-    let name = format!("{}-{}", point.name, run.name);
+    let by = if link == DemoLink::Pcm { "-pcm" } else { "" };
+    let name = format!("{}-{}{by}", point.name, run.name);
     let folder = out.join(&name);
     std::fs::create_dir_all(&folder).map_err(|error| Failure::io(&folder, &error))?;
     // Everybody in it is gone before this process leaves it, and takes it along.
     let bus = Bus::enter_private(&BusRoot::private_path())?;
     let numbers = folder.join("derivatives.json");
-    let vehicle = SimulatedVehicle::ready(flight.samples.clone(), speed)?;
+    let vehicle = match link {
+        DemoLink::Mavlink => SimulatedVehicle::ready(flight.samples.clone(), speed)?,
+        DemoLink::Pcm => SimulatedVehicle::ready_by_pcm(flight.samples.clone(), speed, &folder)?,
+    };
     let mut live = LiveChild::start(&format!("run={name}"), &vehicle.url(), bus.root().path(), &folder, &numbers)?;
     let watched = watch(&bus, (&name, run, &flight), &vehicle, &mut live, speed, stop);
     // Whatever happened, the log is closed.
