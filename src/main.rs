@@ -3,6 +3,7 @@
 mod command;
 
 #[cfg(test)]
+#[allow(dead_code, reason = "each binary uses its part")]
 #[path = "../tests/support/allocations.rs"]
 mod allocations;
 

@@ -1,4 +1,5 @@
-//! The sink of a run's records: to the log; the newest of each kind, the events and the findings are kept for the end.
+//! The sink of a run's records: to the log and to a ground station; the newest of each kind, the events and the findings are
+//! kept for the end.
 
 use crate::io::outputs::event_ring::EventRing;
 use crate::io::outputs::queue::QueueSender;
@@ -14,9 +15,11 @@ use crate::realtime::regression::record::DerivativesRecord;
 /// Different events that are kept: more than there are kinds and subjects.
 pub const EVENTS: usize = 128;
 
-/// The newest records, the events, and the way to the log.
+/// The newest records, the events, and the ways to the log and to a ground station.
 pub struct RecordSink {
     to_log: Option<QueueSender>,
+    /// Derivatives, modes, events and findings alone go there.
+    to_station: Option<QueueSender>,
     /// Values of the unknown columns, NaN where not sampled, as the queue takes them.
     others: Vec<f64>,
     newest_s: f64,
@@ -42,6 +45,7 @@ impl RecordSink {
     pub fn new(to_log: Option<QueueSender>) -> Self {
         RecordSink {
             to_log,
+            to_station: None,
             others: Vec::new(),
             newest_s: 0.0,
             state: None,
@@ -53,6 +57,11 @@ impl RecordSink {
             dropped_samples: 0,
             unused_values: 0,
         }
+    }
+
+    /// Sends to a ground station too, from now on.
+    pub fn set_station(&mut self, to_station: Option<QueueSender>) {
+        self.to_station = to_station;
     }
 
     /// A row as it came, before the pipeline sees it.
@@ -93,12 +102,12 @@ impl RecordSink {
             self.event(EventKind::Regression(*event));
         }
         if let Some(derivatives) = &tick.derivatives {
-            self.log(|| Message::Derivatives(derivatives.clone()));
+            self.log_and_send(|| Message::Derivatives(derivatives.clone()));
             self.derivatives = Some(derivatives.clone());
         }
         if let Some(modes) = tick.modes {
             self.modes = Some(modes);
-            self.log(|| Message::Modes(modes));
+            self.log_and_send(|| Message::Modes(modes));
         }
     }
 
@@ -110,7 +119,7 @@ impl RecordSink {
 
     /// What the diagnosis says.
     pub fn finding(&mut self, record: &FindingRecord) {
-        self.log(|| Message::Finding(record.clone()));
+        self.log_and_send(|| Message::Finding(record.clone()));
         self.findings.update(record);
     }
 
@@ -140,15 +149,26 @@ impl RecordSink {
         }
     }
 
-    /// Ends the way to the log.
+    /// Ends the ways to the log and to the ground station.
     pub fn close(&mut self) {
         self.to_log = None;
+        self.to_station = None;
     }
 
     fn event(&mut self, kind: EventKind) {
         let event = EventRecord { time_s: self.newest_s, kind };
         self.events.push(&event);
-        self.log(|| Message::Event(event));
+        self.log_and_send(|| Message::Event(event));
+    }
+
+    fn log_and_send(&mut self, message: impl FnOnce() -> Message) {
+        if self.to_log.is_none() && self.to_station.is_none() {
+            return;
+        }
+        let message = message();
+        for way in [&mut self.to_log, &mut self.to_station].into_iter().flatten() {
+            way.send(&message);
+        }
     }
 
     fn log(&mut self, message: impl FnOnce() -> Message) {

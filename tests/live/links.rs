@@ -24,7 +24,7 @@ use std::time::{Duration, Instant};
 const FRESH: Duration = Duration::from_millis(200);
 
 /// A folder that holds pymavlink; `None`, said loudly, where it cannot be installed.
-fn pymavlink() -> Option<PathBuf> {
+pub(crate) fn pymavlink() -> Option<PathBuf> {
     let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("pymavlink");
     let there = || {
         let import = ["-c", "from pymavlink.dialects.v20 import ardupilotmega"];

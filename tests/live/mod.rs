@@ -1,6 +1,7 @@
 //! Live: real processes over shared memory, killed at the worst moments. Each test has a root of its own.
 
 mod demo;
+mod ground_station;
 mod kills;
 mod latency;
 mod links;
@@ -10,4 +11,6 @@ mod processes;
 mod real_time;
 mod sender;
 mod services;
+mod signing;
 pub(crate) mod stage;
+pub(crate) mod station_peer;

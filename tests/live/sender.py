@@ -1,6 +1,8 @@
 """Plays a run file as MAVLink 2 over UDP, at its own pace, as the telemetry of an autopilot: by pymavlink, not by us.
 
-Call: sender.py RUN.csv HOST PORT. A line a flight on standard output: how many rows were sent.
+Call: sender.py RUN.csv HOST PORT [KEY]. A line a flight on standard output: how many rows were sent. With a key (hexadecimal) it is
+signed, and once a second of the flight five frames follow that a receiver must refuse: unsigned, MAVLink 1, signed with another
+key, replayed, and the first of a stream two minutes behind; their bank angle is one that no aircraft flies.
 """
 
 import csv
@@ -24,7 +26,28 @@ class Port:
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 
     def write(self, frame):
+        self.sent = frame
         self.socket.sendto(frame, self.address)
+
+
+def sign(link, key, timestamp):
+    link.signing.secret_key = key
+    link.signing.link_id = 1
+    link.signing.timestamp = timestamp
+    link.signing.sign_outgoing = True
+
+
+def hostile(port, key, link, ms):
+    """What a receiver with the key must refuse."""
+    bank = lambda other, **how: other.attitude_send(ms, 2.5, 0.0, 0.0, 0.0, 0.0, 0.0, **how)
+    port.write(port.sent)
+    plain, forged, behind = (mavlink.MAVLink(port, srcSystem=1, srcComponent=component) for component in (1, 1, 77))
+    bank(plain)
+    bank(plain, force_mavlink1=True)
+    sign(forged, bytes(32 - len(b"forged")) + b"forged", link.signing.timestamp + 50)
+    bank(forged)
+    sign(behind, key, link.signing.timestamp - 2 * 6000000)
+    bank(behind)
 
 
 def pulse(angle):
@@ -32,8 +55,12 @@ def pulse(angle):
     return round(1500 + math.degrees(angle) / 10 * 500)
 
 
-def main(path, host, port):
-    link = mavlink.MAVLink(Port(host, int(port)), srcSystem=1, srcComponent=1)
+def main(path, host, number, key=None):
+    port = Port(host, int(number))
+    link = mavlink.MAVLink(port, srcSystem=1, srcComponent=1)
+    if key:
+        key = bytes.fromhex(key)
+        sign(link, key, int((time.time() - 1420070400) * 1e5))
     with open(path, newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
     begun, beat = time.monotonic(), -math.inf
@@ -42,6 +69,8 @@ def main(path, host, port):
         seconds = value["time"]
         time.sleep(max(0.0, begun + seconds - time.monotonic()))
         if seconds - beat >= 1.0:
+            if key and beat >= 0.0:
+                hostile(port, key, link, round(seconds * 1e3))
             beat = seconds
             link.heartbeat_send(
                 mavlink.MAV_TYPE_HELICOPTER, mavlink.MAV_AUTOPILOT_GENERIC, 0, 0, mavlink.MAV_STATE_ACTIVE

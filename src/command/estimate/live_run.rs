@@ -10,8 +10,10 @@ use sideslip::error::Failure;
 use sideslip::flight::file::log_head::LogHead;
 use sideslip::flight::file::run_file::RunInfo;
 use sideslip::io::bus::payload::{MessageHeader, SamplePayload};
+use sideslip::io::ground_station::station::GroundStation;
 use sideslip::io::outputs::json::derivatives_json::RunEstimates;
 use sideslip::io::outputs::tables::terminal::Style;
+use sideslip::io::telemetry::mavlink::senders::Sender;
 use sideslip::io::telemetry::record::RecordingRow;
 use sideslip::live::estimate_publisher::EstimatePublisher;
 use sideslip::live::record_sink::RecordSink;
@@ -45,6 +47,8 @@ pub(super) struct LiveRunSetup<'a> {
     pub(super) out: Option<&'a Path>,
     /// Whether telemetry waits for the estimator.
     pub(super) telemetry_waits: bool,
+    /// The way to the ground station, where there is one.
+    pub(super) station: Option<&'a GroundStation>,
 }
 
 pub(super) struct FinishedLiveRun {
@@ -58,7 +62,7 @@ impl LiveRun {
     ///
     /// A log that cannot be opened is said and counted as lost: estimates come without it.
     pub(super) fn begin(head: LogHead, setup: &LiveRunSetup<'_>, console: &ConsoleThread) -> Result<Self, Failure> {
-        let LiveRunSetup { config, output_error, model, out, telemetry_waits } = *setup;
+        let LiveRunSetup { config, output_error, model, out, telemetry_waits, station } = *setup;
         let wrong = |what: String| Failure::Running(format!("the head of the run: {what}"));
         let mut info = RunInfo::from_toml(&head.run_toml).map_err(|place| wrong(place.to_string()))?;
         info.set_controls(head.controls);
@@ -93,6 +97,14 @@ impl LiveRun {
                     unlogged = Some(failure.to_string());
                 }
             }
+        }
+        if let Some(station) = station {
+            let system = info.text("source").and_then(Sender::from_source).map(|vehicle| vehicle.system);
+            let to_station = station.begin_run(name(&info), head.controls, system);
+            if to_station.is_none() {
+                console.message("sideslip: this run does not go to the ground station, which is too far behind".to_owned());
+            }
+            wired.sink.set_station(to_station);
         }
         let others = vec![None; head.unknown_columns()];
         let row = RecordingRow { number: 0, sample: sideslip::flight::sample::Sample::new(0.0), others };
@@ -131,8 +143,7 @@ impl LiveRun {
         let finished = self.wired.finish(&mut publisher.of_sample(self.last))?;
         let log = self.log.map(RunLog::finish).transpose()?;
         let range_s = self.first_s.map(|from_s| (from_s, self.last.time_s));
-        let name = self.info.run().unwrap_or("live").to_owned();
-        let result = RunResult::new(name, self.head.controls, range_s, finished, log);
+        let result = RunResult::new(name(&self.info).to_owned(), self.head.controls, range_s, finished, log);
         Ok(FinishedLiveRun { result, unlogged: self.unlogged })
     }
 }
@@ -159,6 +170,11 @@ impl FinishedLiveRun {
     }
 }
 
+/// What the run is called.
+fn name(info: &RunInfo) -> &str {
+    info.run().unwrap_or("live")
+}
+
 /// `flight.mcap`, or the first of `flight-2.mcap`, `flight-3.mcap` that is not there yet: no log is written over.
 fn free_name(out: &Path) -> PathBuf {
     let stem = out.file_stem().unwrap_or_default().to_string_lossy();
@@ -172,7 +188,7 @@ fn free_name(out: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::super::console::ConsoleThread;
-    use super::{LiveDiagnosisModel, LiveRun, LiveRunSetup, free_name};
+    use super::{GroundStation, LiveDiagnosisModel, LiveRun, LiveRunSetup, free_name};
     use crate::allocations::during;
     use crate::command::options::estimation_options::OutputErrorSchedule;
     use sideslip::flight::channel::ControlNames;
@@ -182,10 +198,14 @@ mod tests {
         SamplePayload, SmoothedPayload, StatePayload,
     };
     use sideslip::io::bus::service::{Bus, Subscriber};
+    use sideslip::io::ground_station::station::StationSettings;
+    use sideslip::io::telemetry::mavlink::link::Url;
     use sideslip::io::telemetry::recording::Recording;
     use sideslip::live::estimate_publisher::EstimatePublisher;
     use sideslip::realtime::pipeline::PipelineConfig;
+    use std::net::UdpSocket;
     use std::path::Path;
+    use std::time::Duration;
 
     fn heard<P: Payload>(subscriber: &mut Subscriber<P>) -> u64 {
         let mut count = 0;
@@ -212,12 +232,18 @@ mod tests {
         let console = ConsoleThread::start().unwrap();
         let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("replay");
         let model = LiveDiagnosisModel::read(&own.join("models/puma-like.toml"), None).unwrap();
+        // A ground station on this machine that takes nothing: the thread's own work is not the estimator's.
+        let nobody = UdpSocket::bind("127.0.0.1:0").unwrap();
+        let url = Url::UdpOut(nobody.local_addr().unwrap().to_string());
+        let settings = StationSettings { url, system: None, signing: None };
+        let station = GroundStation::start(settings, Box::new(|_| {})).unwrap();
         let setup = LiveRunSetup {
             config: &PipelineConfig::default(),
             output_error: OutputErrorSchedule::Streaming,
             model: Some(&model),
             out: Some(&log),
             telemetry_waits: false,
+            station: Some(&station),
         };
         let mut run = LiveRun::begin(head, &setup, &console).unwrap();
         let puma = own.join("recordings/puma-100kn-pedal-3211.csv");
@@ -247,6 +273,8 @@ mod tests {
         }
         assert!(sent > 3000 && lagged > 100, "{sent} {lagged}");
         run.end(&mut publisher).unwrap();
+        let report = station.finish(Duration::from_secs(30)).unwrap();
+        assert!(report.sent > 20 && report.refused == 0, "{report:?}");
         drop((states, smoothed, innovations, derivatives, modes, output_errors, findings, events, publisher, bus));
         std::fs::remove_dir_all(&folder).unwrap();
     }

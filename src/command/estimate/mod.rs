@@ -5,6 +5,7 @@ mod live_run;
 
 use super::options::estimation_options::{EstimationOptions, OutputErrorSchedule};
 use super::options::live_diagnosis_options::LiveDiagnosisModel;
+use super::options::mavlink_out_options::MavlinkOutOptions;
 use super::terminal::output_file::write_json;
 use super::terminal::stop::{stopped_by_signals, supervised};
 use crate::command::{patience, root_path};
@@ -19,6 +20,7 @@ use sideslip::io::bus::payload::{SAMPLE_TO_ACKNOWLEDGE, SamplePayload, THE_END};
 use sideslip::io::bus::root::BusRole;
 use sideslip::io::bus::run_head::read_head;
 use sideslip::io::bus::service::{Bus, Subscriber};
+use sideslip::io::ground_station::station::GroundStation;
 use sideslip::io::outputs::json::derivatives_json::derivatives_json;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::live::estimate_publisher::EstimatePublisher;
@@ -32,6 +34,8 @@ Example, in three terminals:
   sideslip estimate --out flight.mcap
   sideslip ingest --source file://flight.csv
   sideslip watch
+To a ground station too:
+  sideslip estimate --mavlink-out udpout://127.0.0.1:14551 --signing-key flight.key
 
 It ends with ctrl-C, SIGTERM or SIGHUP, with the log closed and the answer printed. A run ends where telemetry says so, or begins
 again at an earlier time; the next one gets a log of its own, flight-2.mcap. No log is written over.
@@ -68,6 +72,12 @@ pub(crate) struct EstimateArgs {
     json: Option<PathBuf>,
     #[command(flatten)]
     estimation: EstimationOptions,
+    #[command(flatten)]
+    station: MavlinkOutOptions,
+    /// Key of MAVLink 2 signing, 64 hexadecimal digits or 32 raw bytes, for what is sent to the ground station. Timestamps are
+    /// kept in FILE.timestamp-1
+    #[arg(long, value_name = "FILE", requires = "mavlink_out")]
+    signing_key: Option<PathBuf>,
     /// End when standard input ends
     #[arg(long, hide = true)]
     supervised: bool,
@@ -89,6 +99,7 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome, Failure> {
     let publisher = EstimatePublisher::new(&bus)?;
     let samples = bus.subscriber()?;
     let console = ConsoleThread::start()?;
+    let station = args.station.start(args.signing_key.as_deref())?;
     let mut process = EstimatorProcess {
         args,
         config,
@@ -97,6 +108,7 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome, Failure> {
         samples,
         publisher,
         console,
+        station,
         run: None,
         incarnation: None,
         ended: Vec::new(),
@@ -117,6 +129,7 @@ struct EstimatorProcess<'a> {
     samples: Subscriber<SamplePayload>,
     publisher: EstimatePublisher,
     console: ConsoleThread,
+    station: Option<GroundStation>,
     run: Option<LiveRun>,
     incarnation: Option<u64>,
     ended: Vec<FinishedLiveRun>,
@@ -186,6 +199,7 @@ impl EstimatorProcess<'_> {
             model: self.model.as_ref(),
             out: self.args.out.as_deref(),
             telemetry_waits,
+            station: self.station.as_ref(),
         };
         self.run = Some(LiveRun::begin(head, &setup, &self.console)?);
         Ok(())
@@ -227,6 +241,9 @@ impl EstimatorProcess<'_> {
         }
         for loss in &losses {
             self.console.message(format!("sideslip: {loss}"));
+        }
+        if let Some(station) = self.station {
+            self.console.message(format!("sideslip: {}", self.args.station.finish(station)));
         }
         self.console.finish(LAST_WORDS);
         Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })

@@ -9,6 +9,7 @@ Example:
   sideslip ingest --source udpin://127.0.0.1:14550
   sideslip ingest --source serial:///dev/ttyUSB0?baud=921600 --set run=flight-12
   sideslip ingest --source file://flight.csv --speed 4 --root run/
+  sideslip ingest --source udpin://0.0.0.0:14550 --signing-key flight.key
   sideslip ingest --source 'pcm+file://flight.pcm?format=frame.toml'
 
 A link is listened to until ctrl-C; one that breaks is opened again. Each boot of the vehicle is a run of its own.
@@ -29,6 +30,10 @@ pub(crate) struct IngestArgs {
     /// Which message carries which channel, for MAVLink (TOML)
     #[arg(long, value_name = "FILE")]
     pub(super) config: Option<PathBuf>,
+    /// Key of MAVLink 2 signing, 64 hexadecimal digits or 32 raw bytes: what is not signed with it is refused and counted, and
+    /// our heartbeats are signed. Timestamps are kept in FILE.timestamp-0
+    #[arg(long, value_name = "FILE")]
+    pub(super) signing_key: Option<PathBuf>,
     /// Directory of the run: processes and readers with the same one share its data
     #[arg(long, value_name = "DIR")]
     pub(super) root: Option<PathBuf>,

@@ -8,6 +8,7 @@ use super::sample_publisher::SamplePublisher;
 use super::silence_monitor::{SilenceMonitor, no_motion};
 use super::vehicle_file::VehicleFile;
 use crate::command::options::mapping_input::read_mapping;
+use crate::command::options::signing_input::{SOURCE_LINK, link_signing};
 use crate::command::recordings::run_head::override_keys;
 use crate::command::{message, patience, root_path};
 use sideslip::error::{Failure, Outcome};
@@ -49,12 +50,16 @@ pub(super) fn listen(args: &IngestArgs, url: &Url, stop: &AtomicBool) -> Result<
     override_keys(&mut RunInfo::default(), &args.set)?;
     let mut bus = Bus::enter(&root_path(args.root.as_ref()))?;
     let _role = bus.take_within(BusRole::Telemetry, patience(args.supervised))?;
+    let signing = args.signing_key.as_deref().map(|key| link_signing(key, SOURCE_LINK)).transpose()?;
     let Some(link) = open(args, url, stop)? else {
         message(format_args!("sideslip: {url}: stopped before it was open"));
         return Ok(Outcome::Done);
     };
     let names = config.names;
     let mut live = LiveTelemetry::on(link, config, PATIENCE);
+    if let Some(signing) = signing {
+        live.set_signing(signing);
+    }
     let names_before = names_before(args, &bus)?;
     if names_before.is_some()
         && let Some((vehicle, clock)) = VehicleFile::read(bus.root())
@@ -172,6 +177,9 @@ impl LinkIngest<'_> {
                 beat = Instant::now() + HEARTBEAT;
                 // One that cannot be sent shows in the next read.
                 let _ = self.live.heartbeat();
+                if let Some(fault) = self.live.take_signing_fault() {
+                    message(format_args!("sideslip: {fault}; nothing is sent that cannot be signed"));
+                }
             }
             match self.live.poll(|| Some(monotonic_ns() / 1000)) {
                 Ok(LinkEvent::Bytes(_) | LinkEvent::Silence) => {}
@@ -217,6 +225,9 @@ impl LinkIngest<'_> {
                     self.stood_at_s = Some(at_s);
                     message(format_args!("sideslip: the vehicle's clock stands still at {at_s} s: samples need its time"));
                 }
+                LiveNotice::Refused(refusal) => {
+                    message(format_args!("sideslip: messages {} are refused, because a key is set", refusal.words()));
+                }
                 LiveNotice::ByArrival => message(format_args!(
                     "sideslip: the vehicle's clock runs slower than this machine's: the age of a sample counts from its arrival"
                 )),
@@ -226,7 +237,7 @@ impl LinkIngest<'_> {
 
     fn notice_silence(&mut self) {
         let lasted = self.silence.elapsed();
-        let others = self.live.tally().good - self.heard_before;
+        let others = self.live.accepted() - self.heard_before;
         if self.samples == 0 && others == 0 {
             // Nobody has begun to talk.
             self.silence.reset();
@@ -238,6 +249,9 @@ impl LinkIngest<'_> {
         if !self.silent {
             self.silent = true;
             match self.vehicle().filter(|_| others > 0) {
+                None if self.live.refused().total() > 0 => {
+                    message(format_args!("sideslip: nothing that is rightly signed has come from {url} for {seconds} s"));
+                }
                 None => message(format_args!("sideslip: nothing has come from {url} for {seconds} s")),
                 Some((vehicle, _)) => message(format_args!(
                     "sideslip: no sample of {vehicle} has come from {url} for {seconds} s, but {others} other messages"
@@ -299,7 +313,7 @@ impl LinkIngest<'_> {
             *channels |= timed.sample.present;
         }
         self.silence.reset();
-        self.heard_before = self.live.tally().good;
+        self.heard_before = self.live.accepted();
         let sampled_ns = timed.sent_us.and_then(|us| u64::try_from(us).ok()?.checked_mul(1000));
         self.publisher.sample(&timed.sample, &[], sampled_ns.map(|sampled_ns| sampled_ns.min(monotonic_ns())), stop)?;
         if let Some((vehicle, clock)) = self.live.remembered() {
@@ -325,9 +339,9 @@ impl LinkIngest<'_> {
         }
         self.changed = false;
         self.end_run(stop)?;
-        let vehicle = self.live.stream().vehicle().map(|vehicle| vehicle.to_string()).unwrap_or_default();
+        let source = self.live.stream().vehicle().map(Sender::as_source).unwrap_or_default();
         let wrong = |what: String| Failure::Running(format!("the head of the run: {what}"));
-        let text = format!("source = \"MAVLink, sender {vehicle}\"\n");
+        let text = format!("source = \"{source}\"\n");
         let mut info = RunInfo::from_toml(&text).map_err(|place| wrong(place.to_string()))?;
         let names = self.names.unwrap_or(ControlNames::Rotorcraft);
         info.set_controls(names);
@@ -349,7 +363,7 @@ impl LinkIngest<'_> {
 
     /// What came and what did not.
     fn answer(&self) -> Outcome {
-        let messages = self.live.tally().good;
+        let messages = self.live.accepted();
         message(format_args!("sideslip: {messages} messages of {} senders, {} samples", self.senders(), self.samples));
         let unused = self.live.unused();
         if unused.no_clock > 0 {
@@ -360,6 +374,13 @@ impl LinkIngest<'_> {
         }
         let mut losses: Vec<String> =
             passed_over(self.live.tally(), UnusedMessages { no_clock: 0, ..unused }).into_iter().collect();
+        for (refusal, count) in self.live.refused().iter() {
+            let sentence = format!("refused: {count} messages {}", refusal.words());
+            match refusal.is_loss() {
+                true => losses.push(sentence),
+                false => message(format_args!("sideslip: {sentence}")),
+            }
+        }
         if let Some(at_s) = self.stood_at_s {
             losses.push(format!("the vehicle's clock stood still at {at_s} s: what came then is not used"));
         }

@@ -18,6 +18,10 @@ pub(crate) fn run(args: &IngestArgs) -> Result<Outcome, Failure> {
     let stop = stopped_by_signals()?;
     supervised(args.supervised, &stop)?;
     match &args.source {
+        TelemetrySource::Recording(_) | TelemetrySource::PcmLink { .. } if args.signing_key.is_some() => Err(Failure::Input(
+            "--signing-key: expected with a link of MAVLink; a stream of PCM has no signatures, those of a recording are not verified"
+                .into(),
+        )),
         TelemetrySource::Recording(source) => recording_source::play(args, source, &stop),
         TelemetrySource::PcmLink { url, format } => pcm_link_source::listen(args, url, format, &stop),
         TelemetrySource::Link(url) => link_source::listen(args, url, &stop),

@@ -7,6 +7,8 @@
 mod supervised_process;
 
 use super::options::estimation_options::EstimationOptions;
+use super::options::mavlink_out_options::MavlinkOutOptions;
+use super::options::signing_input::read_key;
 use super::options::telemetry_source::TelemetrySource;
 use super::terminal::stop::{stopped_by_signals, supervised};
 use crate::command::{message, root_path};
@@ -26,6 +28,7 @@ const EXAMPLE: &str = "\
 Example:
   sideslip live --source udpin://127.0.0.1:14550 --out logs/
   sideslip live --source file://flight.csv --out logs/
+  sideslip live --source udpin://0.0.0.0:14550 --mavlink-out udpout://192.168.1.20:14550 --signing-key flight.key
 and beside it, in another terminal:
   sideslip watch
 
@@ -74,6 +77,12 @@ pub(crate) struct LiveArgs {
     set: Vec<String>,
     #[command(flatten)]
     estimation: EstimationOptions,
+    #[command(flatten)]
+    station: MavlinkOutOptions,
+    /// Key of MAVLink 2 signing, 64 hexadecimal digits or 32 raw bytes: telemetry that is not signed with it is refused and
+    /// counted, and what is sent is signed. Timestamps are kept in FILE.timestamp-0 and FILE.timestamp-1
+    #[arg(long, value_name = "FILE")]
+    signing_key: Option<PathBuf>,
     /// End when standard input ends
     #[arg(long, hide = true)]
     supervised: bool,
@@ -84,6 +93,15 @@ pub(crate) fn run(args: &LiveArgs) -> Result<Outcome, Failure> {
     let stop = stopped_by_signals()?;
     supervised(args.supervised, &stop)?;
     let source = args.source.parse::<TelemetrySource>().map_err(|what| Failure::Input(format!("--source: {what}")))?;
+    if let Some(key) = &args.signing_key {
+        if !matches!(source, TelemetrySource::Link(_)) && args.station.mavlink_out.is_none() {
+            return Err(Failure::Input(
+                "--signing-key: expected with a link of MAVLink as the source, or with --mavlink-out".into(),
+            ));
+        }
+        // Before the flight, not by each process in it.
+        read_key(key)?;
+    }
     let mut bus = Bus::enter(&root_path(args.root.as_ref()))?;
     let _role = bus.take(BusRole::Supervisor)?;
     wait_for_orphans(&bus, &stop)?;
@@ -99,7 +117,7 @@ pub(crate) fn run(args: &LiveArgs) -> Result<Outcome, Failure> {
         TelemetrySource::Recording(_) => None,
     };
     let mut estimate = SupervisedProcess::new("estimate", estimate_call(args, bus.root().path(), &source), None);
-    let mut ingest = SupervisedProcess::new("ingest", ingest_call(args, bus.root().path()), held);
+    let mut ingest = SupervisedProcess::new("ingest", ingest_call(args, bus.root().path(), &source), held);
     estimate.start()?;
     ingest.start()?;
     let ended = watch(&bus, &mut estimate, &mut ingest, &stop);
@@ -155,12 +173,15 @@ fn must_be_writable(out: &Path) -> Result<(), Failure> {
     written.map_err(refused)
 }
 
-fn ingest_call(args: &LiveArgs, root: &Path) -> Vec<String> {
+fn ingest_call(args: &LiveArgs, root: &Path, source: &TelemetrySource) -> Vec<String> {
     let mut call = vec!["--source".to_owned(), args.source.clone(), "--speed".to_owned(), args.speed.to_string()];
     call.push("--resume".to_owned());
     call.extend(args.set.iter().flat_map(|set| ["--set".to_owned(), set.clone()]));
     if let Some(config) = &args.config {
         call.extend(["--config".to_owned(), config.display().to_string()]);
+    }
+    if let (Some(key), TelemetrySource::Link(_)) = (&args.signing_key, source) {
+        call.extend(["--signing-key".to_owned(), key.display().to_string()]);
     }
     call.extend(["--root".to_owned(), root.display().to_string()]);
     call
@@ -176,6 +197,10 @@ fn estimate_call(args: &LiveArgs, root: &Path, source: &TelemetrySource) -> Vec<
         call.extend(["--out".to_owned(), out.join(name.unwrap_or_else(|| "live.mcap".into())).display().to_string()]);
     }
     call.extend(args.estimation.call());
+    call.extend(args.station.call());
+    if let (Some(key), Some(_)) = (&args.signing_key, &args.station.mavlink_out) {
+        call.extend(["--signing-key".to_owned(), key.display().to_string()]);
+    }
     if let Some(json) = &args.json {
         call.extend(["--json".to_owned(), json.display().to_string()]);
     }

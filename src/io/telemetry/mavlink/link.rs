@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 
 /// Baud rate where a URL names none: that of telemetry radios.
 pub const BAUD: u32 = 57_600;
-/// The longest wait for a connection.
+/// The longest wait for a connection, and for one that takes no bytes.
 const CONNECT: Duration = Duration::from_secs(2);
 /// Bytes of datagrams that may wait; the system doubles it for its own needs and may allow less.
 const WAITING_BYTES: usize = 1 << 20;
@@ -210,6 +210,14 @@ impl Link {
         }
     }
 
+    /// Whether it is known who is at the other end; of one that listens only once somebody has sent something.
+    pub fn has_peer(&self) -> bool {
+        match &self.channel {
+            Transport::Udp { peer, .. } => peer.is_some(),
+            Transport::Tcp(_) | Transport::Serial(..) => true,
+        }
+    }
+
     /// Waits for bytes. Of a datagram that is longer than the buffer the rest is lost: give [`DATAGRAM_MAX`].
     ///
     /// # Errors
@@ -302,6 +310,8 @@ fn roomy(socket: UdpSocket) -> IoResult<UdpSocket> {
 fn connect(address: &str, patience: Duration) -> IoResult<Transport> {
     let stream = TcpStream::connect_timeout(&first(address)?, CONNECT)?;
     stream.set_read_timeout(Some(patience))?;
+    // An end that takes nothing any more is one that has gone.
+    stream.set_write_timeout(Some(CONNECT))?;
     stream.set_nodelay(true)?;
     Ok(Transport::Tcp(stream))
 }
@@ -336,12 +346,12 @@ mod tests {
         let mut listening = Link::open(Url::UdpIn("127.0.0.1:0".into()), PATIENCE).unwrap();
         let mut buffer = [0; 64];
         assert_eq!(listening.receive(&mut buffer).unwrap(), LinkEvent::Silence);
-        assert!(!listening.send(b"who").unwrap());
+        assert!(!listening.send(b"who").unwrap() && !listening.has_peer());
         let address = listening.local_address().unwrap().to_string();
         let mut calling = Link::open(Url::UdpOut(address), PATIENCE).unwrap();
         assert!(calling.send(b"here").unwrap());
         assert_eq!(listening.receive(&mut buffer).unwrap(), LinkEvent::Bytes(4));
-        assert!(listening.send(b"heard").unwrap());
+        assert!(listening.send(b"heard").unwrap() && listening.has_peer());
         assert_eq!(calling.receive(&mut buffer).unwrap(), LinkEvent::Bytes(5));
         assert_eq!(&buffer[..5], b"heard");
         assert!(calling.send(b"").unwrap());

@@ -4,8 +4,9 @@
 //! [`LiveTelemetry::next_sample`], and calls [`LiveTelemetry::heartbeat`] once a second: many senders transmit only to a station
 //! that sends heartbeats, and the peer of `udpout` learns the address from it. Samples that wait for late messages are released
 //! when the vehicle is silent for the time limit. The end of a link is reported; the caller opens it again. Messages that arrive
-//! before the vehicle is chosen ([`vehicle_selection`](super::vehicle_selection)) are queued, not lost. Notices for people are
-//! [`LiveNotice`]s, each kind reported once.
+//! before the vehicle is chosen ([`vehicle_selection`](super::vehicle_selection)) are queued, not lost. Where a key is set
+//! ([`LiveTelemetry::set_signing`]) our heartbeats are signed, and frames that are not rightly signed are counted and go no
+//! further: they make no sender and no sample. Notices for people are [`LiveNotice`]s, each kind reported once.
 
 use super::clock::BootClock;
 use super::clock_monitor::{ClockMonitor, SavedClock};
@@ -15,6 +16,7 @@ use super::mapping::MavlinkConfig;
 use super::message::MessageKind;
 use super::packet::{FrameTally, Framer, Framing, Packet};
 use super::senders::{Sender, SenderTally, Senders};
+use super::signing::{LinkSigning, REFUSALS, RefusedFrames, SigningRefusal};
 use super::stream::{READY_MAX, TimedSample, UnusedMessages, VehicleStream, admits};
 use super::vehicle_selection::VehicleSelection;
 use mavlink::dialects::ardupilotmega as dialect;
@@ -23,8 +25,9 @@ use std::collections::VecDeque;
 use std::io::Result as IoResult;
 use std::time::Duration;
 
-/// Our component id beside an autopilot: that of an onboard computer.
-pub const COMPONENT: u8 = 191;
+/// Our component id on the link that telemetry comes from: the second onboard computer. Estimates are sent as the first
+/// ([`ground_station`](crate::io::ground_station)): where a router joins both links, each has running numbers of its own.
+pub const COMPONENT: u8 = 192;
 
 /// What is worth a word to a person.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +47,8 @@ pub enum LiveNotice {
     StandsStill(f64),
     /// The vehicle's clock runs slower than ours: ages count from arrival.
     ByArrival,
+    /// A frame was refused for that reason; those that follow are counted.
+    Refused(SigningRefusal),
 }
 
 /// Live telemetry.
@@ -60,6 +65,9 @@ pub struct LiveTelemetry {
     notices: VecDeque<LiveNotice>,
     /// Which of the notices that come once have been given.
     noticed: [bool; 4],
+    /// The same of refused frames, by reason.
+    refusals_noticed: [bool; REFUSALS],
+    signing: Option<LinkSigning>,
     framer: Framer,
     stream: VehicleStream,
     senders: Senders,
@@ -89,6 +97,8 @@ impl LiveTelemetry {
             before: UnusedMessages::default(),
             notices: VecDeque::new(),
             noticed: [false; 4],
+            refusals_noticed: [false; REFUSALS],
+            signing: None,
             stream: VehicleStream::new(config.clone(), None),
             config,
             senders: Senders::default(),
@@ -96,6 +106,11 @@ impl LiveTelemetry {
             frames: Frames::new(Sender { system: 1, component: COMPONENT }),
             known_system: None,
         }
+    }
+
+    /// From now on signs what is sent, and takes only what is rightly signed.
+    pub fn set_signing(&mut self, signing: LinkSigning) {
+        self.signing = Some(signing);
     }
 
     /// Opens the same link again, where it has ended; vehicle, clock and counts go on.
@@ -160,6 +175,13 @@ impl LiveTelemetry {
     }
 
     fn observe(&mut self, packet: &Packet, host_us: Option<u64>) {
+        if let Some(Err(refusal)) = self.signing.as_mut().map(|signing| signing.accept(packet)) {
+            if let Some(noticed @ false) = self.refusals_noticed.get_mut(refusal.index()) {
+                *noticed = true;
+                self.notices.push_back(LiveNotice::Refused(refusal));
+            }
+            return;
+        }
         self.senders.count(packet);
         let Some(kind) = MessageKind::of(packet.id) else { return };
         let sender = Sender::of(packet);
@@ -221,7 +243,7 @@ impl LiveTelemetry {
     }
 
     /// Says that we are there: an onboard computer of the vehicle's system, no autopilot. `false` where nobody is known
-    /// yet to say it to.
+    /// yet to say it to, or no signature can be given.
     ///
     /// # Errors
     /// What the system says.
@@ -239,7 +261,26 @@ impl LiveTelemetry {
             system_status: dialect::MavState::MAV_STATE_ACTIVE,
             mavlink_version: 3,
         });
-        self.link.send(self.frames.frame(&message))
+        let frame = self.frames.frame(&message);
+        match &mut self.signing {
+            None => self.link.send(frame),
+            Some(signing) => signing.sign(frame).map_or(Ok(false), |signed| self.link.send(signed)),
+        }
+    }
+
+    /// Frames that were refused so far, where a key is set.
+    pub fn refused(&self) -> RefusedFrames {
+        self.signing.as_ref().map(LinkSigning::refused).unwrap_or_default()
+    }
+
+    /// Why timestamps of signatures can no longer be kept, once where that is so.
+    pub fn take_signing_fault(&mut self) -> Option<String> {
+        self.signing.as_mut()?.take_fault()
+    }
+
+    /// Frames with a right checksum, less those that were refused.
+    pub fn accepted(&self) -> u64 {
+        self.framer.tally().good.saturating_sub(self.refused().total())
     }
 
     /// The configuration.
@@ -282,6 +323,8 @@ impl LiveTelemetry {
 #[cfg(test)]
 mod tests {
     use super::super::encode::{Encoder, ME};
+    use super::super::signing_key::SigningKey;
+    use super::super::signing_time::SigningTime;
     use super::*;
     use crate::flight::channel::{Channel, ControlNames};
     use crate::flight::sample::Sample;
@@ -348,5 +391,45 @@ mod tests {
         assert!((330..=360).contains(&boot(1)), "{}", boot(1));
         assert_eq!(live.next_notice(), Some(LiveNotice::Changed { from: one, to: two }));
         assert_eq!((live.next_notice(), live.stream().vehicle()), (None, Some(two)));
+    }
+    #[test]
+    fn where_a_key_is_set_only_what_is_signed_with_it_is_taken_and_our_heartbeat_is_signed() {
+        let patience = Duration::from_millis(20);
+        let mut live = LiveTelemetry::open(Url::UdpIn("127.0.0.1:0".into()), MavlinkConfig::default(), patience).unwrap();
+        let key = || SigningKey::new([5; 32]).unwrap();
+        let signing = |link_id| LinkSigning::new(key(), link_id, SigningTime::unrecorded(Box::new(|| 1 << 40)));
+        live.set_signing(signing(0));
+        let address = live.link().local_address().unwrap().to_string();
+        let mut link = Link::open(Url::UdpOut(address), patience).unwrap();
+        let (mut theirs, mut frames) = (signing(1), Frames::new(ME));
+        let mut replayed = Vec::new();
+        for k in 0..50 {
+            let frame = motion(&mut frames, 1000 + 20 * k);
+            // One in ten unsigned, one in ten twice.
+            replayed.clear();
+            if k % 10 == 3 {
+                replayed.extend(&frame);
+            } else {
+                replayed.extend(theirs.sign(&frame).unwrap());
+            }
+            for _ in 0..=u32::from(k % 10 == 7) {
+                assert!(link.send(&replayed).unwrap());
+                live.poll(|| Some(1)).unwrap();
+            }
+        }
+        while live.poll(|| None).unwrap() != LinkEvent::Silence {}
+        assert_eq!(std::iter::from_fn(|| live.next_sample()).count(), 45);
+        let refused: Vec<_> = live.refused().iter().collect();
+        assert_eq!(refused, [(SigningRefusal::Unsigned, 5), (SigningRefusal::NotLater, 5)]);
+        assert_eq!((live.accepted(), live.tally().good, live.senders().total()), (45, 55, 45));
+        let notices: Vec<_> = std::iter::from_fn(|| live.next_notice()).take(2).collect();
+        let once = [LiveNotice::Refused(SigningRefusal::Unsigned), LiveNotice::Refused(SigningRefusal::NotLater)];
+        assert_eq!(notices, once);
+        assert!(live.heartbeat().unwrap());
+        let mut buffer = [0; 64];
+        assert_eq!(link.receive(&mut buffer).unwrap(), LinkEvent::Bytes(34), "21 and 13 of the signature");
+        let mut framer = Framer::new(Framing::Bare);
+        framer.take(&buffer[..34]);
+        assert_eq!(theirs.accept(&framer.next_packet().unwrap()), Ok(()));
     }
 }

@@ -8,7 +8,7 @@
 //! Assumed: body axes and signs of MAVLink, which are those of Sideslip; RAW_IMU in milli-g and mrad/s; airspeeds are true
 //! airspeed; a message without time stamp has the time of the newest message of its sender.
 //! Refused and counted, never fatal: bytes that are no frame, wrong checksums, messages that the dialect does not contain, times
-//! that contradict the others, messages that are too late. Signatures are not verified.
+//! that contradict the others, messages that are too late. Where a key is set, frames that are not rightly signed ([`signing`]).
 //!
 //! A link and a stream, live:
 //! ```
@@ -31,6 +31,7 @@ pub mod clock;
 pub mod clock_monitor;
 pub mod config_file;
 pub mod encode;
+pub mod frame_signature;
 pub mod host_time;
 pub mod link;
 pub mod live;
@@ -41,6 +42,9 @@ pub mod reboot;
 pub mod recording;
 pub mod senders;
 pub mod serial;
+pub mod signing;
+pub mod signing_key;
+pub mod signing_time;
 pub mod stream;
 pub mod tlog;
 pub mod vehicle_selection;

@@ -3,9 +3,11 @@
 //! Consumes bytes; produces every [`Packet`] with a correct checksum, in order. After a failure the search continues one byte
 //! later, so that no valid frame is lost to a false start marker. A frame with a wrong checksum, or of a message that the dialect
 //! does not contain, is counted as a frame only if it begins at the end of the frame before and is followed by a start marker or
-//! the end of the bytes; other bytes are counted as garbage. Signatures are skipped, not verified. Memory: one buffer of
-//! [`BUFFER`] bytes. A false start marker delays what follows by at most its supposed length, 280 bytes.
+//! the end of the bytes; other bytes are counted as garbage. Signatures are kept with the packet and verified by
+//! [`signing`](super::signing). Memory: one buffer of [`BUFFER`] bytes. A false start marker delays what follows by at most its
+//! supposed length, 280 bytes.
 
+use super::frame_signature::{FrameSignature, SIGNATURE};
 use crate::io::telemetry::byte_window::ByteWindow;
 use mavlink::Message as _;
 use mavlink::dialects::ardupilotmega::MavMessage;
@@ -16,9 +18,12 @@ pub const BUFFER: usize = 4096;
 pub const PAYLOAD_MAX: usize = 255;
 
 const MARKER_1: u8 = 0xFE;
-const MARKER_2: u8 = 0xFD;
-const FLAG_SIGNED: u8 = 1;
-const SIGNATURE: usize = 13;
+/// The first byte of a frame of MAVLink 2.
+pub(super) const MARKER_2: u8 = 0xFD;
+/// The incompatibility flag of a signed frame.
+pub(super) const FLAG_SIGNED: u8 = 1;
+/// Bytes of a frame of MAVLink 2 before its payload.
+pub(super) const HEADER_2: usize = 10;
 /// Time stamps of logs are microseconds before the year 2112.
 const STAMP_BITS: u32 = 52;
 
@@ -59,6 +64,10 @@ pub struct Packet {
     pub end: u64,
     /// When it was received, microseconds since 1970, where a log says so.
     pub stamp_us: Option<u64>,
+    /// Its signature, unverified, where it has one.
+    pub signature: Option<FrameSignature>,
+    compatibility: u8,
+    checksum: [u8; 2],
     length: u8,
     payload: [u8; PAYLOAD_MAX],
 }
@@ -72,6 +81,16 @@ impl Packet {
     /// How many bytes of the payload were sent.
     pub fn length(&self) -> u8 {
         self.length
+    }
+
+    /// The frame as it was sent, up to the end of its checksum, in pieces; of MAVLink 2 alone.
+    pub(super) fn sent_bytes(&self, mut take: impl FnMut(&[u8])) {
+        let [low, middle, high, _] = self.id.to_le_bytes();
+        let flags = if self.signature.is_some() { FLAG_SIGNED } else { 0 };
+        let (length, compatibility) = (self.length, self.compatibility);
+        take(&[MARKER_2, length, flags, compatibility, self.sequence, self.system, self.component, low, middle, high]);
+        take(self.payload.get(..usize::from(length)).unwrap_or_default());
+        take(&self.checksum);
     }
 }
 
@@ -278,7 +297,7 @@ impl Framer {
 fn judge(bytes: &[u8]) -> FrameCandidate {
     let (header, signature, flags) = match bytes {
         [MARKER_1, ..] => (6, 0, 0),
-        [MARKER_2, _, flags, ..] => (10, if flags & FLAG_SIGNED != 0 { SIGNATURE } else { 0 }, *flags),
+        [MARKER_2, _, flags, ..] => (HEADER_2, if flags & FLAG_SIGNED != 0 { SIGNATURE } else { 0 }, *flags),
         _ => return FrameCandidate::Incomplete,
     };
     let Some(&payload) = bytes.get(1) else { return FrameCandidate::Incomplete };
@@ -321,7 +340,25 @@ fn packet(frame: &[u8], header: usize) -> Option<Packet> {
     let mut payload = [0; PAYLOAD_MAX];
     let sent = frame.get(header..header + usize::from(length))?;
     payload.get_mut(..sent.len())?.copy_from_slice(sent);
-    Some(Packet { version, system, component, sequence, id, at: 0, end: 0, stamp_us: None, length, payload })
+    let behind = frame.get(header + sent.len()..)?;
+    let checksum = *behind.first_chunk()?;
+    let signature = behind.get(2..).and_then(<[u8]>::first_chunk).map(FrameSignature::from_bytes);
+    let compatibility = if version == 2 { *frame.get(3)? } else { 0 };
+    Some(Packet {
+        version,
+        system,
+        component,
+        sequence,
+        id,
+        at: 0,
+        end: 0,
+        stamp_us: None,
+        signature,
+        compatibility,
+        checksum,
+        length,
+        payload,
+    })
 }
 
 /// The name of a message of the dialect.

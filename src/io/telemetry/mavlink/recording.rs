@@ -98,7 +98,7 @@ impl MavlinkRecording {
         let columns = columns(found.channels | directed, controls, boots).map_err(whole)?;
         let others = columns.iter().filter(|column| column.name == "boot").count();
         let mut info =
-            RunInfo::from_toml(&format!("source = \"MAVLink, sender {vehicle}\"\n")).map_err(|place| whole(place.to_string()))?;
+            RunInfo::from_toml(&format!("source = \"{}\"\n", vehicle.as_source())).map_err(|place| whole(place.to_string()))?;
         info.set_controls(controls);
         file.seek(SeekFrom::Start(0)).map_err(io)?;
         Ok(MavlinkRecording {

@@ -13,6 +13,8 @@ use std::collections::BTreeMap;
 pub const SENDERS_MAX: usize = 256;
 
 const HEARTBEAT: u32 = 0;
+/// How the source of a run from MAVLink begins.
+const SOURCE: &str = "MAVLink, sender ";
 /// MAV_TYPE of a fixed wing.
 const FIXED_WING: u8 = 1;
 /// MAV_AUTOPILOT of one that is no autopilot.
@@ -31,6 +33,17 @@ impl Sender {
     /// Who sent a packet.
     pub fn of(packet: &Packet) -> Self {
         Sender { system: packet.system, component: packet.component }
+    }
+
+    /// As the source of a run.
+    pub fn as_source(self) -> String {
+        format!("{SOURCE}{self}")
+    }
+
+    /// The sender that is the source of a run; `None` for a run from elsewhere.
+    pub fn from_source(text: &str) -> Option<Self> {
+        let (system, component) = text.strip_prefix(SOURCE)?.split_once('/')?;
+        Some(Sender { system: system.parse().ok()?, component: component.parse().ok()? })
     }
 }
 
@@ -235,6 +248,16 @@ mod tests {
             assert_eq!((senders.iter().count(), senders.total()), (SENDERS_MAX, 448));
             assert_eq!(senders.vehicle(|_| true), Some(vehicle));
             assert_eq!(senders.of(vehicle).map(|tally| (tally.motion, tally.missing)), Some((50, 0)));
+        }
+    }
+
+    #[test]
+    fn a_source_names_its_sender() {
+        let sender = Sender { system: 42, component: 7 };
+        assert_eq!(sender.as_source(), "MAVLink, sender 42/7");
+        assert_eq!(Sender::from_source(&sender.as_source()), Some(sender));
+        for other in ["", "flight.csv", "MAVLink, sender 300/1", "MAVLink, sender 1"] {
+            assert_eq!(Sender::from_source(other), None, "{other}");
         }
     }
 

@@ -135,7 +135,7 @@ impl PcmRows {
             self.finish(each);
         }
         match cell {
-            Cell::Known(channel, factor) => self.row.sample.set(channel, if factor == 1.0 { value } else { value * factor }),
+            Cell::Known(channel, factor) => self.row.sample.set(channel, value * factor),
             Cell::Other(place) => {
                 if let Some(other) = self.row.others.get_mut(place) {
                     *other = Some(value);
