@@ -12,6 +12,8 @@
 use super::fly::Flight;
 use super::level1::file::{DeclaredAircraft, OPTIONS, TORQUE_LIMIT, read};
 use super::level1::trim::{TrimCondition, TrimError, Trimmed};
+use crate::flight::channel::ControlNames;
+use crate::flight::derivative::{Axis, Variable};
 use crate::flight::file::effect_file::DeclaredEffect;
 use crate::flight::file::model_file::ModelFile;
 use crate::flight::file::toml_reader::TomlError;
@@ -74,6 +76,8 @@ pub enum ModelError {
     Linear(&'static str),
     #[error("{0}")]
     NoTrim(#[from] TrimError),
+    #[error("the simulation has no linear model at its trim: the derivative {}_{} is not finite", axis.name(), variable.name(ControlNames::default()))]
+    NotFinite { axis: Axis, variable: Variable },
 }
 
 impl FlightModel {
@@ -114,7 +118,13 @@ impl FlightModel {
             *place = asked.unwrap_or(*place);
         }
         let trimmed = aircraft.trim(condition)?;
-        let file = ModelFile { linear: trimmed.linear(), ..file };
+        let linear = trimmed.linear();
+        let all = Axis::ALL.into_iter().flat_map(|axis| Variable::ALL.into_iter().map(move |variable| (axis, variable)));
+        if let Some((axis, variable)) = all.into_iter().find(|(axis, variable)| !linear.derivative(*axis, *variable).is_finite())
+        {
+            return Err(ModelError::NotFinite { axis, variable });
+        }
+        let file = ModelFile { linear, ..file };
         Ok(FlightModel { file, level1: Some(Box::new(trimmed)), text, assigned })
     }
 

@@ -41,6 +41,16 @@ fn each_wrong_line_is_named_with_its_place() {
 }
 
 #[test]
+fn a_simulation_without_a_finite_linear_model_is_refused() {
+    // Differences of 50 rad/s leave what the rotor's equations hold for.
+    let (text, _) = puma_with("rate = 0.05", "rate = 50.05");
+    match FlightModel::parse(&text, &FlightRequest::default()) {
+        Err(wrong @ ModelError::NotFinite { .. }) => assert!(wrong.to_string().contains("is not finite"), "{wrong}"),
+        other => panic!("{:?}", other.map(|_| ())),
+    }
+}
+
+#[test]
 fn no_cut_or_flipped_byte_breaks_the_reader() {
     for end in (0..PUMA.len()).step_by(7).filter(|&end| PUMA.is_char_boundary(end)) {
         let _ = FlightModel::parse(&PUMA[..end], &FlightRequest::default());

@@ -121,7 +121,7 @@ fn told(path: &Path, error: ModelError, besides: &str) -> Failure {
         ModelError::Linear("--set") | ModelError::Key { .. } => Failure::Input(format!("{error}{besides} ({})", path.display())),
         ModelError::Linear(_) => Failure::Input(format!("{error} ({})", path.display())),
         ModelError::Set(_) => Failure::Input(error.to_string()),
-        ModelError::NoTrim(_) => Failure::file(path, error),
+        ModelError::NoTrim(_) | ModelError::NotFinite { .. } => Failure::file(path, error),
     }
 }
 
