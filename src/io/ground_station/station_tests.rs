@@ -120,6 +120,8 @@ fn a_ground_station_that_calls_hears_what_waited_and_is_not_listened_to() {
         let _ = ground.send(&command);
         run.send(&modes(1.0));
         packets.extend(arrived(&ground));
+        // Until the port is open nothing is waited for there, and the queue is not what is tried here.
+        std::thread::sleep(Duration::from_millis(50));
     }
     assert!(packets.iter().all(|packet| StationMessage::IDS.contains(&packet.id) && packet.system == 1));
     assert!(packets.iter().any(|packet| packet.id == 253), "the text of the run's beginning has waited");
