@@ -5,8 +5,10 @@
 //! with noise of variance sigma_e^2, sigma_f^2; unknown are the coefficients of s, bias a_0, trend a_1 and scale b of theirs,
 //! our time m at their reference r, and the drift d. Errors of both are accounted for, since s is estimated from both. Least
 //! squares, iterated (Gauss-Newton), with the coefficients of s eliminated (A is a band matrix):
+//! ```text
 //!     [ A   C ] [ dc ]   [ g_c ]
 //!     [ C'  G ] [ dg ] = [ g_g ],   S = G - C' A^-1 C                                                  (3)
+//! ```
 //! and after each step the variances from the residuals and their degrees of freedom,
 //!     sigma^2 = sum e^2/(n - sum_i lever_i)                                                            (4)
 //! Covariance of bias, trend, scale, m and d:
