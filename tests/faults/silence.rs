@@ -98,12 +98,12 @@ fn gyros_that_fall_silent_start_the_filter_again() {
 }
 
 #[test]
-fn rates_that_never_come_together_are_a_reason_and_not_an_endless_wait() {
+fn a_rate_that_comes_too_rarely_is_a_reason_and_not_an_endless_wait() {
     let mut run = RunFile::read(&puma());
-    let (p, q, r) = (run.place("p"), run.place("q"), run.place("r"));
-    for (k, row) in run.rows.iter_mut().enumerate() {
-        let away: &[usize] = if k % 2 == 0 { &[p] } else { &[q, r] };
-        away.iter().for_each(|&place| row[place].clear());
+    let r = run.place("r");
+    // Once in two seconds.
+    for (_, row) in run.rows.iter_mut().enumerate().filter(|(k, _)| k % 100 != 0) {
+        row[r].clear();
     }
     let file = folder("rates-apart").join("run.csv");
     run.write(&file);

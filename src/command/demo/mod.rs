@@ -1,10 +1,10 @@
 //! `sideslip demo`: the main job on this machine, nothing to set up.
 //!
 //! A simulated helicopter whose derivatives are known flies test inputs at three test points and sends MAVLink over the loopback,
-//! as its radio would, and at one of them PCM too; `live` takes it up in processes of its own and estimates, and this process reads
-//! the estimates from shared memory, as any reader can. Then `diagnose` says what a Level-1 simulation of such a helicopter gets
-//! wrong in those flights, and the table of section 4 of Padfield et al. 1987 has simulation, estimate, extended model and truth
-//! side by side.
+//! as its radio would, and at one of them PCM too; `live` takes it up in processes of its own and estimates, and this process
+//! reads the estimates from shared memory, as any reader can. Then `diagnose` says what a Level-1 simulation of such a
+//! helicopter gets wrong in those flights, and the table of section 4 of Padfield et al. 1987 has simulation, estimate, extended
+//! model and truth side by side.
 
 mod child_guard;
 mod diagnosis_child;
