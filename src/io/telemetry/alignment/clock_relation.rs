@@ -1,5 +1,6 @@
 //! The linear relation of two clocks, with the uncertainty of its numbers.
 //!
+//! Our time of a time of theirs is
 //!     t_ours = offset + (1 + drift) t_theirs                                                          (1)
 //! kept about a reference time r of their clock, in the middle of what both recorded, where the two numbers hardly depend on each
 //! other and large clock times (since 1970) lose no digits:

@@ -1,5 +1,6 @@
 //! Maximum likelihood of a clock relation: one signal, a spline, measured by both recordings with white noise.
 //!
+//! The model, of samples y of ours and z of theirs:
 //!     ours    y_i = s(t_i) + e_i                                                                       (1)
 //!     theirs  z_j = a_0 + a_1 u_j + b s(m + x_j + d x_j) + f_j,   x_j = t_j - r,   u_j = x_j/X         (2)
 //! with noise of variance sigma_e^2, sigma_f^2; unknown are the coefficients of s, bias a_0, trend a_1 and scale b of theirs,

@@ -1,5 +1,6 @@
 //! A uniform cubic B-spline: the band-limited signal that two recordings share.
 //!
+//! The signal is
 //!     s(t) = sum_k c_k B((t - t_0)/h - k)                                                             (1)
 //! with knots h apart; at a time the four splines that are not zero, with their first two derivatives. Outside of its range the
 //! outermost piece goes on. Its band ends at about 1/(2 h).
