@@ -91,8 +91,7 @@ fn a_puma_by_pcm_has_the_derivatives_of_its_samples() {
         .zip(&samples)
         .map(|(frame, sample)| {
             let mut kept = Sample::new(sample.time_s);
-            for (channel, every, _) in words().into_iter().filter(|(_, every, _)| frame % every == 0) {
-                let _ = every;
+            for (channel, ..) in words().into_iter().filter(|(_, every, _)| frame % every == 0) {
                 sample.get(channel).into_iter().for_each(|value| kept.set(channel, value));
             }
             kept

@@ -5,13 +5,12 @@ mod row_writer;
 
 use super::options::mapping_input::read_mapping;
 use super::options::telemetry_source::RecordingSource;
-use super::recordings::run_head::head_of;
+use super::recordings::run_head::{head_of, head_with};
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder};
 use crate::command::message;
 use clock_merge::{ClockOptions, SecondRecording};
 use row_writer::RowWriter;
 use sideslip::error::{Failure, Outcome};
-use sideslip::flight::file::run_file::{RecordingColumn, RecordingTarget};
 use sideslip::io::telemetry::record::RecordingRow;
 use sideslip::io::telemetry::recording::Recording;
 use std::path::PathBuf;
@@ -76,7 +75,7 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
         SecondRecording::Related(second) => Some(second),
         SecondRecording::Unknown => return Ok(Outcome::NotGood),
     };
-    let (info, mut head) = head_of(&args.input.file, &recording, &args.set)?;
+    let (info, _) = head_of(&args.input.file, &recording, &args.set)?;
     let (mut merge, columns) = match &second {
         None => (None, recording.columns().to_vec()),
         Some(second) => {
@@ -85,8 +84,7 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
             (Some(merge), columns)
         }
     };
-    head.channels = named(&columns);
-    let mut writer = RowWriter::begin(format, &args.output, &info, head, &columns)?;
+    let mut writer = RowWriter::begin(format, &args.output, &info, head_with(&info, &columns), &columns)?;
     let within = |time_s: f64| args.from.is_none_or(|from| time_s >= from) && args.to.is_none_or(|to| time_s <= to);
     let (mut written, mut left_out) = (0_u64, 0_u64);
     let mut each = |row: &RecordingRow| {
@@ -126,12 +124,6 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
     }
     lost.iter().for_each(|loss| message(format_args!("sideslip: {loss}")));
     Ok(if lost.is_empty() { Outcome::Done } else { Outcome::DataLost })
-}
-
-/// Names and units of the columns without the time, as a log's head has them.
-fn named(columns: &[RecordingColumn]) -> Vec<(String, String)> {
-    let carried = columns.iter().filter(|column| !matches!(column.target, RecordingTarget::Time { .. }));
-    carried.map(|column| (column.name.clone(), column.inner_unit().to_owned())).collect()
 }
 
 /// What of a recording could not be read, in words.

@@ -1,5 +1,6 @@
 //! Rows of a recording written as a run file or as a log, whole or not at all.
 
+use crate::command::recordings::simulated_run::close_whole;
 use crate::command::terminal::output_file::OutputFile;
 use sideslip::error::Failure;
 use sideslip::flight::channel::Channel;
@@ -93,15 +94,7 @@ impl RowWriter {
             Sink::Csv(writer) => {
                 writer.finish().map_err(|error| Failure::io(self.output.place(), &error))?;
             }
-            Sink::Mcap(log, _) => {
-                let summary = log.close();
-                if let Some(fault) = summary.faults.first() {
-                    for further in summary.files.iter().skip(1) {
-                        let _ = std::fs::remove_file(further);
-                    }
-                    return Err(Failure::Running(fault.clone()));
-                }
-            }
+            Sink::Mcap(log, _) => close_whole(*log)?,
         }
         self.output.keep()
     }

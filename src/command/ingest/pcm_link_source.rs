@@ -9,11 +9,9 @@ use super::args::IngestArgs;
 use super::link_source::{open, until_open};
 use super::recording_source::fitted;
 use super::sample_publisher::SamplePublisher;
-use crate::command::recordings::run_head::override_keys;
+use crate::command::recordings::run_head::{head_with, override_keys};
 use crate::command::{message, patience, root_path};
 use sideslip::error::{Failure, Outcome};
-use sideslip::flight::file::log_head::LogHead;
-use sideslip::flight::file::run_file::RecordingTarget;
 use sideslip::io::bus::clock::monotonic_ns;
 use sideslip::io::bus::root::BusRole;
 use sideslip::io::bus::run_head::{playing_since, write_head};
@@ -49,13 +47,7 @@ pub(super) fn listen(args: &IngestArgs, url: &Url, format: &Path, stop: &AtomicB
         message(format_args!("sideslip: {url}: stopped before it was open"));
         return Ok(Outcome::Done);
     };
-    let carried = rows.columns().iter().filter(|column| !matches!(column.target, RecordingTarget::Time { .. }));
-    let head = LogHead {
-        run_toml: info.to_toml(),
-        channels: carried.map(|column| (column.name.clone(), column.inner_unit().to_owned())).collect(),
-        controls: info.geometry().controls,
-    };
-    write_head(bus.root(), bus.incarnation(), &fitted(head))?;
+    write_head(bus.root(), bus.incarnation(), &fitted(head_with(&info, rows.columns())))?;
     let now_ns = monotonic_ns();
     let since_ns = if args.resume { playing_since(bus.root(), now_ns)? } else { now_ns };
     let mut ingest = PcmIngest {

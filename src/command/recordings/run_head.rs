@@ -2,7 +2,7 @@
 
 use sideslip::error::Failure;
 use sideslip::flight::file::log_head::LogHead;
-use sideslip::flight::file::run_file::{RecordingTarget, RunInfo};
+use sideslip::flight::file::run_file::{RecordingColumn, RecordingTarget, RunInfo};
 use sideslip::io::telemetry::recording::Recording;
 use std::path::Path;
 
@@ -15,13 +15,18 @@ pub(crate) fn head_of(file: &Path, recording: &Recording, overrides: &[String]) 
         let stem = file.file_stem().unwrap_or_default().to_string_lossy();
         info.set(&format!("run={stem}")).map_err(|what| Failure::file(file, what))?;
     }
-    let carried = recording.columns().iter().filter(|column| !matches!(column.target, RecordingTarget::Time { .. }));
-    let head = LogHead {
+    let head = head_with(&info, recording.columns());
+    Ok((info, head))
+}
+
+/// The head of a run with these columns.
+pub(crate) fn head_with(info: &RunInfo, columns: &[RecordingColumn]) -> LogHead {
+    let carried = columns.iter().filter(|column| !matches!(column.target, RecordingTarget::Time { .. }));
+    LogHead {
         run_toml: info.to_toml(),
         channels: carried.map(|column| (column.name.clone(), column.inner_unit().to_owned())).collect(),
         controls: info.geometry().controls,
-    };
-    Ok((info, head))
+    }
 }
 
 /// `--set` on what the run says of itself.

@@ -61,14 +61,18 @@ fn write_log(path: &Path, info: &RunInfo, channels: &[Channel], samples: &[Sampl
     for sample in samples {
         log.sample(sample, &[]);
     }
-    let summary = log.close();
-    if let Some(fault) = summary.faults.first() {
-        for further in summary.files.iter().skip(1) {
-            let _ = std::fs::remove_file(further);
-        }
-        return Err(Failure::Running(fault.clone()));
-    }
+    close_whole(log)?;
     output.keep()
+}
+
+/// Closes a log that is to be whole or not at all: a fault is a failure, and files beside the first are removed.
+pub(crate) fn close_whole(log: McapLog) -> Result<(), Failure> {
+    let summary = log.close();
+    let Some(fault) = summary.faults.first() else { return Ok(()) };
+    for further in summary.files.iter().skip(1) {
+        let _ = std::fs::remove_file(further);
+    }
+    Err(Failure::Running(fault.clone()))
 }
 
 /// When the first sample of every simulated tlog was received, us since 1970 (2026-01-01 UTC): no clock is read, so that

@@ -1,7 +1,9 @@
 //! The bytes of a stream that are being looked at, and where they stand in it.
 //!
 //! Consumes pieces of any size; produces the bytes that were taken in and not yet passed, in one piece. Memory: one buffer of the
-//! capacity that it is made with, taken once.
+//! capacity that it is made with, taken once. [`read_block`] reads such pieces.
+
+use std::io::{ErrorKind, Read, Result as IoResult};
 
 /// Bytes from the stream, in order.
 pub(crate) struct ByteWindow {
@@ -57,6 +59,16 @@ impl ByteWindow {
         let begin = usize::try_from(place.checked_sub(first)?).ok()?;
         let end = begin.checked_add(length).filter(|end| *end <= self.end)?;
         self.buffer.get(begin..end)
+    }
+}
+
+/// Reads what there is, at most a block; none at the end. A signal does not end it.
+pub(crate) fn read_block(source: &mut impl Read, block: &mut [u8]) -> IoResult<usize> {
+    loop {
+        match source.read(block) {
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            read => return read,
+        }
     }
 }
 

@@ -84,8 +84,9 @@ impl Latest {
             }
         }
         self.seen |= sample.present;
-        let tick = self.completes_rates(sample);
-        self.rates = if tick { 0 } else { self.rates | rates_of(sample) };
+        let rates = self.rates | rates_of(sample);
+        let tick = rates == ALL_RATES;
+        self.rates = if tick { 0 } else { rates };
         if tick {
             if let Some(before_s) = self.tick_s {
                 let interval_s = sample.time_s - before_s;

@@ -17,10 +17,11 @@ use super::ulog::reader::UlogReader;
 use crate::flight::channel::Channel;
 use crate::flight::file::run_file::{RecordingColumn, RunInfo};
 use crate::flight::sample::Sample;
+use crate::io::telemetry::byte_window::read_block;
 use crate::io::telemetry::record::{RecordingError, RecordingRow, SkippedByReason};
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{ErrorKind, Read, Seek, SeekFrom};
+use std::io::{Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 /// How long a row waits for channels of the same time, us of the log's clock.
@@ -322,14 +323,5 @@ impl AutopilotRecording {
         taken.map_err(|error| RecordingError::Whole { path: path.clone(), what: error.to_string() })?;
         self.ended = count == 0;
         Ok(())
-    }
-}
-
-fn read_block(file: &mut File, block: &mut [u8]) -> std::io::Result<usize> {
-    loop {
-        match file.read(block) {
-            Err(error) if error.kind() == ErrorKind::Interrupted => {}
-            read => return read,
-        }
     }
 }

@@ -101,8 +101,8 @@ impl PcmFormatFile {
     /// # Errors
     /// As [`PcmFormat::from_toml`], and where a key of the run has another type.
     pub fn from_toml(text: &str) -> Result<Self, PcmFormatFileError> {
-        let format = PcmFormat::from_toml(text)?;
-        let document: FormatDocument = parsed(text)?;
+        let document = parsed(text)?;
+        let format = format_of(text, &document)?;
         let Some(run) = &document.run else { return Ok(PcmFormatFile { format, info: RunInfo::default() }) };
         let info = RunInfo::from_toml(&run.get_ref().to_string());
         let info = info.map_err(|wrong| in_text(text, (run.span().start, format!("run: {}", wrong.what))))?;
@@ -129,10 +129,13 @@ impl PcmFormat {
     /// # Errors
     /// [`PcmFormatFileError`] where it is not TOML, a key is not known or missing, or the format cannot be.
     pub fn from_toml(text: &str) -> Result<Self, PcmFormatFileError> {
-        let document = parsed(text)?;
-        let spec = spec_of(&document).map_err(|wrong| in_text(text, wrong))?;
-        PcmFormat::new(spec).map_err(|error| in_text(text, (start_of(&document, &error.place), error.to_string())))
+        format_of(text, &parsed(text)?)
     }
+}
+
+fn format_of(text: &str, document: &FormatDocument) -> Result<PcmFormat, PcmFormatFileError> {
+    let spec = spec_of(document).map_err(|wrong| in_text(text, wrong))?;
+    PcmFormat::new(spec).map_err(|error| in_text(text, (start_of(document, &error.place), error.to_string())))
 }
 
 fn parsed(text: &str) -> Result<FormatDocument, PcmFormatFileError> {

@@ -11,10 +11,10 @@ use super::layout::PcmFormat;
 use super::rows::PcmRows;
 use crate::flight::file::run_file::{RecordingColumn, RunInfo};
 use crate::flight::sample::Sample;
+use crate::io::telemetry::byte_window::read_block;
 use crate::io::telemetry::record::{RecordingError, RecordingRow, SkippedByReason};
 use std::collections::VecDeque;
 use std::fs::File;
-use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 /// Read at once, bytes.
@@ -110,12 +110,8 @@ impl PcmRecording {
 
     fn read_on(&mut self) -> Result<(), RecordingError> {
         let mut block = [0; BLOCK];
-        let count = loop {
-            match self.file.read(&mut block) {
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                read => break read.map_err(|source| RecordingError::Io { path: self.path.clone(), source })?,
-            }
-        };
+        let read = read_block(&mut self.file, &mut block);
+        let count = read.map_err(|source| RecordingError::Io { path: self.path.clone(), source })?;
         let PcmRecording { decoder, rows, waiting, .. } = self;
         let mut each = |row: &RecordingRow| waiting.push_back(row.clone());
         decoder.feed(block.get(..count).unwrap_or_default(), |sample| rows.put(&sample, &mut each));
