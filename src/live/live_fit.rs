@@ -225,10 +225,10 @@ fn output_error_record(
     } else {
         None
     };
+    let errors: Vec<_> = names.iter().copied().zip(fitted.std.iter().copied()).collect();
     let scale = if doubt.is_none() {
-        ErrorScale::Own
+        ErrorScale::own(&errors, &regression.curvature_std)
     } else {
-        let errors: Vec<_> = names.iter().copied().zip(fitted.std.iter().copied()).collect();
         ErrorScale::limited(&errors, &regression.std)
     };
     let numbers = fitted.theta.iter().zip(&fitted.std).zip(&fitted.std_cramer_rao);

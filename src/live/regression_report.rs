@@ -2,6 +2,7 @@
 
 use crate::flight::derivative::{AXES, VARIABLES, Variable};
 use crate::realtime::regression::record::{DerivativesRecord, Status};
+use crate::realtime::regression::recursive::Recursive;
 
 /// What a publication of the regression reports.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,12 +16,25 @@ pub struct RegressionReport {
     /// Standard errors of the derivatives by axis and variable, SI and radians; NaN where there is no number. Single precision
     /// keeps the message small: it waits in a queue of samples.
     pub std: [[f32; VARIABLES]; AXES],
+    /// What curvature of the forces and moments contributes to the standard errors of any linear model of this motion; NaN
+    /// where no equation has the term.
+    pub curvature_std: [[f32; VARIABLES]; AXES],
 }
 
 impl RegressionReport {
     /// Before the first publication.
-    pub const NONE: RegressionReport =
-        RegressionReport { time_s: 0.0, excited: false, terms: [0; AXES], std: [[f32::NAN; VARIABLES]; AXES] };
+    pub const NONE: RegressionReport = RegressionReport {
+        time_s: 0.0,
+        excited: false,
+        terms: [0; AXES],
+        std: [[f32::NAN; VARIABLES]; AXES],
+        curvature_std: [[f32::NAN; VARIABLES]; AXES],
+    };
+
+    /// What a regression reports with these derivatives.
+    pub fn new(record: &DerivativesRecord, regression: &Recursive) -> Self {
+        RegressionReport { curvature_std: *regression.curvature_std(), ..RegressionReport::from(record) }
+    }
 
     /// Whether any equation has a term.
     pub fn has_terms(&self) -> bool {

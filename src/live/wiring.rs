@@ -14,10 +14,12 @@ use super::worker::{Task, Worker};
 use crate::flight::channel::ControlNames;
 use crate::flight::derivative::AXES;
 use crate::flight::sample::Sample;
+use crate::io::outputs::words::status_text::ReasonText;
 use crate::io::telemetry::record::RecordingRow;
 use crate::postflight::diagnosis::record::{FindingRecord, FindingStatus};
 use crate::postflight::output_error::record::{OutputErrorProgress, OutputErrorRecord};
 use crate::realtime::pipeline::{Pipeline, Tick};
+use crate::realtime::regression::record::Reason;
 use std::io;
 use std::time::Duration;
 
@@ -139,6 +141,9 @@ impl Task for diagnosis::LiveDiagnosis {
 /// Limits the modes of a fit by the newest regression's, marks a fit that is apart from it, and the regression where a converged
 /// fit contradicts it: numbers that output error itself doubts contradict nothing.
 fn compare(pipeline: &mut Pipeline, sink: &RecordSink, fit: &mut OutputErrorRecord, controls: ControlNames) {
+    if withhold(pipeline, fit, controls) {
+        return;
+    }
     limit_modes(sink.modes.as_ref(), fit);
     let agreement = MethodAgreement::new(sink.derivatives.as_ref(), sink.modes.as_ref(), fit);
     match fit.progress {
@@ -147,6 +152,15 @@ fn compare(pipeline: &mut Pipeline, sink: &RecordSink, fit: &mut OutputErrorReco
         _ => {}
     }
     agreement.mark(fit, controls);
+}
+
+/// Takes the numbers out of a fit while an instrument is in doubt: they rest on its readings as the regression's do.
+fn withhold(pipeline: &Pipeline, fit: &mut OutputErrorRecord, controls: ControlNames) -> bool {
+    let Some(doubt) = pipeline.estimator().instrumentation().doubt else { return false };
+    fit.withhold();
+    let reason = Reason::InstrumentDoubted { channel: doubt.channel() };
+    fit.explain(ReasonText { reason, controls });
+    true
 }
 
 /// A run being estimated: the pipeline with everything that its records go through.
@@ -217,8 +231,16 @@ impl WiredRun {
         let tick = pipeline.step(&row.sample);
         publisher.tick(tick)?;
         sink.tick(tick);
-        let report = tick.derivatives.as_ref().map(RegressionReport::from);
+        let derivatives = tick.derivatives.clone();
+        let report = derivatives.map(|derivatives| RegressionReport::new(&derivatives, pipeline.regression()));
         let mut published = Ok(());
+        if report.is_some()
+            && let Some(mut record) = sink.output_error.clone().filter(|fit| !fit.parameters.is_empty())
+            && withhold(pipeline, &mut record, *controls)
+        {
+            publisher.output_error(&record)?;
+            sink.output_error(&record);
+        }
         if let Some(output_error) = output_error {
             output_error.step(&row.sample, report, &mut |mut record| {
                 compare(pipeline, sink, &mut record, *controls);

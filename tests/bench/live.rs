@@ -35,8 +35,8 @@ fn after(seconds: f64, streaming: bool) -> LiveOutputError {
     for sample in &flight.fly().unwrap().samples {
         let tick = pipeline.step(sample);
         live.sample(sample);
-        if let Some(derivatives) = &tick.derivatives {
-            let _ = live.regression_report(&RegressionReport::from(derivatives));
+        if let Some(derivatives) = &tick.derivatives.clone() {
+            let _ = live.regression_report(&RegressionReport::new(derivatives, pipeline.regression()));
         }
         if streaming && live.is_due() {
             live.refit();

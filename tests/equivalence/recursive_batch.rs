@@ -299,6 +299,9 @@ fn instruments() -> Instrumentation {
         trusted: [true; AIDS],
         as_expected: [true; AIDS],
         vanes_disagree: [false; 2],
+        vanes_contradict: [false; 2],
+        controls_stood: [false; 4],
+        airspeed_confirmation: Confirmation::Confirmed,
         confirmations: [Confirmation::Confirmed; 3],
         doubt: None,
         // All residuals are the instruments' noise: the stage is least squares.

@@ -5,13 +5,14 @@
 //! `SIDESLIP_SEEDS` says. Gusts of 1 m/s hide a wrong unit of airspeed, the sign of alpha, and that ax and
 //! ay are exchanged: such numbers are wrong but never converged.
 
+use super::instrument_faults::Fault::{self, Clipped, Exchanged, Factor, Frozen};
+use super::instrument_faults::spoil;
 use super::pilot::{KNOT, with_inputs};
 use crate::support::manoeuvre::{DURATION_S, INPUTS, over_seeds, seeds};
 use sideslip::flight::channel::Channel;
 use sideslip::flight::effect::Effect;
 use sideslip::flight::model::LinearModel;
 use sideslip::flight::run::RunGeometry;
-use sideslip::flight::sample::Sample;
 use sideslip::flight::unit::{DEGREE, STANDARD_GRAVITY};
 use sideslip::realtime::estimation::record::EstimationEvent;
 use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
@@ -20,21 +21,7 @@ use sideslip::simulation::flight_model::{FlightModel, FlightRequest};
 use sideslip::simulation::fly::Flight;
 use sideslip::simulation::instrument::InstrumentSet;
 
-/// What is wrong with the readings of some channels.
-#[derive(Clone, Copy, Debug)]
-enum Fault {
-    /// They read so many times the truth.
-    Factor(f64),
-    /// They stand still from the first time to the second, s.
-    Frozen(f64, f64),
-    /// They go no further than this from zero.
-    Clipped(f64),
-    /// The first two are exchanged.
-    Exchanged,
-}
-
 use Channel::{Alpha, Ax, Ay, Az, Beta, P, Phi, Psi, Q, R, Tas, Theta};
-use Fault::{Clipped, Exchanged, Factor, Frozen};
 
 const FAULTS: [(&[Channel], Fault); 31] = [
     (&[], Factor(1.0)),
@@ -69,26 +56,6 @@ const FAULTS: [(&[Channel], Fault); 31] = [
     (&[Ay], Factor(0.0)),
     (&[Beta], Factor(0.0)),
 ];
-
-/// Puts the fault into a sample; `held` are the readings at the beginning of a freeze.
-fn spoil(sample: &mut Sample, channels: &[Channel], fault: Fault, held: &mut [Option<f64>; 3]) {
-    if let (Exchanged, [one, other, ..]) = (fault, channels)
-        && let (Some(a), Some(b)) = (sample.get(*one), sample.get(*other))
-    {
-        sample.set(*one, b);
-        sample.set(*other, a);
-    }
-    for (&channel, held) in channels.iter().zip(held) {
-        let Some(value) = sample.get(channel) else { continue };
-        let spoiled = match fault {
-            Factor(factor) => factor * value,
-            Frozen(from_s, to_s) if (from_s..to_s).contains(&sample.time_s) => *held.get_or_insert(value),
-            Frozen(..) | Exchanged => value,
-            Clipped(most) => value.clamp(-most, most),
-        };
-        sample.set(channel, spoiled);
-    }
-}
 
 #[derive(Default)]
 struct Seen {

@@ -23,8 +23,8 @@ fn flown(samples: &[Sample], streaming: bool) -> (DerivativesRecord, Vec<OutputE
     for sample in samples {
         let tick = pipeline.step(sample);
         live.sample(sample);
-        if let Some(derivatives) = &tick.derivatives {
-            records.extend(live.regression_report(&RegressionReport::from(derivatives)).cloned());
+        if let Some(derivatives) = &tick.derivatives.clone() {
+            records.extend(live.regression_report(&RegressionReport::new(derivatives, pipeline.regression())).cloned());
         }
         if live.is_due() {
             records.push(live.refit().clone());

@@ -1,10 +1,12 @@
 //! Recovery: a simulated aircraft whose derivatives are known gives them back inside their own standard errors.
 
 mod gusts;
+mod instrument_faults;
 mod instruments;
 mod live_output_error;
 mod pilot;
 mod puma_100kn;
+mod recorded_faults;
 mod recordings;
 mod tlog;
 

@@ -129,6 +129,17 @@ impl OutputErrorRecord {
         self.parameters.iter().find(|one| one.axis == axis && one.variable == variable)
     }
 
+    /// Takes every number out: the fit counts as failed.
+    pub fn withhold(&mut self) {
+        *self = OutputErrorRecord {
+            time_s: self.time_s,
+            progress: OutputErrorProgress::Failed,
+            manoeuvres: self.manoeuvres,
+            dropped: self.dropped,
+            ..OutputErrorRecord::EMPTY
+        };
+    }
+
     /// Puts a reason in, cut where there is no room for it; nothing is allocated.
     pub fn explain(&mut self, reason: impl fmt::Display) {
         self.reason.clear();

@@ -9,8 +9,8 @@ use super::run_channels::RunChannels;
 use crate::flight::channel::Channel;
 use crate::realtime::estimation::screening::gross_error::{GROSS_ERRORS, GrossError};
 use crate::realtime::estimation::screening::kinematic_agreement::{
-    Agreement, COMPARED, CorrectionGain, OUTPUT_CHANNELS, OutputRates, SIGNAL, THRESHOLD, WINDOW_S, by_arm, compared_channel,
-    compared_increments, compared_output, contradicts, correction_gain, likeliest, output_rates,
+    Agreement, COMPARED, CorrectionGain, OUTPUT_CHANNELS, OutputRates, RIVAL, SIGNAL, THRESHOLD, WINDOW_S, by_arm,
+    compared_channel, compared_increments, compared_output, contradicts, correction_gain, likeliest, output_rates,
 };
 
 /// Length of the mean at either end of a window, s; steps of a window over which the kinematics are constant.
@@ -41,7 +41,7 @@ pub fn gross_error(record: &RunChannels) -> Option<GrossFinding> {
         let corrected = agreement(record, Some(error));
         Some((error, correction_gain(&as_recorded, &corrected, windows)?))
     });
-    let best = likeliest::<GROSS_ERRORS>(gains);
+    let best = likeliest::<GROSS_ERRORS>(gains, RIVAL);
     let (_, CorrectionGain { output, a, .. }) = *best.first().filter(|(_, found)| found.gain > THRESHOLD)?;
     let either = best.iter().map(|(error, _)| *error).collect();
     Some(GrossFinding { either, shown: (compared_channel(output), 1.0 - a[0], 1.0 - a[1]) })

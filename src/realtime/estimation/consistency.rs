@@ -17,6 +17,9 @@ use crate::dynamics::kinematics::{Attitude, velocity_rate};
 /// 0.965, the same record brought to the centre of mass 0.997; one 6 m ahead, or a vane that reads 0.9 of the truth, 0.987 to
 /// 0.991 in simulated flights.
 pub const R2_MIN: f64 = 0.993;
+/// Coefficient of determination below which a vane moves against the kinematics: -3 of a reversed one in still air, -1.4 in gusts
+/// of 1 m/s, where one that reads right has 0.2 or more.
+pub const R2_CONTRARY: f64 = -0.5;
 const NOISE_MARGIN: f64 = 1.5;
 const COUNT_MIN: f64 = 50.0;
 

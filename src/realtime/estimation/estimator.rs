@@ -134,6 +134,8 @@ pub struct Estimator {
     trim: TrimWindow,
     consistency: [Consistency; 2],
     disagreement_said: [bool; 2],
+    /// By the last comparison that was determined.
+    vanes_contradict: [bool; 2],
     signal_noise: SignalNoise,
     output: EstimationOutput,
 }
@@ -176,6 +178,7 @@ impl Estimator {
             trim: TrimWindow::new(config.trim_window_s),
             consistency: [Consistency::NEW; 2],
             disagreement_said: [false; 2],
+            vanes_contradict: [false; 2],
             signal_noise: SignalNoise::NONE,
             output: EstimationOutput::EMPTY,
             config,
@@ -197,6 +200,9 @@ impl Estimator {
             as_expected: self.health.map(|health| health.is_as_expected()),
             // A disagreement is kept: quiet flight afterwards only adds noise to the comparison.
             vanes_disagree: self.disagreement_said,
+            vanes_contradict: self.vanes_contradict,
+            controls_stood: self.screening.controls_stood(),
+            airspeed_confirmation: self.screening.airspeed(),
             noise: self.signal_noise,
             ..found
         }
@@ -427,15 +433,11 @@ impl Estimator {
             if let Some(passing_hz) = self.vibration.passing_hz() {
                 self.notice(EstimationEvent::LinesNotched { passing_hz });
             }
-            for (i, channel) in [Channel::Ax, Channel::Ay, Channel::Az].into_iter().enumerate() {
-                if !found.accelerometers[i] {
-                    self.notice(EstimationEvent::NoAccelerometer { channel });
-                }
+            for (channel, _) in Channel::ACCELEROMETERS.into_iter().zip(found.accelerometers).filter(|(_, found)| !found) {
+                self.notice(EstimationEvent::NoAccelerometer { channel });
             }
-            for aid in Aid::ALL {
-                if !found.aids[aid.index()] {
-                    self.notice(EstimationEvent::AidMissing { aid });
-                }
+            for aid in Aid::ALL.into_iter().filter(|aid| !found.aids[aid.index()]) {
+                self.notice(EstimationEvent::AidMissing { aid });
             }
         }
         Ok(())

@@ -149,7 +149,10 @@ impl Latest {
             trusted: [true; AIDS],
             as_expected: [true; AIDS],
             vanes_disagree: [false; 2],
+            vanes_contradict: [false; 2],
+            controls_stood: [false; 4],
             confirmations: [Confirmation::Confirmed; 3],
+            airspeed_confirmation: Confirmation::Confirmed,
             noise: SignalNoise::NONE,
             doubt: None,
         }

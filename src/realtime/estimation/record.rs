@@ -3,8 +3,9 @@
 pub use super::aid_kind::{AIDS, Aid};
 use super::config::Noise;
 pub use super::screening::Doubt;
+pub use super::screening::confirmation::Confirmation;
 pub use super::screening::gross_error::GrossError;
-pub use super::screening::kinematic_slope::Confirmation;
+
 use crate::flight::channel::Channel;
 
 /// What one aid did at one sample. Log, diagnosis input and test surface in one.
@@ -192,8 +193,14 @@ pub struct Instrumentation {
     pub as_expected: [bool; AIDS],
     /// Whether the incidence and the sideslip vane have been found to disagree with the kinematics.
     pub vanes_disagree: [bool; 2],
+    /// Whether they move against the kinematics, as a vane with its sign reversed does.
+    pub vanes_contradict: [bool; 2],
+    /// Whether each control has stood, clipped or frozen, in the order of `Channel::CONTROLS`.
+    pub controls_stood: [bool; 4],
     /// What is known about sign and unit of ax ay az.
     pub confirmations: [Confirmation; 3],
+    /// What is known about the unit of the airspeed.
+    pub airspeed_confirmation: Confirmation,
     /// Noise of the smoothed signals, as of the last instant of the grid.
     pub noise: SignalNoise,
     /// Why no instrument can be relied on, where the screening has found a reason.

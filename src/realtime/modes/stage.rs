@@ -1,6 +1,7 @@
 //! The modes stage: derivatives in, modes out, with a status of their own.
 //!
-//! A mode has numbers where its standard errors resolve it: [`OscillatoryMode::is_resolved`], [`RealRoot::is_resolved`].
+//! A mode has numbers where its standard errors resolve it: [`OscillatoryMode::is_resolved`], [`RealRoot::is_resolved`]; an
+//! unstable one only where no other method contradicts its equations.
 
 use super::record::{ModesRecord, OscillatoryMode, RealRoot};
 use crate::flight::derivative::{Axis, Variable};
@@ -34,6 +35,9 @@ pub fn step(derivatives: &DerivativesRecord, six_axis: Option<&SixAxisDerivative
     record.lateral_phugoid = record.lateral_phugoid.filter(OscillatoryMode::is_resolved);
     record.roll = record.roll.filter(RealRoot::is_resolved);
     record.spiral = record.spiral.filter(RealRoot::is_resolved);
+    if record.status == Status::Disagree {
+        withhold_unstable(&mut record);
+    }
     if record.status == Status::Converged {
         let known = record.dutch_roll.is_some_and(|pair| pair.std_omega < OMEGA_KNOWN * pair.omega && pair.std_zeta < ZETA_KNOWN);
         if !known {
@@ -41,6 +45,16 @@ pub fn step(derivatives: &DerivativesRecord, six_axis: Option<&SixAxisDerivative
         }
     }
     record
+}
+
+/// Where two methods disagree neither is trusted with an instability.
+fn withhold_unstable(record: &mut ModesRecord) {
+    for pair in [&mut record.dutch_roll, &mut record.coupled, &mut record.lateral_phugoid] {
+        *pair = pair.filter(|pair| pair.real < 0.0);
+    }
+    for root in [&mut record.roll, &mut record.spiral] {
+        *root = root.filter(|root| root.value < 0.0);
+    }
 }
 
 /// The first derivative that the modes need and no equation has.

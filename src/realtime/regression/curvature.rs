@@ -79,6 +79,7 @@ impl Curvature {
             for &j in &fit.order {
                 fit.cov[i][j] += shift.mean[i] * shift.mean[j] + shift.cov[i][j];
             }
+            fit.curvature_var[i] = shift.mean[i] * shift.mean[i] + shift.cov[i][i];
         }
         large
     }
@@ -264,6 +265,7 @@ mod tests {
             dispersion: [[0.0; REGRESSORS]; REGRESSORS],
             cov: [[0.0; REGRESSORS]; REGRESSORS],
             bias_var: [0.0; REGRESSORS],
+            curvature_var: [0.0; REGRESSORS],
             residual: [0.0; SIGNALS],
             squares: yy - theta * vy,
             response_squares: yy,

@@ -49,9 +49,9 @@ pub enum Reason {
         /// The first of its channels.
         channel: Option<Channel>,
     },
-    /// Air data do not confirm sign and unit of an accelerometer: too noisy, too little motion, or the air moves too much.
+    /// The kinematics do not confirm sign and unit of an instrument: too noisy, too little motion, moving air, or they are wrong.
     NotConfirmed {
-        /// `Ax` or `Ay`; the weight confirms those of az.
+        /// `Ax`, `Ay` or `Tas`; the weight confirms those of az.
         channel: Channel,
     },
     /// The regressors cannot be told apart in these data.

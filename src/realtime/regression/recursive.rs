@@ -6,6 +6,7 @@
 mod in_band;
 mod instruments;
 mod joint;
+mod publication;
 
 use super::candidate::{BIAS, REGRESSORS, SIGNALS, STILL, UNMOVED, is_primary, noise_variances, regressor, response};
 use super::config::RegressionConfig;
@@ -23,9 +24,8 @@ use super::required_aids::{needs, observed};
 use super::status::Settling;
 use super::stepwise::{Fit, Offer, Thresholds, fit};
 use crate::flight::channel::Channel;
-use crate::flight::derivative::{AXES, Axis, Variable};
+use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
 use crate::flight::setting::ConfigError;
-use crate::num::eigen::condition_index;
 use crate::realtime::estimation::record::{Confirmation, Instrumentation, SmoothedRecord, TrimRecord};
 use crate::realtime::regression::candidate;
 use crate::realtime::regression::coloured_errors;
@@ -42,18 +42,11 @@ const SETTLING_S: f64 = 1.5;
 
 /// Independent samples that an equation needs besides one for each term: with fewer the terms absorb any disturbance.
 const LEFT_OVER: f64 = 1.0;
-/// As many for each term before it has converged.
-const SETTLED_PER_TERM: f64 = 2.0;
 /// Independent samples in which a variable has to have moved before its term can be selected: with fewer it explains whatever
 /// else happened meanwhile.
 const MOVING_SAMPLES: f64 = 2.0;
 /// Excited time after which the instruments of the equations are computed anew, s.
 const INSTRUMENTS_S: f64 = 0.5;
-
-/// Standard error of a term, as part of the response's deviation, above which a term that is not known from zero has no number.
-const SMALL_CONTRIBUTION: f64 = 0.1;
-/// Deviation of a control in a test input, rad.
-const TEST_INPUT_RAD: f64 = 0.01;
 
 /// The regression stage.
 #[derive(Clone, Debug)]
@@ -78,8 +71,11 @@ pub struct Recursive {
     settling: [Settling; AXES],
     statuses: [Status; AXES],
     six_axis: Option<SixAxisDerivatives>,
+    curvature_std: [[f32; VARIABLES]; AXES],
     /// Accelerometers whose sign or unit is in doubt.
     doubted: [bool; 3],
+    /// The same of the airspeed.
+    airspeed_doubted: bool,
     /// Axes in which another method of estimation gives other numbers.
     contradicted: [bool; AXES],
     /// Instrumental variables of the record up to `instruments_of_s` of excited time; `None` where there are none.
@@ -119,7 +115,9 @@ impl Recursive {
             settling: [Settling::new(config.settled_s); AXES],
             statuses: [Status::Waiting; AXES],
             six_axis: None,
+            curvature_std: [[f32::NAN; VARIABLES]; AXES],
             doubted: [true; 3],
+            airspeed_doubted: true,
             contradicted: [false; AXES],
             instruments: None,
             instruments_of_s: f64::NEG_INFINITY,
@@ -243,7 +241,7 @@ impl Recursive {
     pub fn record(&mut self, time_s: f64, elapsed_s: f64, instruments: &Instrumentation) -> DerivativesRecord {
         self.age_s += elapsed_s;
         self.silent_s += elapsed_s;
-        self.judge_accelerometers(instruments);
+        self.judge_confirmations(instruments);
         let mut fits: [Option<Fit>; AXES] = [const { None }; AXES];
         let mut equations = Axis::ALL.map(|axis| {
             let refused = self.refusal(axis, instruments);
@@ -251,7 +249,7 @@ impl Recursive {
                 Some(reason) => (EquationRecord::empty(axis, Status::NotIdentifiable(reason)), None),
                 None => self.equation(axis, time_s, instruments),
             };
-            if let Some(reason) = self.not_confirmed(axis, &equation) {
+            if let Some(reason) = self.doubtful(axis, &equation, instruments) {
                 return EquationRecord::empty(axis, Status::NotIdentifiable(reason));
             }
             fits[axis.index()] = fit;
@@ -270,6 +268,14 @@ impl Recursive {
                 self.notice(RegressionEvent::StatusChanged { axis, status });
             }
             self.statuses[i] = status;
+        }
+        for (stds, fit) in self.curvature_std.iter_mut().zip(&fits) {
+            *stds = Variable::ALL.map(|variable| match fit {
+                Some(fit) if fit.order.contains(&regressor(variable)) => {
+                    libm::sqrt(fit.curvature_var[regressor(variable)]) as f32
+                }
+                _ => f32::NAN,
+            });
         }
         let lateral = self.trim.as_ref().and_then(|trim| joint::lateral(&self.information, trim, &fits));
         self.six_axis = self.trim.as_ref().and_then(|trim| joint::six_axis(trim, &fits, &equations));
@@ -296,6 +302,12 @@ impl Recursive {
                 term.frequency = Some(FrequencyTerm { value: estimate.theta[place], std });
             }
         }
+    }
+
+    /// Standard errors that curvature of the forces and moments contributes to those of the last record, by axis and variable;
+    /// NaN of a term that is in no equation. Every method that fits a linear model to the same motion has them.
+    pub fn curvature_std(&self) -> &[[f32; VARIABLES]; AXES] {
+        &self.curvature_std
     }
 
     /// The derivatives of all six equations as of the last record, where all have numbers.
@@ -329,6 +341,10 @@ impl Recursive {
         if self.excited_s < self.config.exciting_s {
             return (EquationRecord::empty(axis, Status::Exciting), None);
         }
+        // A response that is zero throughout is of an instrument that stands, not of an aircraft.
+        if !(self.information.deviation(response(axis)) > 0.0) {
+            return (EquationRecord::empty(axis, Status::Exciting), None);
+        }
         let offer = self.offer(axis, instruments);
         let samples = self.information.effective_samples();
         let independent = endogeneity::independent_samples(samples, self.interval_s);
@@ -352,6 +368,7 @@ impl Recursive {
         let mut equation = self.written(axis, &fit, &offer, residual[0], &self.withheld(axis, instruments));
         let doubtful = self.unobserved_motion(instruments)
             || instruments.vanes_disagree[usize::from(axis.is_lateral())]
+            || instruments.airspeed_confirmation != Confirmation::Confirmed
             || needs(axis).into_iter().any(|aid| !instruments.as_expected[aid.index()])
             || axis.is_force() && instruments.confirmations[axis.index()] != Confirmation::Confirmed;
         equation.status = match self.status(&equation, time_s) {
@@ -373,73 +390,5 @@ impl Recursive {
             self.instruments_of_s = self.excited_s;
         }
         endogeneity::account_for(fit, response(axis), &self.information, self.instruments.as_ref(), disturbance_var);
-    }
-
-    /// Whether the data tell the term: from zero, or that it hardly matters. A control that hardly moved did little whatever its
-    /// derivative, so it counts as moved by a test input.
-    fn is_resolved(&self, axis: Axis, place: usize, value: f64, std: f64) -> bool {
-        let is_control = candidate::variable(place).is_some_and(Variable::is_control);
-        let moved = self.information.deviation(place).max(if is_control { TEST_INPUT_RAD } else { 0.0 });
-        let contribution = std * moved / self.information.deviation(response(axis));
-        place == BIAS || std < value.abs() || contribution < SMALL_CONTRIBUTION
-    }
-
-    /// The fit as a record, without the terms that are not resolved; the status is still to come.
-    fn written(&self, axis: Axis, fit: &Fit, offer: &Offer, residual_var: f64, withheld: &[bool; REGRESSORS]) -> EquationRecord {
-        let information = &self.information;
-        let parameters = fit.order.len();
-        let cov_white = coloured_errors::white_covariance(information, &fit.dispersion, residual_var);
-        let samples = information.effective_samples();
-        let r_squared = if fit.response_squares > 0.0 { 1.0 - fit.squares / fit.response_squares } else { 0.0 };
-        let mut equation = EquationRecord::empty(axis, Status::Converging);
-        equation.r_squared = r_squared;
-        // (21) of Padfield et al. 1987: p parameters, the bias among them, on m samples.
-        equation.f_total = r_squared / (parameters as f64 - 1.0) * (samples - parameters as f64) / (1.0 - r_squared);
-        equation.samples = samples;
-        equation.residual_std = libm::sqrt(residual_var);
-        equation.condition_index = condition_index(information.sums(), &fit.order);
-        for (step, &place) in fit.order.iter().enumerate() {
-            let term = TermRecord {
-                variable: candidate::variable(place),
-                value: fit.theta[place],
-                std: libm::sqrt(fit.cov[place][place]),
-                std_white: libm::sqrt(cov_white[place][place]),
-                step: step as u8,
-                primary: offer.primary[place],
-                frequency: None,
-            };
-            match term.variable {
-                Some(variable) if withheld[place] || !self.is_resolved(axis, place, term.value, term.std) => {
-                    equation.unresolved |= 1 << variable.index();
-                }
-                _ => {
-                    let _ = equation.terms.push(term);
-                }
-            }
-        }
-        equation
-    }
-
-    /// Whether the equation's numbers have settled.
-    fn status(&mut self, equation: &EquationRecord, time_s: f64) -> Status {
-        if !equation.terms.iter().all(|term| term.value.is_finite() && term.std.is_finite()) {
-            return Status::NotIdentifiable(Reason::Collinear { condition_index: equation.condition_index });
-        }
-        let settled = self.settling[equation.axis.index()].step(time_s, equation);
-        if self.quiet_s + self.silent_s > self.config.stale_s {
-            return Status::Stale;
-        }
-        let deviation = self.information.deviation(response(equation.axis));
-        let known = equation.terms.iter().filter(|term| term.primary).all(|term| {
-            let Some(variable) = term.variable else { return true };
-            let contribution = term.std * self.information.deviation(regressor(variable)) / deviation;
-            term.std < self.config.known_relative * term.value.abs() || contribution < self.config.known_contribution
-        });
-        // What the equation is about has to be among it: terms of other motion alone absorb whatever was left out.
-        let about = equation.terms.iter().any(|term| term.primary && term.std < self.config.known_relative * term.value.abs());
-        let resolved = equation.unresolved_variables().all(|variable| !is_primary(equation.axis, variable));
-        let independent = endogeneity::independent_samples(equation.samples, self.interval_s);
-        let enough = independent >= SETTLED_PER_TERM * equation.terms.len() as f64;
-        if settled && known && about && resolved && enough { Status::Converged } else { Status::Converging }
     }
 }

@@ -58,6 +58,8 @@ pub struct Fit {
     pub cov: [[f64; REGRESSORS]; REGRESSORS],
     /// Variance of the bias of least squares, by place, where the disturbance may move the aircraft.
     pub bias_var: [f64; REGRESSORS],
+    /// Part of the variance of every estimate that curvature of the forces and moments accounts for.
+    pub curvature_var: [f64; REGRESSORS],
     /// The residual over z.
     pub residual: Coefficients,
     /// Weighted sum of squared residuals.
@@ -305,6 +307,7 @@ impl<'a> SweptSelection<'a> {
         Fit {
             cov: coloured_errors::equation_covariance(self.information, &self.order, &dispersion, &residual),
             bias_var: [0.0; REGRESSORS],
+            curvature_var: [0.0; REGRESSORS],
             residual,
             theta,
             dispersion,

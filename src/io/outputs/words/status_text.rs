@@ -124,7 +124,7 @@ impl Display for ReasonText {
             Reason::NotConfirmed { channel } => {
                 write!(
                     f,
-                    "sign and unit of {} are not confirmed: too little motion, or the air moves",
+                    "sign and unit of {} are not confirmed: too little motion, the air moves, or they are wrong",
                     channel.name(self.controls)
                 )
             }

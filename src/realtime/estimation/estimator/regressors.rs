@@ -9,7 +9,7 @@ use crate::dynamics::sensors::{flow_angles_at_foot, specific_force_at_foot};
 use crate::flight::channel::Channel;
 use crate::flight::sample::Sample;
 use crate::realtime::estimation::config::RegressionStates;
-use crate::realtime::estimation::consistency::flow_angle_rates;
+use crate::realtime::estimation::consistency::{R2_CONTRARY, flow_angle_rates};
 use crate::realtime::estimation::delay_line::Smoothed;
 use crate::realtime::estimation::estimator::{
     AIRSPEED_SIGNAL, CONTROL_SIGNALS, Estimator, INSTANTS, KINEMATIC_SIGNALS, SIGNALS, VANE_SIGNALS,
@@ -248,6 +248,9 @@ impl Estimator {
             let measured = if self.delay.is_silent(vane) { f64::NAN } else { smoothed.slope[vane] };
             let kinematic = smoothed.value[rate];
             self.consistency[i].compare(measured, kinematic, noise_var);
+            if let Some(r_squared) = self.consistency[i].r_squared() {
+                self.vanes_contradict[i] = r_squared < R2_CONTRARY;
+            }
             if self.disagreement_said[i] {
                 continue;
             }

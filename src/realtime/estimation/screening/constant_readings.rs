@@ -4,9 +4,11 @@
 //! elsewhere, n equal ones in a row are no chance where
 //!     N rho^(n-1) < `CHANCE`                                                                          (1)
 //! of the readings so far, and from `LEAST` repeats and `LEAST_S` on. Only while another channel moves, and not of a channel
-//! that goes in steps: its own slow motion stands as well.
+//! that goes in steps: its own slow motion stands as well; that one stands where other instruments say that it moved
+//! ([`ConstantReadings::declare`]). A control may rest: it stands only where its readings hardly ever repeat, at an end of its
+//! travel sooner than elsewhere.
 
-use crate::flight::channel::{Channel, MOTION_CHANNELS};
+use crate::flight::channel::{CHANNELS, Channel, MOTION_CHANNELS};
 
 /// (1).
 const CHANCE: f64 = 1e-5;
@@ -16,6 +18,10 @@ const LEAST_S: f64 = 0.05;
 /// The same before so many readings are known.
 const UNKNOWN: f64 = 100.0;
 const UNKNOWN_S: f64 = 2.0;
+/// The same of a control, with the largest part of its readings that may repeat one before: at an end of its range, elsewhere.
+const CONTROL_LEAST: f64 = 10.0;
+const CONTROL_AT_END: (f64, f64) = (0.25, 0.1);
+const CONTROL_ELSEWHERE: (f64, f64) = (2.0, 0.02);
 /// Mean change over the smallest of a channel that does not go in steps.
 const FINE: f64 = 6.0;
 /// Part of a channel's whole span that counts as no change: rounding, as of a simulated trim without noise.
@@ -34,12 +40,14 @@ struct LastReadings {
     change_min: f64,
     range: [f64; 2],
     moved_s: f64,
+    /// Whether it is known to stand until its next change.
+    declared: bool,
 }
 
 /// Every channel's newest readings.
 #[derive(Clone, Debug)]
 pub struct ConstantReadings {
-    runs: [LastReadings; MOTION_CHANNELS],
+    runs: [LastReadings; CHANNELS],
 }
 
 impl ConstantReadings {
@@ -56,7 +64,8 @@ impl ConstantReadings {
             change_min: f64::INFINITY,
             range: [f64::INFINITY, f64::NEG_INFINITY],
             moved_s: f64::NEG_INFINITY,
-        }; MOTION_CHANNELS],
+            declared: false,
+        }; CHANNELS],
     };
 
     /// One reading; whether the channel stands still. Never of altitude, which goes in steps whatever it is written as.
@@ -84,16 +93,37 @@ impl ConstantReadings {
                 run.newest = Some(value);
                 run.since_s = time_s;
                 run.equal = 0.0;
+                run.declared = false;
             }
         }
         let run = *run;
         let stands_s = time_s - run.since_s;
+        if run.declared {
+            return true;
+        }
         let known = run.count - run.equal > UNKNOWN;
+        if Channel::CONTROLS.contains(&channel) {
+            let at_end = value <= run.range[0] || value >= run.range[1];
+            let (least_s, repeats) = if at_end { CONTROL_AT_END } else { CONTROL_ELSEWHERE };
+            return known && run.equal >= CONTROL_LEAST && stands_s >= least_s && elsewhere(&run) < repeats;
+        }
         let (least, least_s) = if known { (LEAST, LEAST_S) } else { (LEAST, UNKNOWN_S) };
         if channel == Channel::Altitude || run.equal < least || stands_s < least_s || in_steps(&run) {
             return false;
         }
         is_improbable(run.count, run.repeats, run.equal) && self.another_moves(channel, run.since_s)
+    }
+
+    /// Other instruments say that the channel moves: it stands until its readings change.
+    pub fn declare(&mut self, channel: Channel) {
+        if let Some(run) = self.runs.get_mut(channel.index()).filter(|run| run.equal >= LEAST) {
+            run.declared = true;
+        }
+    }
+
+    /// The smallest change of every channel's readings; infinite where there was none.
+    pub fn steps(&self) -> [f64; MOTION_CHANNELS] {
+        core::array::from_fn(|channel| self.runs.get(channel).map_or(f64::INFINITY, |run| run.change_min))
     }
 
     fn another_moves(&self, channel: Channel, since_s: f64) -> bool {
@@ -106,6 +136,11 @@ impl ConstantReadings {
 pub fn is_improbable(count: f64, repeats: f64, repeated: f64) -> bool {
     let elsewhere = (repeats - repeated + 1.0) / (count - repeated + 1.0);
     count * libm::pow(elsewhere.min(1.0), repeated) < CHANCE
+}
+
+/// Part of the readings that repeat one before, without the newest run.
+fn elsewhere(run: &LastReadings) -> f64 {
+    (run.repeats - run.equal) / (run.count - run.equal).max(1.0)
 }
 
 fn in_steps(run: &LastReadings) -> bool {
@@ -155,6 +190,35 @@ mod tests {
         assert!(standing(|k| moving(k / 10 * 10)).is_empty(), "sampled at 5 Hz and repeated");
         assert!(standing(|k| libm::round(moving(k) / 0.02) * 0.02).is_empty(), "coarse steps");
         assert!(standing(|k| libm::round(moving(k) / 2e-4) * 2e-4).is_empty(), "fine steps");
+    }
+
+    #[test]
+    fn a_channel_in_steps_stands_once_it_is_declared_until_it_changes() {
+        let mut readings = ConstantReadings::NEW;
+        for k in 0..400 {
+            let reading = if k < 300 { f64::from(k / 10 % 2) } else { 0.5 };
+            let stands = readings.take(Channel::R, 0.02 * f64::from(k), reading);
+            assert_eq!(stands, (351..400).contains(&k), "{k}");
+            if k == 350 {
+                readings.declare(Channel::R);
+            }
+        }
+        assert!(!readings.take(Channel::R, 8.0, 0.6) && readings.steps()[Channel::R.index()] < 0.6);
+    }
+
+    #[test]
+    fn a_control_that_moves_all_the_time_and_then_stops_is_clipped_and_one_that_rests_is_not() {
+        let clipped = |most: f64, rests: bool| {
+            let mut readings = ConstantReadings::NEW;
+            let standing = (0..1000).filter(|&k| {
+                let stick = 0.05 * libm::sin(0.03 * f64::from(k)) + if rests { 0.0 } else { 1e-4 * noise(k, 5.7) };
+                let stick = if rests && k % 200 > 60 { 0.0 } else { stick };
+                readings.take(Channel::LatCyclic, 0.02 * f64::from(k), stick.clamp(-most, most))
+            });
+            standing.count()
+        };
+        assert!(clipped(0.03, false) > 300, "{}", clipped(0.03, false));
+        assert_eq!((clipped(1.0, false), clipped(1.0, true)), (0, 0));
     }
 
     #[test]

@@ -26,6 +26,7 @@ const ALPHA: &[Channel] = &[Channel::Alpha];
 const BETA: &[Channel] = &[Channel::Beta];
 const AX: &[Channel] = &[Channel::Ax];
 const AY: &[Channel] = &[Channel::Ay];
+const AZ: &[Channel] = &[Channel::Az];
 const TAS: &[Channel] = &[Channel::Tas];
 const ALTITUDE: &[Channel] = &[Channel::Altitude];
 const GYROS: &[Channel] = &Channel::GYROS;
@@ -42,7 +43,7 @@ pub const SPEEDS: [(&str, f64); 4] = [("kn", 1852.0 / 3600.0), ("km/h", 1.0 / 3.
 /// Load factor up to which, and from whose inverse on, a mean is one of nearly level flight.
 const LOAD_FACTOR: f64 = 1.5;
 /// How many gross errors a record is tested for.
-pub const GROSS_ERRORS: usize = 62;
+pub const GROSS_ERRORS: usize = 66;
 
 impl GrossError {
     /// Every error that is tested.
@@ -100,6 +101,10 @@ impl GrossError {
             Unit(FORCES, FEET, FOOT),
             Unit(FORCES, "m/s^2, declared as g", 1.0 / STANDARD_GRAVITY),
             Unit(FORCES, "m/s^2, declared as ft/s^2", 1.0 / FOOT),
+            Unit(AZ, "g", STANDARD_GRAVITY),
+            Unit(AZ, FEET, FOOT),
+            Unit(AZ, "m/s^2, declared as g", 1.0 / STANDARD_GRAVITY),
+            Unit(AZ, "m/s^2, declared as ft/s^2", 1.0 / FOOT),
             Unit(TAS, kn.0, kn.1),
             Unit(TAS, km_h.0, km_h.1),
             Unit(TAS, ft_s.0, ft_s.1),
@@ -132,9 +137,19 @@ impl GrossError {
         }
     }
 
-    /// Whether all accelerometers read in another unit.
-    pub fn is_unit_of_forces(&self) -> bool {
-        matches!(self, GrossError::Unit(these, ..) if *these == FORCES)
+    /// Whether az, alone or with the other accelerometers, reads in another unit: its mean shows that.
+    pub fn is_unit_of_weight(&self) -> bool {
+        matches!(self, GrossError::Unit(these, ..) if *these == FORCES || *these == AZ)
+    }
+
+    /// Whether the other is the same error of these and, perhaps, more channels.
+    pub fn is_part_of(&self, other: &GrossError) -> bool {
+        let same = match (self, other) {
+            (GrossError::Turned(_), GrossError::Turned(_)) => true,
+            (GrossError::Unit(_, _, size), GrossError::Unit(_, _, other)) => (size - other).abs() < 1e-12 * size.abs(),
+            _ => self == other,
+        };
+        same && self.channels().iter().all(|channel| other.channels().contains(channel))
     }
 
     /// The channel whose reading corrects this one, and the factor on it.
@@ -155,18 +170,15 @@ pub fn weighs_g(mean_az: f64) -> bool {
     weight > 1.0 / LOAD_FACTOR && weight < LOAD_FACTOR
 }
 
-/// The unit of all accelerometers that a mean of az agrees with, m/s^2: level flight weighs g.
+/// The unit of az that its mean agrees with, m/s^2: level flight weighs g. Of ax and ay it says nothing.
 pub fn force_unit(mean_az: f64) -> Option<&'static GrossError> {
-    let weight = mean_az.abs() / STANDARD_GRAVITY;
-    let units = GrossError::ALL.iter().filter(|error| error.is_unit_of_forces()).filter_map(|error| match error {
-        GrossError::Unit(_, _, size) => Some((error, weight * *size)),
-        _ => None,
-    });
     if weighs_g(mean_az) {
         return None;
     }
-    let (low, high) = (1.0 / LOAD_FACTOR, LOAD_FACTOR);
-    units.into_iter().find(|(_, corrected)| *corrected > low && *corrected < high).map(|(error, _)| error)
+    let corrected = |size: f64| mean_az.abs() * size;
+    GrossError::ALL
+        .iter()
+        .find(|error| matches!(error, GrossError::Unit(these, _, size) if *these == AZ && weighs_g(corrected(*size))))
 }
 
 /// The unit of speed other than m/s that a scale factor with this standard error agrees with.

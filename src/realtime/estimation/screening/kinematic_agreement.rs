@@ -118,12 +118,12 @@ pub fn correction_gain(as_recorded: &Agreement, corrected: &Agreement, windows: 
 /// A gross error and what its correction brings.
 pub type ErrorGain = (&'static GrossError, CorrectionGain);
 
-/// The likeliest of the corrections, and those that cannot be distinguished from it.
-pub fn likeliest<const N: usize>(gains: impl Iterator<Item = ErrorGain>) -> Vec<ErrorGain, N> {
+/// The likeliest of the corrections, and those that cannot be distinguished from it: gains less than `rival` apart.
+pub fn likeliest<const N: usize>(gains: impl Iterator<Item = ErrorGain>, rival: f64) -> Vec<ErrorGain, N> {
     let mut all: Vec<ErrorGain, N> = gains.collect();
     all.sort_unstable_by(|a, b| b.1.gain.total_cmp(&a.1.gain));
     let best = all.first().map_or(0.0, |first| first.1.gain);
-    all.retain(|one| best - one.1.gain < RIVAL);
+    all.retain(|one| best - one.1.gain < rival);
     all
 }
 
@@ -150,17 +150,21 @@ pub struct OutputRates {
     pub whole: [Option<f64>; OUTPUTS],
     /// Contribution of each accelerometer to the output in `CONTRIBUTES_TO`.
     pub by_force: [Option<f64>; 3],
+    /// What specific force and gravity together contribute to incidence and sideslip: their rates less those of rotation.
+    pub by_acceleration: [Option<f64>; 2],
 }
 
 impl OutputRates {
     /// An integral before its first step.
-    pub const ZERO: OutputRates = OutputRates { whole: [Some(0.0); OUTPUTS], by_force: [Some(0.0); 3] };
+    pub const ZERO: OutputRates =
+        OutputRates { whole: [Some(0.0); OUTPUTS], by_force: [Some(0.0); 3], by_acceleration: [Some(0.0); 2] };
 
     /// Adds rates over a step, s; what has none has no integral.
     pub fn integrate(&mut self, rates: &OutputRates, step_s: f64) {
         let add = |sum: &mut Option<f64>, rate: Option<f64>| *sum = sum.zip(rate).map(|(sum, rate)| sum + step_s * rate);
         self.whole.iter_mut().zip(rates.whole).for_each(|(sum, rate)| add(sum, rate));
         self.by_force.iter_mut().zip(rates.by_force).for_each(|(sum, rate)| add(sum, rate));
+        self.by_acceleration.iter_mut().zip(rates.by_acceleration).for_each(|(sum, rate)| add(sum, rate));
     }
 }
 
@@ -196,6 +200,8 @@ pub fn output_rates(at: impl Fn(Channel) -> Option<f64>) -> Option<OutputRates> 
         beta.map(|_| force[1] * (1.0 - v * v / (speed * speed)) / root),
         alpha.map(|_| force[2] * u / along),
     ];
+    let [fx, fy, fz]: [f64; 3] = core::array::from_fn(|i| force[i] + gravity[i]);
+    rates.by_acceleration = [alpha.map(|_| (fz * u - fx * w) / along), beta.map(|_| (fy - v * by_speed / speed) / root)];
     Some(rates)
 }
 
@@ -237,6 +243,17 @@ mod tests {
         for k in 0..3 {
             let by_difference = (after[k] - before[k]) / (2.0 * step);
             assert!((rates.whole[k].unwrap() - by_difference).abs() < 1e-7, "{:?}", OUTPUT_CHANNELS[k]);
+        }
+        // Without rotation the flow angles change by acceleration alone.
+        let unturned = |channel| {
+            readings(rate)(channel).map(|value| match channel {
+                Channel::P | Channel::Q | Channel::R => 0.0,
+                _ => value,
+            })
+        };
+        let unturned = output_rates(unturned).unwrap();
+        for (k, by_acceleration) in [1, 2].into_iter().zip(rates.by_acceleration) {
+            assert!((unturned.whole[k].unwrap() - by_acceleration.unwrap()).abs() < 1e-12);
         }
         // What an accelerometer contributes is what is missing without it.
         for (axis, output) in CONTRIBUTES_TO.into_iter().enumerate() {

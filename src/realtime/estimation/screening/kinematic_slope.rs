@@ -17,21 +17,6 @@ const LAGS: usize = 16;
 const WINDOW_BINS: f64 = 8.0;
 /// Windows before there is a slope: five seconds.
 const COUNT_MIN: f32 = 50.0;
-/// Standard errors from zero, and how large they may be, of a slope that confirms: a reversed instrument, at -1, is then three or
-/// more away.
-const CONFIRMS: f64 = 1.0;
-const KNOWN: f64 = 0.5;
-/// Least slope of an aircraft that follows the air: what its vanes measure then is against the force.
-const FOLLOWS_AIR: f64 = -0.4;
-/// Standard errors below it, and above 1, of a slope that contradicts.
-const BELOW: f64 = 1.5;
-const ABOVE: f64 = 2.5;
-/// Limit of the deviation from 1 within which a slope is that of the right unit.
-const AROUND_ONE: f64 = 0.4;
-/// Slopes between which an instrument reads in its unit and with its sign; g for m/s^2, and feet, are beyond.
-const SLOPE_LOW: f64 = 0.4;
-const SLOPE_HIGH: f64 = 2.5;
-
 /// The slope of one output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slope {
@@ -39,18 +24,8 @@ pub struct Slope {
     pub value: f64,
     /// Its standard error, by (2).
     pub std: f64,
-}
-
-/// What the kinematics tell about sign and unit of an accelerometer.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Confirmation {
-    /// They contradict, or tell too little where only they could.
-    #[default]
-    Doubted,
-    /// They do not contradict.
-    Plausible,
-    /// They are right.
-    Confirmed,
+    /// Squared correlation of measured and kinematic increments.
+    pub correlation_squared: f64,
 }
 
 /// Sums of (1) and (2).
@@ -59,9 +34,10 @@ pub struct KinematicSlope {
     count: f32,
     k: f32,
     m: f32,
-    /// Sum of (k - k_mean)^2 and of (k - k_mean)(m - m_mean), each about the means so far.
+    /// Sums of (k - k_mean)^2, (k - k_mean)(m - m_mean) and (m - m_mean)^2, each about the means so far.
     kk: f32,
     km: f32,
+    mm: f32,
     /// Sums of w km_i km_j, w (km_i kk_j + kk_i km_j) and w kk_i kk_j.
     scores: [f32; 3],
     /// The products kk and km of the last windows, newest first.
@@ -71,7 +47,7 @@ pub struct KinematicSlope {
 impl KinematicSlope {
     /// Without windows.
     pub const ZERO: KinematicSlope =
-        KinematicSlope { count: 0.0, k: 0.0, m: 0.0, kk: 0.0, km: 0.0, scores: [0.0; 3], past: [[0.0; 2]; LAGS] };
+        KinematicSlope { count: 0.0, k: 0.0, m: 0.0, kk: 0.0, km: 0.0, mm: 0.0, scores: [0.0; 3], past: [[0.0; 2]; LAGS] };
 
     /// The window that ends with the next bin; `None` where an increment is missing. `memory_s` is the time constant of
     /// forgetting.
@@ -89,6 +65,7 @@ impl KinematicSlope {
         let (kk, km) = (k * k, k * m);
         self.kk = kept * self.kk + kk;
         self.km = kept * self.km + km;
+        self.mm = kept * self.mm + m * m;
         // Twice the weighted sums of the past, and once the present.
         let (mut sum_kk, mut sum_km) = (0.5 * kk, 0.5 * km);
         for (lag, [past_kk, past_km]) in self.past.iter().enumerate() {
@@ -102,23 +79,9 @@ impl KinematicSlope {
         self.past[0] = [kk, km];
     }
 
-    /// Whether sign and unit are right: the slope is known to 0.5 and more than one standard error above zero, so that a
-    /// reversed instrument, at -1, is three or more away.
-    pub fn confirms(&self) -> bool {
-        self.slope().is_some_and(|Slope { value, std }| {
-            let (low, high) = (value - CONFIRMS * std, value + CONFIRMS * std);
-            std < KNOWN && low > 0.0 && value < SLOPE_HIGH && high > SLOPE_LOW
-        })
-    }
-
-    /// Whether the slope is beyond what an instrument that reads right has, in air that may move and that the aircraft follows.
-    pub fn contradicts(&self) -> bool {
-        self.slope().is_some_and(|Slope { value, std }| value < FOLLOWS_AIR - BELOW * std || value > 1.0 + ABOVE * std)
-    }
-
-    /// Whether the slope is known to be that of the right unit and of still air.
-    pub fn is_one(&self) -> bool {
-        self.slope().is_some_and(|Slope { value, std }| (value - 1.0).abs() + 2.0 * std < AROUND_ONE)
+    /// Whether there has been a window.
+    pub fn has_begun(&self) -> bool {
+        self.count > 0.0
     }
 
     /// (1) and (2); `None` with too few windows.
@@ -126,13 +89,14 @@ impl KinematicSlope {
         if self.count < COUNT_MIN || !(self.kk > 0.0) {
             return None;
         }
-        let [kk, km] = [self.kk, self.km].map(f64::from);
+        let [kk, km, mm] = [self.kk, self.km, self.mm].map(f64::from);
         let [of_km, of_both, of_kk] = self.scores.map(f64::from);
         let value = km / kk;
         let score_var = (of_km - value * of_both + value * value * of_kk).max(0.0);
         let independent = f64::from(self.count) / WINDOW_BINS;
         let few = libm::sqrt(independent / (independent - SQRT_2));
-        Some(Slope { value, std: few * libm::sqrt(score_var) / kk })
+        let correlation_squared = if mm > 0.0 { (km * km / (kk * mm)).min(1.0) } else { 0.0 };
+        Some(Slope { value, std: few * libm::sqrt(score_var) / kk, correlation_squared })
     }
 }
 
@@ -168,31 +132,12 @@ mod tests {
         }
     }
 
-    fn after(factor: f64, windows: usize) -> KinematicSlope {
-        let mut slope = KinematicSlope::ZERO;
-        for i in 0..windows {
-            let k = libm::sin(0.2 * i as f64);
-            let air = 0.2 * libm::cos(0.13 * i as f64);
-            slope.window(Some((factor * k + air, k)), 30.0);
-        }
-        slope
-    }
-
     #[test]
-    fn a_sign_and_a_unit_are_confirmed_where_they_are_right() {
-        let right = after(1.0, 200);
-        assert!(right.confirms() && !right.contradicts(), "{right:?}");
-        // Reversed, in g, and what the kinematics say hardly appears in the readings: air that moves, or a wrong unit.
-        for wrong in [-1.0, 9.8, 0.1] {
-            let wrong = after(wrong, 200);
-            assert!(!wrong.confirms(), "{wrong:?}");
+    fn too_few_windows_have_no_slope() {
+        let mut slope = KinematicSlope::ZERO;
+        for i in 0..40 {
+            slope.window(Some((libm::sin(0.2 * f64::from(i)), libm::sin(0.2 * f64::from(i)))), 30.0);
         }
-        for contradicting in [-1.0, 9.8] {
-            assert!(after(contradicting, 200).contradicts());
-        }
-        // As of an aircraft that follows the air.
-        assert!(!after(0.1, 200).contradicts() && !after(-0.4, 200).contradicts());
-        assert!(!after(1.0, 40).confirms() && !after(-1.0, 40).contradicts(), "too few windows");
-        assert!(KinematicSlope::ZERO.slope().is_none());
+        assert!(slope.slope().is_none() && KinematicSlope::ZERO.slope().is_none());
     }
 }

@@ -5,6 +5,7 @@
 //! Assumed: the kinematics of a rigid body in still air; gusts contradict them too, but no correction then explains it.
 
 pub mod bin_means;
+pub mod confirmation;
 pub mod constant_readings;
 pub mod gross_error;
 pub mod gross_error_test;
@@ -12,10 +13,10 @@ pub mod kinematic_agreement;
 pub mod kinematic_slope;
 
 use self::bin_means::{BIN_S, BinMeans, SILENCE_S};
+use self::confirmation::Confirmation;
 use self::constant_readings::ConstantReadings;
 use self::gross_error::{GrossError, force_unit, weighs_g};
 use self::gross_error_test::{GrossErrorTest, Suspicion};
-use self::kinematic_slope::Confirmation;
 use crate::flight::channel::{Channel, MOTION_CHANNELS};
 use crate::flight::run::RunGeometry;
 use crate::flight::sample::Sample;
@@ -26,8 +27,12 @@ const UNIT_PART: f64 = 0.05;
 const UNIT_COUNT: u32 = 3;
 /// Bins of az before its mean is taken for the weight.
 const WEIGHED_BINS: u32 = 20;
-/// Tests in a row that have to name the same error: each correction has its turn in four.
-const NAMED_TESTS: u32 = 5;
+/// Tests in a row, one each 0.1 s, that have to name the same error.
+const NAMED_TESTS: u32 = 20;
+/// Bins after a channel stood in which no gross error is named.
+const AFTER_STANDING: i64 = 300;
+/// Tests in a row from which on the unit of the airspeed is in doubt.
+const DOUBTED_TESTS: u32 = 5;
 
 /// What the screening noticed at a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +50,7 @@ pub enum Doubt {
     Unknown,
     /// Because of this gross error.
     GrossError(&'static GrossError),
-    /// This channel: too many of its readings are beyond what any aircraft reaches, or a gross error of it is likely.
+    /// This channel: too many of its readings are beyond what any aircraft reaches, or its unit contradicts the kinematics.
     Channel(Channel),
 }
 
@@ -70,6 +75,10 @@ pub struct Screening {
     tested: Option<i64>,
     /// Channels that stand still, a bit each.
     standing: u32,
+    /// Controls that have stood, a bit each.
+    controls_stood: u32,
+    /// Number of the bin in which one of the motion's stood last.
+    stood_at: Option<i64>,
     /// Readings, and those beyond the limits.
     readings: [u32; MOTION_CHANNELS],
     beyond: [u32; MOTION_CHANNELS],
@@ -80,6 +89,9 @@ pub struct Screening {
     az: (f64, u32),
     /// Whether the kinematics confirm ax, ay and az; what was confirmed stays so until an instrument is in doubt.
     accelerometers: [Confirmation; 3],
+    /// The same of the airspeed's unit, and how many of the last tests contradicted it.
+    airspeed: Confirmation,
+    airspeed_contradicted: u32,
 }
 
 impl Screening {
@@ -90,12 +102,16 @@ impl Screening {
         test: GrossErrorTest::NEW,
         tested: None,
         standing: 0,
+        controls_stood: 0,
+        stood_at: None,
         readings: [0; MOTION_CHANNELS],
         beyond: [0; MOTION_CHANNELS],
         doubt: None,
         likely: None,
         az: (0.0, 0),
         accelerometers: [Confirmation::Doubted, Confirmation::Plausible, Confirmation::Plausible],
+        airspeed: Confirmation::Plausible,
+        airspeed_contradicted: 0,
     };
 
     /// A reading beyond what any aircraft reaches, which admission has taken out.
@@ -107,7 +123,8 @@ impl Screening {
 
     /// Takes readings that stand still out of the sample and tests the others; events go to `notice`.
     pub fn step(&mut self, sample: &mut Sample, geometry: &RunGeometry, mut notice: impl FnMut(ScreeningEvent)) {
-        for channel in Channel::ALL.into_iter().take(MOTION_CHANNELS) {
+        let motion = Channel::ALL.into_iter().take(MOTION_CHANNELS);
+        for channel in motion.chain(Channel::CONTROLS) {
             let Some(value) = sample.get(channel) else { continue };
             let mark = 1 << channel.index();
             if self.constant.take(channel, sample.time_s, value) {
@@ -116,6 +133,11 @@ impl Screening {
                     notice(ScreeningEvent::StandsStill(channel));
                 }
                 sample.clear(channel);
+                if channel.index() < MOTION_CHANNELS {
+                    self.stood_at = self.tested;
+                } else {
+                    self.controls_stood |= mark;
+                }
                 continue;
             }
             self.standing &= !mark;
@@ -132,7 +154,10 @@ impl Screening {
             if let Some(az) = self.means.get(Channel::Az.index()).and_then(|means| means.mean(newest)) {
                 self.az = (self.az.0 + az, self.az.1.saturating_add(1));
             }
-            self.test.window(newest, &self.means, geometry);
+            self.test.window(newest, &self.means, &self.constant.steps(), geometry);
+            for channel in Channel::ALL.into_iter().take(MOTION_CHANNELS).filter(|one| self.test.stood_while_moved(*one)) {
+                self.constant.declare(channel);
+            }
             self.judge(notice);
         }
     }
@@ -143,10 +168,17 @@ impl Screening {
             _ => None,
         };
         let suspicion = self.test.suspicion(named, self.mean_az().is_some_and(weighs_g));
-        let by_kinematics = self.certain(suspicion);
+        let after_standing = self.tested.zip(self.stood_at).is_some_and(|(now, at)| now.saturating_sub(at) < AFTER_STANDING);
+        // The last readings before an instrument was found to stand are among the increments; readings beyond the limits are not.
+        let by_kinematics = self.certain(suspicion).filter(|(error, _)| {
+            let beyond = self.beyond_limits();
+            !after_standing && beyond.is_none_or(|channel| error.channels().contains(&channel))
+        });
         let by_weight = self.unit_by_weight().map(|error| (error, 1.0));
         // What has been named stays named while nothing else is.
         let found = by_weight.or(by_kinematics).or(named.map(|error| (error, 1.0)));
+        let (airspeed, contradicted) = self.test.airspeed();
+        self.airspeed_contradicted = if contradicted { self.airspeed_contradicted.saturating_add(1) } else { 0 };
         self.doubt = match (found, self.beyond_limits(), suspicion) {
             (Some((error, r_squared)), ..) => {
                 if named != Some(error) {
@@ -155,13 +187,14 @@ impl Screening {
                 Some(Doubt::GrossError(error))
             }
             (_, Some(channel), _) => Some(Doubt::Channel(channel)),
-            (.., Some(Suspicion::Of(error))) => error.channels().first().map(|first| Doubt::Channel(*first)),
             (.., Some(_)) => Some(Doubt::Unknown),
+            _ if self.airspeed_contradicted >= DOUBTED_TESTS => Some(Doubt::Channel(Channel::Tas)),
             _ => None,
         };
-        let [ax, ay] = self.test.confirmations();
+        let [ax, ay] = self.test.accelerometers();
         let az = if self.mean_az().is_some_and(weighs_g) { Confirmation::Confirmed } else { Confirmation::Plausible };
-        for (kept, now) in self.accelerometers.iter_mut().zip([ax, ay, az]) {
+        let all = self.accelerometers.iter_mut().chain([&mut self.airspeed]);
+        for (kept, now) in all.zip([ax, ay, az, airspeed]) {
             // Sign and unit do not change in flight: once confirmed is enough, unless something is wrong after all.
             if *kept != Confirmation::Confirmed || self.doubt.is_some() {
                 *kept = now;
@@ -206,9 +239,19 @@ impl Screening {
         self.doubt
     }
 
+    /// Controls that have stood: clipped or frozen. The first readings of a clip are taken for motion, so it is remembered.
+    pub fn controls_stood(&self) -> [bool; 4] {
+        Channel::CONTROLS.map(|channel| self.controls_stood & (1 << channel.index()) != 0)
+    }
+
     /// What is known about sign and unit of ax ay az; the weight tells those of az.
     pub fn accelerometers(&self) -> [Confirmation; 3] {
         self.accelerometers
+    }
+
+    /// What is known about the unit of the airspeed.
+    pub fn airspeed(&self) -> Confirmation {
+        self.airspeed
     }
 
     /// Whether the channel stands still.

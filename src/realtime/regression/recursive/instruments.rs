@@ -9,8 +9,13 @@ use crate::flight::control::Control;
 use crate::flight::derivative::{Axis, Variable};
 use crate::realtime::estimation::record::{Aid, Confirmation, Instrumentation};
 use crate::realtime::regression::candidate::{REGRESSORS, STILL, is_primary, regressor};
-use crate::realtime::regression::record::{EquationRecord, Reason};
+use crate::realtime::regression::record::{EquationRecord, Reason, TermRecord};
 use crate::realtime::regression::required_aids::{needs, observed};
+
+/// Place of ay among the accelerometers.
+const AY: usize = 1;
+/// Standard errors of Y_v above zero from which on the side force is along the sideslip.
+const ALONG_SIDESLIP: f64 = 2.0;
 
 impl Recursive {
     /// Why the axis can have no number from these instruments.
@@ -40,15 +45,23 @@ impl Recursive {
         if !observed(needed, instruments) {
             return Some(Reason::Unobserved { variable: needed, missing: vane.channel() });
         }
+        if instruments.vanes_contradict[usize::from(axis.is_lateral())] {
+            return Some(Reason::AidRejected { channel: vane.channel() });
+        }
         let rejected = needs(axis).into_iter().find(|aid| !instruments.trusted[aid.index()])?;
         Some(Reason::AidRejected { channel: rejected.channel() })
     }
 
-    /// Takes up what the kinematics tell about the accelerometers. Without excitation gusts alone speak, which may confirm but do
-    /// not put in doubt.
-    pub(super) fn judge_accelerometers(&mut self, instruments: &Instrumentation) {
-        for (doubted, confirmation) in self.doubted.iter_mut().zip(instruments.confirmations) {
+    /// Takes up what the kinematics tell about accelerometers and airspeed. Without excitation gusts alone speak, which may
+    /// confirm but do not put in doubt.
+    pub(super) fn judge_confirmations(&mut self, instruments: &Instrumentation) {
+        let all = self.doubted.iter_mut().chain([&mut self.airspeed_doubted]);
+        let confirmations = instruments.confirmations.into_iter().chain([instruments.airspeed_confirmation]);
+        let by_input = [Control::LatCyclic, Control::Pedal].into_iter().any(|control| self.excitation.has_moved(control));
+        for (place, (doubted, confirmation)) in all.zip(confirmations).enumerate() {
             match confirmation {
+                // Sideways motion that no lateral input caused is of gusts, which hide what ay reads.
+                Confirmation::Plausible if place == AY && !by_input => *doubted = true,
                 Confirmation::Confirmed => *doubted = false,
                 Confirmation::Plausible | Confirmation::Doubted if self.excited => {
                     *doubted = confirmation == Confirmation::Doubted
@@ -58,12 +71,31 @@ impl Recursive {
         }
     }
 
-    /// Why a force that would have numbers has none after all: its accelerometer may be reversed, or in another unit. A moment
-    /// has no accelerometer.
-    pub(super) fn not_confirmed(&self, axis: Axis, equation: &EquationRecord) -> Option<Reason> {
-        let (&doubted, &channel) = self.doubted.get(axis.index()).zip(Channel::ACCELEROMETERS.get(axis.index()))?;
-        let has_numbers = equation.terms.iter().any(|term| term.variable.is_some());
-        (doubted && has_numbers).then_some(Reason::NotConfirmed { channel })
+    /// Why an equation that would have numbers has none after all: a control in it was clipped or frozen; its accelerometer may
+    /// be reversed or in another unit; or the airspeed, which every velocity is made of, in another unit. A side force along the
+    /// sideslip, which no aircraft has, puts an ay in doubt that the kinematics do not confirm.
+    pub(super) fn doubtful(&self, axis: Axis, equation: &EquationRecord, instruments: &Instrumentation) -> Option<Reason> {
+        if !equation.terms.iter().any(|term| term.variable.is_some()) {
+            return None;
+        }
+        let has =
+            |variable: Variable| equation.term(variable).is_some() || equation.unresolved_variables().any(|one| one == variable);
+        let stood =
+            Control::ALL.into_iter().zip(instruments.controls_stood).find(|(control, stood)| *stood && has(control.variable()));
+        if let Some((control, _)) = stood {
+            return Some(Reason::InstrumentDoubted { channel: Some(control.channel()) });
+        }
+        let along_sideslip = |term: &TermRecord| term.value > ALONG_SIDESLIP * term.std;
+        if axis == Axis::Y
+            && instruments.confirmations[AY] != Confirmation::Confirmed
+            && equation.term(Variable::V).is_some_and(along_sideslip)
+        {
+            return Some(Reason::NotConfirmed { channel: Channel::Ay });
+        }
+        let accelerometer = self.doubted.get(axis.index()).zip(Channel::ACCELEROMETERS.get(axis.index()));
+        let doubted = accelerometer.filter(|(doubted, _)| **doubted).map(|(_, channel)| *channel);
+        let airspeed = self.airspeed_doubted.then_some(Channel::Tas);
+        doubted.or(airspeed).map(|channel| Reason::NotConfirmed { channel })
     }
 
     /// Whether an unobserved velocity must have moved: its terms are in no equation and bias the others.

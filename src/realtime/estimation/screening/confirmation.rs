@@ -1,0 +1,202 @@
+//! What the kinematics confirm: sign and unit of ax and ay, and the unit of the airspeed.
+//!
+//! Consumes the increments of the outputs over every window; produces a [`Confirmation`] of each instrument from slopes b of
+//! measured increments on kinematic ones (`kinematic_slope`), which are 1 where the instrument reads right:
+//! - ax and ay from their own shares in airspeed and sideslip;
+//! - the airspeed V from three that all grow as V reads too large: the airspeed itself on the work of force and gravity, and
+//!   incidence and sideslip, less what rotation makes of them, on acceleration over V. Their mean, weighted by
+//!   1/(var b + `MODEL_STD`^2), is the scale of the airspeed.
+//!
+//! Positive evidence is asked for, because a wrong sign or unit of these leaves the other outputs in agreement. Moving air adds
+//! to the measured increments and makes the standard errors larger; a vane whose position is not known makes b another number.
+
+use super::gross_error::GrossError;
+use super::kinematic_agreement::{Increments, OUTPUTS};
+use super::kinematic_slope::{KinematicSlope, Slope};
+use crate::flight::channel::Channel;
+
+/// Time constant of forgetting, s.
+const MEMORY_S: f64 = 30.0;
+/// Largest standard error of a slope that confirms an accelerometer, and least squared correlation of ay's.
+const KNOWN: f64 = 0.45;
+const CORRELATED: f64 = 0.25;
+/// Deviation from 1 of a slope that confirms, in standard errors; for ay with what an arm that is not quite known adds.
+const AROUND_ONE: f64 = 2.0;
+const AY_AROUND_ONE: f64 = 3.0;
+const ARM: f64 = 0.25;
+/// Standard errors of a slope of ay between which moving air may hide it: in g they are ten times as large.
+const AY_WELL_KNOWN: f64 = 0.12;
+const AY_UNKNOWN: f64 = 1.5;
+/// Standard errors between the slope and -1, of a reversed accelerometer, that confirm ax: other instruments hardly show it.
+const FROM_REVERSED: f64 = 5.0;
+/// Limit of the deviation from 1 within which an airspeed's slope is that of the right unit and of still air.
+const RIGHT: f64 = 0.4;
+/// What the place of a vane and the lag of a pitot tube add to the standard error of a slope.
+const MODEL_STD: f64 = 0.1;
+/// Standard errors above zero of a slope that tells a scale: one of air that moves is not.
+const TELLS: f64 = 2.0;
+/// Standard errors within which a slope is that of an error, and beyond which it is not that of a right instrument.
+const SHOWS_WITHIN: f64 = 3.0;
+const SHOWS_BEYOND: f64 = 2.0;
+/// An airspeed is confirmed where its scale is by two standard errors below the first limit (1 m/s is 1.94 kn), and contradicted
+/// where it is by 2.5 outside of the interval.
+const CONFIRMED: f64 = 1.6;
+const CONTRADICTED: [f64; 2] = [0.72, 1.3];
+const CONFIRMED_BY: f64 = 2.0;
+/// Standard error of a scale above which the air hides it, where it may be right.
+const SCALE_KNOWN: f64 = 0.5;
+const CONTRADICTED_BY: f64 = 2.5;
+/// Least slope of an aircraft that follows the air: what its vanes measure then is against the force.
+const FOLLOWS_AIR: f64 = -0.4;
+/// Standard errors below it, and above 1, of a slope that contradicts.
+const BELOW: f64 = 1.5;
+const ABOVE: f64 = 2.5;
+/// Squared correlation of increments in air that hardly moves.
+const STILL_AIR: f64 = 0.5;
+
+/// What the kinematics tell about sign and unit of an instrument.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Confirmation {
+    /// They contradict, or tell too little where only they could.
+    #[default]
+    Doubted,
+    /// They do not contradict, or there is nothing to compare with.
+    Plausible,
+    /// They are right.
+    Confirmed,
+}
+
+/// The slopes of one flight.
+#[derive(Clone, Debug)]
+pub struct InstrumentSlopes {
+    airspeed: KinematicSlope,
+    /// Shares of ax in airspeed and of ay in sideslip.
+    shares: [KinematicSlope; 2],
+    /// Incidence and sideslip on acceleration.
+    flow_angles: [KinematicSlope; 2],
+}
+
+impl InstrumentSlopes {
+    /// Without windows.
+    pub const NEW: InstrumentSlopes = InstrumentSlopes {
+        airspeed: KinematicSlope::ZERO,
+        shares: [KinematicSlope::ZERO; 2],
+        flow_angles: [KinematicSlope::ZERO; 2],
+    };
+
+    /// The window that ends with the next bin: all increments, and those of incidence and sideslip by acceleration.
+    pub fn window(&mut self, increments: &Increments, by_acceleration: [Option<(f64, f64)>; 2]) {
+        self.airspeed.window(increments[0], MEMORY_S);
+        for (axis, slope) in self.shares.iter_mut().enumerate() {
+            slope.window(increments[OUTPUTS + axis], MEMORY_S);
+        }
+        for (slope, one) in self.flow_angles.iter_mut().zip(by_acceleration) {
+            slope.window(one, MEMORY_S);
+        }
+    }
+
+    /// Sign and unit of ax and ay. Without confirmation ax is doubted: it hardly moves the airspeed, and nothing else shows its
+    /// errors. ay is confirmed only where the sideslip agrees with the kinematics as a whole; where the air hides its share it is
+    /// plausible.
+    pub fn accelerometers(&self, sideslip_agrees: bool) -> [Confirmation; 2] {
+        let [ax, ay] = &self.shares;
+        let ax =
+            if ax.slope().is_some_and(|slope| confirms_ax(&slope)) { Confirmation::Confirmed } else { Confirmation::Doubted };
+        let ay = match ay.slope() {
+            None if ay.has_begun() => Confirmation::Doubted,
+            None => Confirmation::Plausible,
+            Some(slope) if sideslip_agrees && confirms_ay(&slope) => Confirmation::Confirmed,
+            Some(slope) if is_hidden_by_air(&slope) => Confirmation::Plausible,
+            Some(_) => Confirmation::Doubted,
+        };
+        [ax, ay]
+    }
+
+    /// Unit of the airspeed; plausible where nothing can be compared, or the air hides it.
+    pub fn airspeed(&self) -> Confirmation {
+        let compared = || self.flow_angles.iter().chain([&self.airspeed]);
+        if compared().all(|slope| slope.slope().is_none()) {
+            return if compared().any(KinematicSlope::has_begun) { Confirmation::Doubted } else { Confirmation::Plausible };
+        }
+        match scale(self.airspeed_slopes(), |slope| tells(slope)) {
+            None => Confirmation::Plausible,
+            Some((scale, std)) if scale + CONFIRMED_BY * std < CONFIRMED => Confirmation::Confirmed,
+            Some((scale, std)) if std > SCALE_KNOWN && scale - CONFIRMED_BY * std < CONTRADICTED[1] => Confirmation::Plausible,
+            Some(_) => Confirmation::Doubted,
+        }
+    }
+
+    /// Whether the airspeed reads in another unit, or too much or too little by far.
+    pub fn airspeed_is_contradicted(&self) -> bool {
+        let [too_little, too_much] = CONTRADICTED;
+        let beyond = |slope: &Slope| tells(slope) && slope.correlation_squared > STILL_AIR;
+        // Air that moves lowers a slope: only one of still air tells that the airspeed reads too little.
+        scale(self.airspeed_slopes(), tells).is_some_and(|(scale, std)| scale - CONTRADICTED_BY * std > too_much)
+            || scale(self.airspeed_slopes(), beyond).is_some_and(|(scale, std)| scale + CONTRADICTED_BY * std < too_little)
+    }
+
+    fn airspeed_slopes(&self) -> [Option<Slope>; 3] {
+        [self.airspeed.slope(), self.flow_angles[0].slope(), self.flow_angles[1].slope()]
+    }
+
+    /// Whether the airspeed's own slope is known to be that of the right unit and of still air.
+    pub fn airspeed_is_right(&self) -> bool {
+        self.airspeed.slope().is_some_and(|slope| (slope.value - 1.0).abs() + 2.0 * slope.std < RIGHT)
+    }
+
+    /// Whether the slope of an instrument alone shows that error of it too; always for errors of which no slope is.
+    pub fn shows(&self, error: &GrossError) -> bool {
+        let (slope, expected) = match error {
+            GrossError::Unit([Channel::Tas], _, size) => (self.airspeed.slope(), 1.0 / size),
+            GrossError::Turned([Channel::Ay]) => (self.shares[1].slope(), -1.0),
+            GrossError::Unit([Channel::Ay], _, size) => (self.shares[1].slope(), *size),
+            _ => return true,
+        };
+        slope.is_some_and(|Slope { value, std, .. }| {
+            let std = libm::hypot(std, MODEL_STD * value.abs().max(1.0));
+            (value - expected).abs() < SHOWS_WITHIN * std && (value - 1.0).abs() > SHOWS_BEYOND * std
+        })
+    }
+}
+
+fn confirms_ax(slope: &Slope) -> bool {
+    let Slope { value, std, .. } = *slope;
+    std < KNOWN && (value - 1.0).abs() < AROUND_ONE * std && value + 1.0 > FROM_REVERSED * std
+}
+
+fn confirms_ay(slope: &Slope) -> bool {
+    let Slope { value, std, correlation_squared } = *slope;
+    std < KNOWN && (value - 1.0).abs() < AY_AROUND_ONE * std + ARM && correlation_squared > CORRELATED
+}
+
+/// Whether a slope of ay is one that moving air leaves: neither well known nor unknown, around 1 or not known to be positive, and
+/// no further below that of an aircraft which follows the air than it may be by chance.
+fn is_hidden_by_air(slope: &Slope) -> bool {
+    let Slope { value, std, .. } = *slope;
+    let around_one = (value - 1.0).abs() < AY_AROUND_ONE * std + ARM;
+    (AY_WELL_KNOWN..AY_UNKNOWN).contains(&std)
+        && (around_one || !tells(slope))
+        && value > FOLLOWS_AIR - BELOW * std
+        && value < 1.0 + ABOVE * std
+}
+
+/// Whether a slope is known to be positive: one of air that moves is not.
+fn tells(slope: &Slope) -> bool {
+    slope.value > TELLS * slope.std
+}
+
+/// Weighted mean of the slopes that are used, and its standard error, with their scatter where that is larger.
+fn scale(slopes: [Option<Slope>; 3], is_used: impl Fn(&Slope) -> bool) -> Option<(f64, f64)> {
+    let telling = || {
+        let known = slopes.iter().flatten().filter(|slope| is_used(slope));
+        known.map(|slope| (slope.value, 1.0 / (slope.std * slope.std + MODEL_STD * MODEL_STD)))
+    };
+    let (count, weights) = telling().fold((0.0, 0.0), |(count, sum), (_, weight)| (count + 1.0, sum + weight));
+    if !(weights > 0.0) {
+        return None;
+    }
+    let mean = telling().map(|(value, weight)| weight * value).sum::<f64>() / weights;
+    let scatter = telling().map(|(value, weight)| weight * (value - mean) * (value - mean)).sum::<f64>();
+    let excess = if count > 1.0 { (scatter / (count - 1.0)).max(1.0) } else { 1.0 };
+    Some((mean, libm::sqrt(excess / weights)))
+}
