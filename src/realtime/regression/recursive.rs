@@ -17,9 +17,7 @@ use super::frequency::estimate::Shared;
 use super::frequency::transforms::Transforms;
 use super::information::{Information, LAGS};
 use super::instrumental::Instruments;
-use super::record::{
-    DerivativesRecord, EquationRecord, FrequencyTerm, Reason, RegressionEvent, SixAxisDerivatives, Status, TermRecord,
-};
+use super::record::{DerivativesRecord, EquationRecord, FrequencyTerm, RegressionEvent, SixAxisDerivatives, Status, TermRecord};
 use super::required_aids::{needs, observed};
 use super::status::Settling;
 use super::stepwise::{Fit, Offer, Thresholds, fit};

@@ -11,7 +11,7 @@ use crate::realtime::regression::record::{EquationRecord, Reason, Status, TermRe
 use crate::realtime::regression::stepwise::{Fit, Offer};
 use crate::realtime::regression::{coloured_errors, endogeneity};
 
-/// As many for each term before it has converged.
+/// Independent samples for each term before an equation has converged.
 const SETTLED_PER_TERM: f64 = 2.0;
 /// Deviation of a control in a test input, rad.
 const TEST_INPUT_RAD: f64 = 0.01;
