@@ -4,6 +4,7 @@ mod args;
 mod link_source;
 mod pcm_link_source;
 mod recording_source;
+mod row_publisher;
 mod sample_publisher;
 mod silence_monitor;
 mod vehicle_file;
