@@ -11,6 +11,7 @@
 
 mod error;
 pub mod header;
+pub mod measurement_map;
 pub mod packet;
 #[cfg(test)]
 mod packet_test;
