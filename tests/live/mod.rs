@@ -1,5 +1,6 @@
 //! Live: real processes over shared memory, killed at the worst moments. Each test has a root of its own.
 
+mod chapter10_link;
 mod demo;
 mod ground_station;
 mod kills;

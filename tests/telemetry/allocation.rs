@@ -5,6 +5,7 @@
 mod line;
 
 use crate::support::allocations::during;
+use crate::support::chapter10::{Recorder, Storage};
 use line::{Random, add_errors, format, sent};
 use sideslip::flight::channel::Channel;
 use sideslip::flight::file::run_file::RecordingColumn;
@@ -13,9 +14,40 @@ use sideslip::io::telemetry::alignment::clock_relation::ClockRelation;
 use sideslip::io::telemetry::alignment::merge::{Merge, MergeRule, RowSource};
 use sideslip::io::telemetry::alignment::reorder::Reorder;
 use sideslip::io::telemetry::alignment::reorder::config::{RawStamp, ReorderConfig, StampUnit};
+use sideslip::io::telemetry::chapter10::channel_decoder::ChannelDecoder;
+use sideslip::io::telemetry::chapter10::packet::Chapter10Reader;
 use sideslip::io::telemetry::pcm::decoder::PcmDecoder;
 use sideslip::io::telemetry::pcm::encoder::PcmEncoder;
+use sideslip::io::telemetry::pcm::layout::PcmFormat;
 use sideslip::io::telemetry::record::{RecordingError, RecordingRow};
+
+#[test]
+fn packets_of_chapter_10_that_continue_each_other_allocate_nothing() {
+    let _turn = crate::alone();
+    let text = "bit_rate = 160_000\nwords = 9\nword_bits = 16\n[sync]\npattern = 0xFE6B_2840\nbits = 32\n\
+        [[parameter]]\nname = \"p\"\nword = 1\n[[parameter]]\nname = \"q\"\nword = 8\n";
+    let format = PcmFormat::from_toml(text).unwrap();
+    let mut encoder = PcmEncoder::new(&format, 0.0).unwrap();
+    let mut frame = |number: u32| {
+        let mut bytes = Vec::new();
+        encoder.minor_frame(|_, _| f64::from(number), &mut bytes).unwrap();
+        bytes
+    };
+    let frames: Vec<Vec<u8>> = (0..600).map(&mut frame).collect();
+    for storage in Storage::ALL {
+        let recorder = Recorder { channel: 3, storage, first_rtc: 0, frame_ticks: 1e4, in_packet: 10 };
+        let (mut decoder, mut samples, mut allocated) = (ChannelDecoder::new(&format).unwrap(), 0, 0);
+        for (number, packet) in recorder.packets(&frames).iter().enumerate() {
+            let mut reader = Chapter10Reader::default();
+            reader.take(packet);
+            let packet = reader.finish().unwrap();
+            let here = during(|| decoder.packet(&packet, |_| samples += 1));
+            allocated += if number > 1 { here } else { 0 };
+        }
+        assert_eq!((allocated, decoder.tally().packets > 50), (0, true), "{storage:?}");
+        assert!(samples > 1100, "{samples}");
+    }
+}
 
 #[test]
 fn decommutation_allocates_nothing_after_the_start() {

@@ -2,6 +2,8 @@
 
 mod chapter10;
 mod chapter10_damage;
+mod chapter10_flight;
+mod chapter10_rows;
 mod chapter10_setup;
 mod clock_pairs;
 mod clock_relation;

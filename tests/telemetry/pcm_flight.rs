@@ -35,11 +35,11 @@ const CHANNELS: [(&[Channel], u32, f64); 6] = [
 ];
 
 /// Every channel in a word of its own, and how often.
-fn words() -> Vec<(Channel, u32, f64)> {
+pub(super) fn words() -> Vec<(Channel, u32, f64)> {
     CHANNELS.iter().flat_map(|(channels, every, span)| channels.iter().map(|channel| (*channel, *every, *span))).collect()
 }
 
-fn format() -> PcmFormat {
+pub(super) fn format() -> PcmFormat {
     let mut text = format!(
         "bit_rate = {}\nwords = {WORDS}\nword_bits = 16\nminor_frames = 8\n[sync]\npattern = 0xFE6B_2840\nbits = 32\n\
          [subframe_id]\nword = 1\n",
@@ -60,7 +60,7 @@ fn format() -> PcmFormat {
 }
 
 /// The samples, a quarter of a millisecond behind the frames: where the words stand.
-fn flown() -> Vec<Sample> {
+pub(super) fn flown() -> Vec<Sample> {
     let mut flight = FlightModel::puma(&FlightRequest::default()).unwrap().flight();
     flight.times_s = uniform_times(0.0, 22.0, FRAMES_HZ).unwrap();
     for input in INPUT {
@@ -75,7 +75,7 @@ fn flown() -> Vec<Sample> {
     flight.fly().unwrap().samples
 }
 
-fn derivatives<'a>(samples: impl Iterator<Item = &'a Sample>) -> DerivativesRecord {
+pub(super) fn derivatives<'a>(samples: impl Iterator<Item = &'a Sample>) -> DerivativesRecord {
     let mut pipeline = Box::new(Pipeline::new(&PipelineConfig::default(), RunGeometry::default()).unwrap());
     let mut last = None;
     for sample in samples {
@@ -84,19 +84,37 @@ fn derivatives<'a>(samples: impl Iterator<Item = &'a Sample>) -> DerivativesReco
     last.unwrap()
 }
 
+/// What the format takes of each sample.
+pub(super) fn kept(samples: &[Sample]) -> Vec<Sample> {
+    let of = |(frame, sample): (u32, &Sample)| {
+        let mut kept = Sample::new(sample.time_s);
+        for (channel, ..) in words().into_iter().filter(|(_, every, _)| frame % every == 0) {
+            sample.get(channel).into_iter().for_each(|value| kept.set(channel, value));
+        }
+        kept
+    };
+    (0..).zip(samples).map(of).collect()
+}
+
+/// How many derivatives have a number, and by how many standard errors two answers differ at most.
+pub(super) fn largest_difference(one: &DerivativesRecord, other: &DerivativesRecord) -> (u32, f64) {
+    let (mut compared, mut largest) = (0, 0.0_f64);
+    for (one, other) in one.equations.iter().zip(&other.equations) {
+        assert_eq!(one.status, other.status, "{:?}", one.axis);
+        for term in one.terms.iter() {
+            let Some(variable) = term.variable else { continue };
+            let found = other.term(variable).unwrap();
+            compared += 1;
+            largest = largest.max((found.value - term.value).abs() / term.std);
+        }
+    }
+    (compared, largest)
+}
+
 #[test]
 fn a_puma_by_pcm_has_the_derivatives_of_its_samples() {
     let (samples, format) = (flown(), format());
-    let measured: Vec<Sample> = (0_u32..)
-        .zip(&samples)
-        .map(|(frame, sample)| {
-            let mut kept = Sample::new(sample.time_s);
-            for (channel, ..) in words().into_iter().filter(|(_, every, _)| frame % every == 0) {
-                sample.get(channel).into_iter().for_each(|value| kept.set(channel, value));
-            }
-            kept
-        })
-        .collect();
+    let measured = kept(&samples);
     let mut encoder = PcmEncoder::new(&format, 0.0).unwrap();
     let mut line = Vec::new();
     for sample in &samples {
@@ -122,17 +140,7 @@ fn a_puma_by_pcm_has_the_derivatives_of_its_samples() {
     }
 
     let (by_samples, by_pcm) = (derivatives(measured.iter()), derivatives(received.iter()));
-    let (mut compared, mut largest) = (0, 0.0_f64);
-    for (one, other) in by_samples.equations.iter().zip(&by_pcm.equations) {
-        assert_eq!(one.status, other.status, "{:?}", one.axis);
-        for term in one.terms.iter() {
-            let Some(variable) = term.variable else { continue };
-            let found = other.term(variable).unwrap();
-            let difference = (found.value - term.value).abs() / term.std;
-            compared += 1;
-            largest = largest.max(difference);
-        }
-    }
+    let (compared, largest) = largest_difference(&by_samples, &by_pcm);
     eprintln!("{compared} derivatives, largest difference {largest:.3} standard errors");
     assert!(compared > 12 && largest <= 0.1, "{compared} derivatives, {largest} standard errors");
 }

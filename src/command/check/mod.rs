@@ -46,7 +46,8 @@ pub(crate) struct CheckArgs {
     /// Override a key of every run, such as vane_position_m=[13.08,0,0]; repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Which message carries which channel, for recordings of MAVLink (TOML)
+    /// Which message (MAVLink) or measurement (IRIG 106 Chapter 10) carries which channel, or the format of PCM frames in Chapter
+    /// 10 packets (TOML)
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Write the answer as JSON to this file, or to standard output with -

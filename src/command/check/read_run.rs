@@ -3,7 +3,7 @@
 use crate::command::recordings::run_input::{RunInput, read_run};
 use sideslip::error::Failure;
 use sideslip::flight::file::run_file::RunInfo;
-use sideslip::io::telemetry::mavlink::mapping::MavlinkConfig as Mapping;
+use sideslip::io::telemetry::recording_config::RecordingConfig as Mapping;
 use sideslip::postflight::recorded_run::RecordedRun;
 use std::path::Path;
 

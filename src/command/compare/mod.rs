@@ -54,7 +54,8 @@ pub(crate) struct CompareArgs {
     /// Take a control as constant where runs have no column of it; repeatable
     #[arg(long, value_name = "CONTROL")]
     still: Vec<String>,
-    /// Which message carries which channel, for recordings of MAVLink (TOML)
+    /// Which message (MAVLink) or measurement (IRIG 106 Chapter 10) carries which channel, or the format of PCM frames in Chapter
+    /// 10 packets (TOML)
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Write the answer as JSON to this file, or to standard output with -

@@ -11,8 +11,8 @@ use sideslip::io::telemetry::alignment::clock_estimation::estimate_clock_relatio
 use sideslip::io::telemetry::alignment::clock_estimation::record::ClockSearch;
 use sideslip::io::telemetry::alignment::clock_relation::ClockRelation;
 use sideslip::io::telemetry::alignment::merge::{Merge, MergeRule};
-use sideslip::io::telemetry::mavlink::mapping::MavlinkConfig;
 use sideslip::io::telemetry::recording::Recording;
+use sideslip::io::telemetry::recording_config::RecordingConfig;
 use std::path::PathBuf;
 
 /// Rows of the two recordings nearer to each other than this are one, s.
@@ -67,7 +67,7 @@ impl ClockOptions {
     }
 
     /// Opens the second recording and finds the relation of its clock to that of `first`.
-    pub(super) fn second(&self, first: &RecordingSource, mapping: &MavlinkConfig) -> Result<SecondRecording, Failure> {
+    pub(super) fn second(&self, first: &RecordingSource, mapping: &RecordingConfig) -> Result<SecondRecording, Failure> {
         let Some(source) = &self.merge else { return Ok(SecondRecording::None) };
         let drift = self.clock_drift.map(|ppm| ppm * PPM);
         let relation = match (&self.shared, self.clock_offset) {
@@ -106,7 +106,7 @@ impl ClockOptions {
 /// The samples of a channel, or of another column of that name.
 fn shared_channel(
     source: &RecordingSource,
-    mapping: &MavlinkConfig,
+    mapping: &RecordingConfig,
     name: &str,
     channel: Option<Channel>,
 ) -> Result<Series, Failure> {

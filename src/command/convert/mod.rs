@@ -20,6 +20,7 @@ Examples:
   sideslip convert flight.tlog flight.csv
   sideslip convert 00000012.BIN flight.mcap --from 30 --to 95
   sideslip convert 'pcm+file://flight.pcm?format=frame.toml' flight.mcap
+  sideslip convert flight.ch10 flight.csv --config measurements.toml
   sideslip convert flight.csv both.csv --merge radar.csv --shared altitude
   sideslip convert flight.csv both.csv --merge radar.csv --clock-offset 12.25 --clock-drift 0
 
@@ -34,13 +35,15 @@ or skipped (said how much); 4 the relation of the clocks is not known.";
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct ConvertArgs {
-    /// The recording; its format is recognised by its content. A stream of PCM is pcm+file://PATH?format=FRAME.toml
+    /// The recording; its format is recognised by its content. A stream of PCM is pcm+file://PATH?format=FRAME.toml,
+    /// IRIG 106 Chapter 10 whose setup does not name the channels ch10+file://PATH?format=FILE.toml
     #[arg(value_name = "IN", value_parser = RecordingSource::of_path_or_url)]
     input: RecordingSource,
     /// Where it goes: a run file (.csv) or a log (.mcap), by the name
     #[arg(value_name = "OUT")]
     output: PathBuf,
-    /// Which message carries which channel, for MAVLink (TOML)
+    /// Which message (MAVLink) or measurement (IRIG 106 Chapter 10) carries which channel, or the format of PCM frames in Chapter
+    /// 10 packets (TOML)
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Override a key of the run, such as vane_position_m=[13.08,0,0]; repeatable

@@ -35,7 +35,8 @@ pub(crate) struct DiagnoseArgs {
     /// Largest number of causes that is searched for
     #[arg(long, value_name = "N", default_value_t = 3)]
     pub(super) causes: usize,
-    /// Which message carries which channel, for recordings of MAVLink (TOML)
+    /// Which message (MAVLink) or measurement (IRIG 106 Chapter 10) carries which channel, or the format of PCM frames in Chapter
+    /// 10 packets (TOML)
     #[arg(long, value_name = "FILE")]
     pub(super) config: Option<PathBuf>,
     /// Write the answer as JSON to this file, or to standard output with -

@@ -27,7 +27,7 @@ use run_pipeline::through_pipeline;
 use sideslip::error::{Failure, Outcome};
 use sideslip::io::outputs::json::derivatives_json::derivatives_json;
 use sideslip::io::outputs::tables::terminal::Style;
-use sideslip::io::telemetry::mavlink::mapping::MavlinkConfig as Mapping;
+use sideslip::io::telemetry::recording_config::RecordingConfig as Mapping;
 use sideslip::postflight::identification::columns::Columns;
 use sideslip::postflight::identification::identify::{
     FitMethod, IdentificationRequest, InstrumentTreatment, identify, usual_choice,
@@ -118,7 +118,8 @@ pub(crate) struct IdentifyArgs {
     /// The band of --domain frequency, Hz [default: 0.1:1.5]
     #[arg(long, value_name = "LOW:HIGH", value_parser = frequency_domain::band, conflicts_with = "response")]
     band: Option<Band>,
-    /// Which message carries which channel, for recordings of MAVLink (TOML)
+    /// Which message (MAVLink) or measurement (IRIG 106 Chapter 10) carries which channel, or the format of PCM frames in Chapter
+    /// 10 packets (TOML)
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Write the answer as JSON to this file, or to standard output with -

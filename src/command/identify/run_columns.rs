@@ -4,8 +4,8 @@ use crate::command::recordings::recording_losses::losses;
 use crate::command::recordings::run_head::head_of;
 use sideslip::error::Failure;
 use sideslip::flight::file::log_head::ColumnTarget;
-use sideslip::io::telemetry::mavlink::mapping::MavlinkConfig as Mapping;
 use sideslip::io::telemetry::recording::Recording;
+use sideslip::io::telemetry::recording_config::RecordingConfig as Mapping;
 use sideslip::postflight::identification::columns::Columns;
 use std::path::Path;
 

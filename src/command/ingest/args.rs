@@ -11,6 +11,7 @@ Example:
   sideslip ingest --source file://flight.csv --speed 4 --root run/
   sideslip ingest --source udpin://0.0.0.0:14550 --signing-key flight.key
   sideslip ingest --source 'pcm+file://flight.pcm?format=frame.toml'
+  sideslip ingest --source 'ch10+udp://127.0.0.1:50001?format=frame.toml'
 
 A link is listened to until ctrl-C; one that breaks is opened again. Each boot of the vehicle is a run of its own.
 With --speed max nothing may be lost: it waits for the estimator to take every sample, and for an estimator to come.
@@ -24,10 +25,12 @@ Exit status: 0 done; 1 failed while running; 2 the call or the recording is wron
 pub(crate) struct IngestArgs {
     /// Where telemetry comes from: udpin://HOST:PORT, udpout://HOST:PORT, tcp://HOST:PORT or serial://DEVICE?baud=N
     /// (MAVLink 1 and 2); file://PATH, a recording of any format that is read; pcm+file://PATH?format=FRAME.toml,
-    /// pcm+udp://HOST:PORT?format=FRAME.toml, pcm+tcp://HOST:PORT?format=FRAME.toml, a stream of PCM
+    /// pcm+udp://HOST:PORT?format=FRAME.toml, pcm+tcp://HOST:PORT?format=FRAME.toml, a stream of PCM; ch10+udp://HOST:PORT,
+    /// ch10+file://PATH, IRIG 106 Chapter 10, with ?format=FILE.toml where its setup does not name the channels
     #[arg(long, value_name = "URL")]
     pub(super) source: TelemetrySource,
-    /// Which message carries which channel, for MAVLink (TOML)
+    /// Which message (MAVLink) or measurement (IRIG 106 Chapter 10) carries which channel, or the format of PCM frames in Chapter
+    /// 10 packets (TOML)
     #[arg(long, value_name = "FILE")]
     pub(super) config: Option<PathBuf>,
     /// Key of MAVLink 2 signing, 64 hexadecimal digits or 32 raw bytes: what is not signed with it is refused and counted, and

@@ -19,11 +19,13 @@ use sideslip::io::bus::clock::monotonic_ns;
 use sideslip::io::bus::root::BusRole;
 use sideslip::io::bus::run_head::{newest_head, playing_since, write_head};
 use sideslip::io::bus::service::Bus;
+use sideslip::io::telemetry::chapter10::channel_choice::FrameDescription;
 use sideslip::io::telemetry::mavlink::link::{Link, LinkError, LinkEvent, Url};
 use sideslip::io::telemetry::mavlink::live::{LiveNotice, LiveTelemetry};
 use sideslip::io::telemetry::mavlink::recording::passed_over;
 use sideslip::io::telemetry::mavlink::senders::{Sender, SenderTally};
 use sideslip::io::telemetry::mavlink::stream::{TimedSample, UnusedMessages};
+use sideslip::io::telemetry::recording_config::RecordingConfig;
 use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -46,7 +48,10 @@ const REOPEN: Duration = Duration::from_secs(1);
 
 /// Listens until it is stopped.
 pub(super) fn listen(args: &IngestArgs, url: &Url, stop: &AtomicBool) -> Result<Outcome, Failure> {
-    let config = read_mapping(args.config.as_deref())?;
+    let RecordingConfig { mavlink: config, chapter10 } = read_mapping(args.config.as_deref())?;
+    if chapter10 != FrameDescription::default() {
+        return Err(Failure::Input("--config: expected messages of MAVLink, found what is for IRIG 106 Chapter 10".into()));
+    }
     override_keys(&mut RunInfo::default(), &args.set)?;
     let mut bus = Bus::enter(&root_path(args.root.as_ref()))?;
     let _role = bus.take_within(BusRole::Telemetry, patience(args.supervised))?;

@@ -1,9 +1,11 @@
 //! `sideslip ingest`: telemetry into shared memory, from a recording or a link.
 
 mod args;
+mod chapter10_link_source;
 mod link_source;
 mod pcm_link_source;
 mod recording_source;
+mod row_publisher;
 mod sample_publisher;
 mod silence_monitor;
 mod vehicle_file;
@@ -18,12 +20,17 @@ pub(crate) fn run(args: &IngestArgs) -> Result<Outcome, Failure> {
     let stop = stopped_by_signals()?;
     supervised(args.supervised, &stop)?;
     match &args.source {
-        TelemetrySource::Recording(_) | TelemetrySource::PcmLink { .. } if args.signing_key.is_some() => Err(Failure::Input(
-            "--signing-key: expected with a link of MAVLink; a stream of PCM has no signatures, those of a recording are not verified"
-                .into(),
-        )),
+        TelemetrySource::Recording(_) | TelemetrySource::PcmLink { .. } | TelemetrySource::Chapter10Link { .. }
+            if args.signing_key.is_some() =>
+        {
+            Err(Failure::Input(
+                "--signing-key: expected with a link of MAVLink; PCM has no signatures, those of a recording are not verified"
+                    .into(),
+            ))
+        }
         TelemetrySource::Recording(source) => recording_source::play(args, source, &stop),
         TelemetrySource::PcmLink { url, format } => pcm_link_source::listen(args, url, format, &stop),
+        TelemetrySource::Chapter10Link { url, format } => chapter10_link_source::listen(args, url, format.as_deref(), &stop),
         TelemetrySource::Link(url) => link_source::listen(args, url, &stop),
     }
 }

@@ -1,13 +1,14 @@
 //! A link that brings a stream of PCM onto the bus, until it is stopped; one that breaks is opened again.
 //!
 //! Time is that of the words, from the first bit that came. Where the link was silent and the bits of that time are lost, the
-//! stream goes on later by what this machine's clock says, so that a gap is one in the samples too; it is counted and said. A
-//! single datagram that is lost is not noticed so: the synchroniser finds the next pattern, counts the loss, and the samples
-//! behind it are early by the bits that are missing.
+//! stream goes on later by what this machine's clock says, so that a gap is one in the samples too. Datagrams that are lost one
+//! by one are told by the times at which the others arrive ([`ArrivalWindow`]), half a second later; from there on the time is
+//! right again, and the samples between are early by the bits that are missing. Both are counted and said.
 
 use super::args::IngestArgs;
 use super::link_source::{open, until_open};
 use super::recording_source::fitted;
+use super::row_publisher::{RowPublisher, host_us};
 use super::sample_publisher::SamplePublisher;
 use crate::command::recordings::run_head::{head_with, override_keys};
 use crate::command::{message, patience, root_path};
@@ -16,8 +17,8 @@ use sideslip::io::bus::clock::monotonic_ns;
 use sideslip::io::bus::root::BusRole;
 use sideslip::io::bus::run_head::{playing_since, write_head};
 use sideslip::io::bus::service::Bus;
-use sideslip::io::telemetry::mavlink::host_time::HostOffset;
 use sideslip::io::telemetry::mavlink::link::{DATAGRAM_MAX, Link, LinkEvent, Url};
+use sideslip::io::telemetry::pcm::arrival::ArrivalWindow;
 use sideslip::io::telemetry::pcm::decoder::PcmDecoder;
 use sideslip::io::telemetry::pcm::format_file::PcmFormatFile;
 use sideslip::io::telemetry::pcm::recording::losses_in_words;
@@ -52,50 +53,59 @@ pub(super) fn listen(args: &IngestArgs, url: &Url, format: &Path, stop: &AtomicB
     let since_ns = if args.resume { playing_since(bus.root(), now_ns)? } else { now_ns };
     let mut ingest = PcmIngest {
         start_s: Duration::from_nanos(now_ns.saturating_sub(since_ns)).as_secs_f64(),
+        is_whole: matches!(url, Url::Tcp(_) | Url::Serial { .. }),
         decoder: None,
         format,
         rows,
         link,
-        offset: HostOffset::default(),
-        newest_s: 0.0,
-        samples: 0,
+        out: RowPublisher::new(SamplePublisher::new(&bus, false)?, stop),
+        arrivals: ArrivalWindow::default(),
         gaps: (0, 0.0),
+        lost: (0, 0.0),
         earlier: Vec::new(),
+        frames: 0,
+        bits: 0,
     };
-    let mut publisher = SamplePublisher::new(&bus, false)?;
     message(format_args!("sideslip: listening at {url} for PCM"));
-    let worked = ingest.work(&mut publisher, stop);
-    publisher.end(ingest.newest_s, stop)?;
-    worked?;
+    let worked = ingest.work(stop);
+    let ended = ingest.end_stream(host_us());
+    ingest.out.end()?;
+    worked.and(ended)?;
     Ok(ingest.answer())
 }
 
-struct PcmIngest {
+struct PcmIngest<'s> {
     format: PcmFormatFile,
     rows: PcmRows,
     link: Link,
     /// Time of the first bit of the stream, and of each that begins behind a gap, s.
     start_s: f64,
+    /// Whether the link loses nothing while it is open.
+    is_whole: bool,
     /// `None` before the first bit, and behind a gap.
     decoder: Option<PcmDecoder>,
-    offset: HostOffset,
-    newest_s: f64,
-    samples: u64,
-    /// How many, and how long together, s.
+    out: RowPublisher<'s>,
+    arrivals: ArrivalWindow,
+    /// Silences, how many, and how long together, s.
     gaps: (u32, f64),
+    /// Losses without a silence, the same.
+    lost: (u32, f64),
     /// Losses of the streams before the last gap.
     earlier: Vec<String>,
+    /// Minor frames and bits of the streams that ended.
+    frames: u64,
+    bits: u64,
 }
 
-impl PcmIngest {
-    fn work(&mut self, publisher: &mut SamplePublisher, stop: &AtomicBool) -> Result<(), Failure> {
+impl PcmIngest<'_> {
+    fn work(&mut self, stop: &AtomicBool) -> Result<(), Failure> {
         let mut buffer = vec![0; DATAGRAM_MAX];
         let mut silent = 0;
         while !stop.load(Ordering::Relaxed) {
             match self.link.receive(&mut buffer) {
                 Ok(LinkEvent::Bytes(count)) => {
                     let after_silence = std::mem::take(&mut silent) >= SILENT_READS;
-                    self.bytes(buffer.get(..count).unwrap_or_default(), after_silence, publisher, stop)?;
+                    self.bytes(buffer.get(..count).unwrap_or_default(), after_silence)?;
                 }
                 Ok(LinkEvent::Silence) => silent += 1,
                 Ok(LinkEvent::Closed) => self.reopen("the other end has closed it", stop),
@@ -107,71 +117,70 @@ impl PcmIngest {
 
     /// Time of the next bit, s.
     fn stream_s(&self) -> f64 {
-        let bits = self.decoder.as_ref().map_or(0, |decoder| decoder.synchronizer.counters().bits);
-        self.start_s + bits as f64 / self.format.format.spec().bit_rate
+        self.decoder.as_ref().map_or(self.start_s, PcmDecoder::next_bit_s)
     }
 
-    fn bytes(
-        &mut self,
-        bytes: &[u8],
-        after_silence: bool,
-        publisher: &mut SamplePublisher,
-        stop: &AtomicBool,
-    ) -> Result<(), Failure> {
+    fn bytes(&mut self, bytes: &[u8], after_silence: bool) -> Result<(), Failure> {
         if bytes.is_empty() {
             return Ok(());
         }
-        let host_us = i64::try_from(monotonic_ns() / 1000).unwrap_or(i64::MAX);
+        let host_us = host_us();
         let received_s = 8.0 * bytes.len() as f64 / self.format.format.spec().bit_rate;
-        if after_silence && let Some(least_us) = self.offset.least_us() {
-            let expected_s = (host_us - least_us) as f64 * 1e-6 - received_s;
-            let behind_s = expected_s - self.stream_s();
+        if after_silence && let Some(expected_s) = self.out.expected_s(host_us) {
+            let behind_s = expected_s - received_s - self.stream_s();
             if behind_s > BEHIND_S {
-                self.begin_behind_gap(behind_s, publisher, stop)?;
+                self.begin_behind_gap(behind_s, host_us)?;
             }
         }
         if self.decoder.is_none() {
             self.decoder = Some(PcmDecoder::new(&self.format.format, self.start_s));
         }
-        self.offset.observe(microseconds(self.stream_s() + received_s), host_us);
-        let PcmIngest { decoder, rows, offset, newest_s, samples, .. } = self;
-        let mut published = Ok(true);
-        let mut each = |row: &RecordingRow| {
-            if matches!(published, Ok(true)) {
-                let time_s = row.sample.time_s;
-                let sampled_us = offset.host_of(microseconds(time_s), host_us);
-                let sampled_ns = u64::try_from(sampled_us).unwrap_or_default().saturating_mul(1000);
-                published = publisher.sample(&row.sample, &row.others, Some(sampled_ns), stop);
-                *newest_s = time_s;
-                *samples += 1;
-            }
-        };
+        self.go_on_behind_losses(received_s, host_us);
+        self.out.arrived(self.stream_s() + received_s, host_us);
+        let PcmIngest { decoder, rows, out, .. } = self;
         if let Some(decoder) = decoder {
-            decoder.feed(bytes, |sample| rows.put(&sample, &mut each));
+            decoder.feed(bytes, |sample| rows.put(&sample, &mut |row| out.row(row, host_us)));
         }
-        published.map(|_| ())
+        out.published()
+    }
+
+    /// Datagrams that the others show to be lost took time.
+    fn go_on_behind_losses(&mut self, received_s: f64, host_us: i64) {
+        if self.is_whole {
+            return;
+        }
+        let us =
+            |time_s: f64| Duration::try_from_secs_f64(time_s).map_or(0, |time| time.as_micros().try_into().unwrap_or(i64::MAX));
+        let Some(lost_us) = self.arrivals.arrived(host_us, us(self.stream_s() + received_s), us(received_s)) else { return };
+        let lost_s = lost_us as f64 * 1e-6;
+        if let Some(decoder) = &mut self.decoder {
+            decoder.go_on_later(lost_s);
+        }
+        self.lost = (self.lost.0 + 1, self.lost.1 + lost_s);
+        message(format_args!("sideslip: {}: datagrams of {lost_s:.4} s are lost", self.link.url()));
     }
 
     /// The bits of a silence are lost: what was received before it is ended, and the stream begins anew that much later.
-    fn begin_behind_gap(&mut self, behind_s: f64, publisher: &mut SamplePublisher, stop: &AtomicBool) -> Result<(), Failure> {
+    fn begin_behind_gap(&mut self, behind_s: f64, host_us: i64) -> Result<(), Failure> {
         self.start_s = self.stream_s() + behind_s;
-        let PcmIngest { decoder, rows, newest_s, samples, earlier, .. } = self;
-        let mut published = Ok(true);
-        if let Some(mut decoder) = decoder.take() {
-            let mut each = |row: &RecordingRow| {
-                if matches!(published, Ok(true)) {
-                    published = publisher.sample(&row.sample, &row.others, None, stop);
-                    *newest_s = row.sample.time_s;
-                    *samples += 1;
-                }
-            };
-            decoder.finish(|sample| rows.put(&sample, &mut each));
-            rows.finish(&mut each);
-            earlier.extend(losses_in_words(&decoder));
-        }
+        self.arrivals.clear();
         self.gaps = (self.gaps.0 + 1, self.gaps.1 + behind_s);
         message(format_args!("sideslip: {}: {behind_s:.2} s of the stream are lost", self.link.url()));
-        published.map(|_| ())
+        self.end_stream(host_us)
+    }
+
+    /// Publishes what waits for further bits.
+    fn end_stream(&mut self, host_us: i64) -> Result<(), Failure> {
+        let PcmIngest { decoder, rows, out, earlier, .. } = self;
+        if let Some(mut decoder) = decoder.take() {
+            let mut each = |row: &RecordingRow| out.row(row, host_us);
+            decoder.finish(|sample| rows.put(&sample, &mut each));
+            rows.finish(&mut each);
+            earlier.extend(losses_in_words(&decoder.synchronizer.counters(), &decoder.decommutator.counters()));
+            self.frames += decoder.synchronizer.counters().minor_frames;
+            self.bits += decoder.synchronizer.counters().bits;
+        }
+        self.out.published()
     }
 
     fn reopen(&mut self, why: &str, stop: &AtomicBool) {
@@ -185,24 +194,19 @@ impl PcmIngest {
 
     /// What came and what did not.
     fn answer(&self) -> Outcome {
-        let frames = self.decoder.as_ref().map_or(0, |decoder| decoder.synchronizer.counters().minor_frames);
-        message(format_args!("sideslip: {} samples, {frames} minor frames since the last gap", self.samples));
+        message(format_args!("sideslip: {} samples, {} minor frames", self.out.samples, self.frames));
         let mut losses = self.earlier.clone();
-        losses.extend(self.decoder.as_ref().and_then(losses_in_words));
         losses.extend(self.rows.unused().words());
         if self.gaps.0 > 0 {
             losses.push(format!("{} gaps of the stream, {:.2} s in all", self.gaps.0, self.gaps.1));
         }
-        if self.samples == 0 && self.decoder.is_some() {
+        if self.lost.0 > 0 {
+            losses.push(format!("datagrams lost at {} places, {:.4} s in all", self.lost.0, self.lost.1));
+        }
+        if self.out.samples == 0 && self.bits > 0 {
             losses.push("bits came, but no minor frame of this format was found in them".to_owned());
         }
         losses.iter().for_each(|loss| message(format_args!("sideslip: {loss}")));
         if losses.is_empty() { Outcome::Done } else { Outcome::DataLost }
     }
-}
-
-fn microseconds(time_s: f64) -> i64 {
-    #[expect(clippy::cast_possible_truncation, reason = "a cast of a float saturates, and a stream of 300,000 years is none")]
-    let us = libm::round(time_s * 1e6) as i64;
-    us
 }

@@ -1,6 +1,9 @@
-//! `inspect` of an IRIG 106 Chapter 10 recording: its channels, and where its setup contradicts its data.
+//! `inspect` of an IRIG 106 Chapter 10 recording: its channels, where its setup contradicts its data, and the rows of one of
+//! its PCM channels, or why it gives none.
 
+use super::seen_rows::SeenRows;
 use crate::command::message;
+use crate::command::options::telemetry_source::{RecordingKind, RecordingSource};
 use crate::command::terminal::output_file::{print, write_json};
 use serde_json::json;
 use sideslip::error::{Failure, Outcome};
@@ -8,19 +11,25 @@ use sideslip::io::telemetry::chapter10::header::type_name;
 use sideslip::io::telemetry::chapter10::packet::{Chapter10Reader, PacketTally};
 use sideslip::io::telemetry::chapter10::survey::RecordingSurvey;
 use sideslip::io::telemetry::record::RecordingError;
+use sideslip::io::telemetry::recording::Recording;
+use sideslip::io::telemetry::recording_config::RecordingConfig;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 const BLOCK: usize = 64 << 10;
 
-/// Reads the whole recording once and shows its channels.
-pub(super) fn run(file: &Path, json: Option<&Path>) -> Result<Outcome, Failure> {
+/// Measurements that are named at most.
+const NAMED: usize = 12;
+
+/// Reads the whole recording and shows its channels, then the rows of one.
+pub(super) fn run(source: &RecordingSource, config: &RecordingConfig, json: Option<&Path>) -> Result<Outcome, Failure> {
+    let file = source.file.as_path();
     let io = |error: std::io::Error| Failure::io(file, &error);
-    let mut source = File::open(file).map_err(io)?;
+    let mut bytes = File::open(file).map_err(io)?;
     let (mut reader, mut survey, mut block) = (Chapter10Reader::default(), RecordingSurvey::default(), vec![0; BLOCK]);
     loop {
-        let count = source.read(&mut block).map_err(io)?;
+        let count = bytes.read(&mut block).map_err(io)?;
         if count == 0 {
             break;
         }
@@ -49,16 +58,51 @@ pub(super) fn run(file: &Path, json: Option<&Path>) -> Result<Outcome, Failure> 
         let packets = survey.unmeasured();
         text.push_str(&format!("{packets} PCM packets of further channels were not held against the setup\n"));
     }
-    text.push_str("Nothing can be estimated from it without a format of its frames that names the channels of the aircraft.\n");
+    // Where the user says how its frames are read, they must be read.
+    let asked = matches!(source.kind, RecordingKind::Chapter10(Some(_))) || config.chapter10 != Default::default();
+    let seen = match source.open(config).and_then(|recording| SeenRows::read(file, recording)) {
+        Err(why) if asked => return Err(why.into()),
+        seen => seen,
+    };
+    match &seen {
+        Ok(seen) => {
+            text.push_str(&format!("\n{}", seen.text));
+            text.push_str(&left_out(&seen.recording));
+        }
+        Err(why) => text.push_str(&format!("Nothing can be estimated from it: {why}\n")),
+    }
     match json {
         None => print(&text)?,
         Some(target) => {
             message(format_args!("{}", text.trim_end()));
-            write_json(target, &format!("{:#}\n", document(file, &survey, &tally, &contradictions)))?;
+            let mut document = document(file, &survey, &tally, &contradictions);
+            if let Some(document) = document.as_object_mut() {
+                document.insert("recording".into(), seen.as_ref().map_or(serde_json::Value::Null, |seen| seen.document.clone()));
+                document.insert("no_rows".into(), json!(seen.as_ref().err().map(ToString::to_string)));
+            }
+            write_json(target, &format!("{document:#}\n"))?;
         }
     }
     let lost = tally.skipped_bytes + tally.damaged + tally.missing_packets + survey.unreadable_times;
-    Ok(if lost > 0 { Outcome::DataLost } else { Outcome::Done })
+    match seen.map(|seen| seen.outcome(file)) {
+        Ok(Outcome::Done) | Err(_) if lost == 0 => Ok(Outcome::Done),
+        _ => Ok(Outcome::DataLost),
+    }
+}
+
+/// The measurements that are not read, each with its reason.
+fn left_out(recording: &Recording) -> String {
+    let Recording::Chapter10(recording) = recording else { return String::new() };
+    let all = recording.left_out();
+    let mut text = String::new();
+    if !all.is_empty() {
+        text.push_str(&format!("\n{} measurements of the setup are not read:\n", all.len()));
+    }
+    all.iter().take(NAMED).for_each(|why| text.push_str(&format!("  {why}\n")));
+    if all.len() > NAMED {
+        text.push_str(&format!("  and {} more\n", all.len() - NAMED));
+    }
+    text
 }
 
 fn document(file: &Path, survey: &RecordingSurvey, tally: &PacketTally, contradictions: &[(u16, String)]) -> serde_json::Value {

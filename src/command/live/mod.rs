@@ -54,10 +54,12 @@ const ENDING: Duration = Duration::from_secs(10);
 pub(crate) struct LiveArgs {
     /// Where telemetry comes from: udpin://HOST:PORT, udpout://HOST:PORT, tcp://HOST:PORT or serial://DEVICE?baud=N
     /// (MAVLink 1 and 2); file://PATH, a recording of any format that is read; pcm+file://PATH?format=FRAME.toml,
-    /// pcm+udp://HOST:PORT?format=FRAME.toml, pcm+tcp://HOST:PORT?format=FRAME.toml, a stream of PCM
+    /// pcm+udp://HOST:PORT?format=FRAME.toml, pcm+tcp://HOST:PORT?format=FRAME.toml, a stream of PCM; ch10+udp://HOST:PORT,
+    /// ch10+file://PATH, IRIG 106 Chapter 10, with ?format=FILE.toml where its setup does not name the channels
     #[arg(long, value_name = "URL")]
     source: String,
-    /// Which message carries which channel, for MAVLink (TOML)
+    /// Which message (MAVLink) or measurement (IRIG 106 Chapter 10) carries which channel, or the format of PCM frames in Chapter
+    /// 10 packets (TOML)
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Directory for the MCAP logs (made where it is missing)
@@ -111,7 +113,7 @@ pub(crate) fn run(args: &LiveArgs) -> Result<Outcome, Failure> {
     }
     // The socket is the supervisor's: what arrives while telemetry is away waits in it.
     let held = match &source {
-        TelemetrySource::Link(url) | TelemetrySource::PcmLink { url, .. } => {
+        TelemetrySource::Link(url) | TelemetrySource::PcmLink { url, .. } | TelemetrySource::Chapter10Link { url, .. } => {
             url.hold().map_err(|wrong| Failure::Running(wrong.to_string()))?
         }
         TelemetrySource::Recording(_) => None,
@@ -192,7 +194,7 @@ fn estimate_call(args: &LiveArgs, root: &Path, source: &TelemetrySource) -> Vec<
     if let Some(out) = &args.out {
         let name = match source {
             TelemetrySource::Recording(source) => source.file.with_extension("mcap").file_name().map(PathBuf::from),
-            TelemetrySource::Link(_) | TelemetrySource::PcmLink { .. } => None,
+            TelemetrySource::Link(_) | TelemetrySource::PcmLink { .. } | TelemetrySource::Chapter10Link { .. } => None,
         };
         call.extend(["--out".to_owned(), out.join(name.unwrap_or_else(|| "live.mcap".into())).display().to_string()]);
     }

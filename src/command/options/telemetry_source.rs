@@ -1,47 +1,79 @@
 //! Where telemetry comes from: `--source` of `ingest` and `live`, and what `convert` reads.
 
+use sideslip::io::telemetry::chapter10::channel_choice::FrameDescription;
+use sideslip::io::telemetry::format::RecordingFormat;
 use sideslip::io::telemetry::mavlink::link::Url;
-use sideslip::io::telemetry::mavlink::mapping::MavlinkConfig;
 use sideslip::io::telemetry::record::RecordingError;
 use sideslip::io::telemetry::recording::Recording;
+use sideslip::io::telemetry::recording_config::RecordingConfig;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 /// What `--source` accepts, for help and messages.
 const SOURCES: &str = "udpin://HOST:PORT, udpout://HOST:PORT, tcp://HOST:PORT, serial://DEVICE?baud=N (MAVLink), \
     file://PATH (a recording), pcm+file://PATH?format=FRAME.toml, pcm+udp://HOST:PORT?format=FRAME.toml or \
-    pcm+tcp://HOST:PORT?format=FRAME.toml (a stream of PCM)";
+    pcm+tcp://HOST:PORT?format=FRAME.toml (a stream of PCM), ch10+udp://HOST:PORT or ch10+file://PATH (IRIG 106 Chapter 10, \
+    with ?format=FILE.toml where its setup does not name the channels)";
 
-/// A recording and, of a stream of PCM, the format of its frames.
+/// What is said beside the name of a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum RecordingKind {
+    /// Nothing: its content tells the format.
+    ByContent,
+    /// It is a stream of PCM of that format.
+    Pcm(PathBuf),
+    /// It holds packets of Chapter 10, of that format where it is named.
+    Chapter10(Option<PathBuf>),
+}
+
+/// A recording, and how it is read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct RecordingSource {
     pub(crate) file: PathBuf,
-    pub(crate) pcm_format: Option<PathBuf>,
+    pub(crate) kind: RecordingKind,
 }
 
 impl RecordingSource {
     /// Opens it.
-    pub(crate) fn open(&self, mavlink: &MavlinkConfig) -> Result<Recording, RecordingError> {
-        match &self.pcm_format {
-            None => Recording::open_with(&self.file, mavlink),
-            Some(format) => Recording::open_pcm(&self.file, format),
+    pub(crate) fn open(&self, config: &RecordingConfig) -> Result<Recording, RecordingError> {
+        match &self.kind {
+            RecordingKind::ByContent => Recording::open_with(&self.file, config),
+            RecordingKind::Pcm(format) => Recording::open_pcm(&self.file, format),
+            RecordingKind::Chapter10(None) => Recording::open_chapter10(&self.file, &config.chapter10),
+            RecordingKind::Chapter10(Some(format)) => Recording::open_chapter10(&self.file, &FrameDescription::read(format)?),
+        }
+    }
+
+    /// Whether it is read as packets of Chapter 10; what cannot be read is refused later.
+    pub(crate) fn is_chapter10(&self) -> bool {
+        let mut head = [0; 2];
+        let mut read = || std::fs::File::open(&self.file).and_then(|mut file| file.read_exact(&mut head));
+        match self.kind {
+            RecordingKind::Chapter10(_) => true,
+            RecordingKind::Pcm(_) => false,
+            RecordingKind::ByContent => read().is_ok() && RecordingFormat::of(&head) == RecordingFormat::Chapter10,
         }
     }
 
     /// The files that it reads.
     pub(crate) fn files(&self) -> Vec<PathBuf> {
-        std::iter::once(&self.file).chain(&self.pcm_format).cloned().collect()
+        let format = match &self.kind {
+            RecordingKind::Pcm(format) | RecordingKind::Chapter10(Some(format)) => Some(format),
+            RecordingKind::ByContent | RecordingKind::Chapter10(None) => None,
+        };
+        std::iter::once(&self.file).chain(format).cloned().collect()
     }
 
     /// A path, or a URL of a recording.
     pub(crate) fn of_path_or_url(text: &str) -> Result<Self, String> {
-        let is_url = ["file://", "pcm+file://"].iter().any(|scheme| text.starts_with(scheme));
+        let is_url = ["file://", "pcm+file://", "ch10+file://"].iter().any(|scheme| text.starts_with(scheme));
         if !is_url {
-            return Ok(RecordingSource { file: Path::new(text).into(), pcm_format: None });
+            return Ok(RecordingSource { file: Path::new(text).into(), kind: RecordingKind::ByContent });
         }
         match text.parse()? {
             TelemetrySource::Recording(recording) => Ok(recording),
-            TelemetrySource::Link(_) | TelemetrySource::PcmLink { .. } => {
+            TelemetrySource::Link(_) | TelemetrySource::PcmLink { .. } | TelemetrySource::Chapter10Link { .. } => {
                 Err(format!("expected a recording, found the link `{text}`"))
             }
         }
@@ -57,6 +89,8 @@ pub(crate) enum TelemetrySource {
     Link(Url),
     /// A link that brings PCM, and the format of its frames.
     PcmLink { url: Url, format: PathBuf },
+    /// A link that brings packets of Chapter 10, and the format of their frames where it is named.
+    Chapter10Link { url: Url, format: Option<PathBuf> },
 }
 
 impl FromStr for TelemetrySource {
@@ -66,27 +100,41 @@ impl FromStr for TelemetrySource {
         if Url::is_link(url) {
             return Url::parse(url).map(TelemetrySource::Link).map_err(|wrong| wrong.to_string());
         }
+        let recording = |file: &str, kind| TelemetrySource::Recording(RecordingSource { file: file.into(), kind });
+        let link = |scheme: &str, address: &str| Url::parse(&format!("{scheme}://{address}")).map_err(|wrong| wrong.to_string());
+        // A format that is asked for without a name is none.
+        let parts = |rest: &'_ str| match rest.split_once("?format=") {
+            None => (rest.to_owned(), None),
+            Some((before, format)) => (before.to_owned(), Some(PathBuf::from(format))),
+        };
+        let whole = |before: &str, format: &Option<PathBuf>| {
+            !before.is_empty() && format.as_ref().is_none_or(|format| !format.as_os_str().is_empty())
+        };
         match url.split_once("://") {
-            Some(("file", path)) if !path.is_empty() => {
-                Ok(TelemetrySource::Recording(RecordingSource { file: path.into(), pcm_format: None }))
-            }
-            Some((scheme @ ("pcm+udp" | "pcm+tcp"), rest)) => match rest.split_once("?format=") {
-                Some((address, format)) if !format.is_empty() => {
+            Some(("file", path)) if !path.is_empty() => Ok(recording(path, RecordingKind::ByContent)),
+            Some((scheme @ ("pcm+udp" | "pcm+tcp"), rest)) => match parts(rest) {
+                (address, Some(format)) if !format.as_os_str().is_empty() => {
                     // A ground station listens for datagrams.
-                    let link = if scheme == "pcm+udp" { "udpin" } else { "tcp" };
-                    let url = Url::parse(&format!("{link}://{address}")).map_err(|wrong| wrong.to_string())?;
-                    Ok(TelemetrySource::PcmLink { url, format: format.into() })
+                    let url = link(if scheme == "pcm+udp" { "udpin" } else { "tcp" }, &address)?;
+                    Ok(TelemetrySource::PcmLink { url, format })
                 }
                 _ => Err(format!(
                     "expected {scheme}://HOST:PORT?format=FRAME.toml: a stream of PCM needs the format of its frames"
                 )),
             },
-            Some(("pcm+file", rest)) => match rest.split_once("?format=") {
-                Some((file, format)) if !file.is_empty() && !format.is_empty() => {
-                    let pcm_format = Some(PathBuf::from(format));
-                    Ok(TelemetrySource::Recording(RecordingSource { file: file.into(), pcm_format }))
-                }
+            Some(("pcm+file", rest)) => match parts(rest) {
+                (file, Some(format)) if whole(&file, &Some(format.clone())) => Ok(recording(&file, RecordingKind::Pcm(format))),
                 _ => Err("expected pcm+file://PATH?format=FRAME.toml: a stream of PCM needs the format of its frames".to_owned()),
+            },
+            Some(("ch10+udp", rest)) => match parts(rest) {
+                (address, format) if whole(&address, &format) => {
+                    Ok(TelemetrySource::Chapter10Link { url: link("udpin", &address)?, format })
+                }
+                _ => Err("expected ch10+udp://HOST:PORT or ch10+udp://HOST:PORT?format=FILE.toml".to_owned()),
+            },
+            Some(("ch10+file", rest)) => match parts(rest) {
+                (file, format) if whole(&file, &format) => Ok(recording(&file, RecordingKind::Chapter10(format))),
+                _ => Err("expected ch10+file://PATH or ch10+file://PATH?format=FILE.toml".to_owned()),
             },
             _ => Err(format!("expected {SOURCES}; found `{}`", url.chars().take(60).collect::<String>())),
         }
@@ -95,16 +143,23 @@ impl FromStr for TelemetrySource {
 
 #[cfg(test)]
 mod tests {
-    use super::{RecordingSource, TelemetrySource};
+    use super::{RecordingKind, RecordingSource, TelemetrySource};
 
     #[test]
     fn a_source_is_a_url_of_a_known_kind() {
-        let of = |file: &str, format: Option<&str>| {
-            TelemetrySource::Recording(RecordingSource { file: file.into(), pcm_format: format.map(Into::into) })
-        };
-        assert_eq!("file://a/b.csv".parse(), Ok(of("a/b.csv", None)));
-        assert_eq!("file:///a b.csv".parse(), Ok(of("/a b.csv", None)));
-        assert_eq!("pcm+file://a.pcm?format=b/c.toml".parse(), Ok(of("a.pcm", Some("b/c.toml"))));
+        let of = |file: &str, kind| TelemetrySource::Recording(RecordingSource { file: file.into(), kind });
+        let chapter10 = |format: Option<&str>| RecordingKind::Chapter10(format.map(Into::into));
+        assert_eq!("file://a/b.csv".parse(), Ok(of("a/b.csv", RecordingKind::ByContent)));
+        assert_eq!("file:///a b.csv".parse(), Ok(of("/a b.csv", RecordingKind::ByContent)));
+        assert_eq!("pcm+file://a.pcm?format=b/c.toml".parse(), Ok(of("a.pcm", RecordingKind::Pcm("b/c.toml".into()))));
+        assert_eq!("ch10+file://a.ch10?format=b.toml".parse(), Ok(of("a.ch10", chapter10(Some("b.toml")))));
+        assert_eq!("ch10+file://a.ch10".parse(), Ok(of("a.ch10", chapter10(None))));
+        for (url, named) in [("ch10+udp://127.0.0.1:1", None), ("ch10+udp://127.0.0.1:1?format=a", Some("a".into()))] {
+            assert!(matches!(url.parse(), Ok(TelemetrySource::Chapter10Link { format, .. }) if format == named), "{url}");
+        }
+        for wrong in ["ch10+udp://", "ch10+udp://127.0.0.1:1?format=", "ch10+file://", "ch10+file://a?format="] {
+            assert!(wrong.parse::<TelemetrySource>().unwrap_err().contains("expected ch10+"), "{wrong}");
+        }
         for wrong in [
             "pcm+udp://127.0.0.1:1",
             "pcm+tcp://127.0.0.1:1?format=",
@@ -116,7 +171,7 @@ mod tests {
         }
         assert!(matches!("pcm+udp://127.0.0.1:1?format=a".parse(), Ok(TelemetrySource::PcmLink { .. })));
         let source = RecordingSource::of_path_or_url("a.csv");
-        assert_eq!(source, Ok(RecordingSource { file: "a.csv".into(), pcm_format: None }));
+        assert_eq!(source, Ok(RecordingSource { file: "a.csv".into(), kind: RecordingKind::ByContent }));
         assert!(RecordingSource::of_path_or_url("pcm+file://a").is_err());
         for wrong in ["", "file://", "a.csv", "ftp://x"] {
             let said = wrong.parse::<TelemetrySource>().unwrap_err();

@@ -6,8 +6,8 @@ use sideslip::error::Failure;
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::file::run_file::RunInfo;
 use sideslip::flight::sample::Sample;
-use sideslip::io::telemetry::mavlink::mapping::MavlinkConfig as Mapping;
 use sideslip::io::telemetry::recording::Recording;
+use sideslip::io::telemetry::recording_config::RecordingConfig as Mapping;
 use sideslip::postflight::reconstruction::screening::{Screened, screen};
 use std::path::{Path, PathBuf};
 

@@ -56,7 +56,8 @@ pub(crate) struct ReplayArgs {
     /// Write the last estimates as JSON to this file, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Which message carries which channel, for recordings of MAVLink (TOML)
+    /// Which message (MAVLink) or measurement (IRIG 106 Chapter 10) carries which channel, or the format of PCM frames in Chapter
+    /// 10 packets (TOML)
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Through shared memory: the recording is brought in by another process, nothing is lost on the way

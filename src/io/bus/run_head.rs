@@ -14,6 +14,12 @@ const PLAYING: &str = "playing";
 /// What the next telemetry needs to go on with the vehicle.
 const VEHICLE: &str = "vehicle";
 
+/// The setup (TMATS) that a recorder sent, for telemetry that takes the place of one that died: it may not come again.
+const SETUP: &str = "setup";
+
+/// The count of a recorder's time at which the run's time is zero, for the same.
+const COUNTER: &str = "counter";
+
 const KEPT: usize = 8;
 
 fn place(root: &BusRoot, incarnation: u64) -> PathBuf {
@@ -99,10 +105,61 @@ pub fn playing_since(root: &BusRoot, now_ns: u64) -> Result<u64, BusError> {
     }
 }
 
-/// Forgets what was played before, and the vehicle.
+/// Forgets what was played before, the vehicle, and the setup.
 pub fn play_anew(root: &BusRoot) {
-    for name in [PLAYING, VEHICLE] {
+    for name in [PLAYING, VEHICLE, SETUP, COUNTER] {
         let _ = std::fs::remove_file(root.heads().join(name));
+    }
+}
+
+/// Writes down the setup that a recorder sent.
+///
+/// # Errors
+/// [`BusError::Root`] where the file cannot be written.
+pub fn write_setup(root: &BusRoot, text: &[u8]) -> Result<(), BusError> {
+    write_whole(root, SETUP, text)
+}
+
+/// The setup that was written down; `None` where none was.
+///
+/// # Errors
+/// [`BusError::Root`] where it cannot be read.
+pub fn read_setup(root: &BusRoot) -> Result<Option<Vec<u8>>, BusError> {
+    read_whole(root, SETUP)
+}
+
+/// Writes down the count of a recorder's time at which the run's time is zero.
+///
+/// # Errors
+/// [`BusError::Root`] where the file cannot be written.
+pub fn write_counter(root: &BusRoot, zero: i64) -> Result<(), BusError> {
+    write_whole(root, COUNTER, zero.to_string().as_bytes())
+}
+
+/// The count that was written down; `None` where none was, or what stands there is no number.
+///
+/// # Errors
+/// [`BusError::Root`] where it cannot be read.
+pub fn read_counter(root: &BusRoot) -> Result<Option<i64>, BusError> {
+    let text = read_whole(root, COUNTER)?;
+    Ok(text.and_then(|text| String::from_utf8(text).ok()?.trim().parse().ok()))
+}
+
+fn write_whole(root: &BusRoot, name: &str, text: &[u8]) -> Result<(), BusError> {
+    let place = root.heads().join(name);
+    let partial = place.with_file_name(format!("{}.partial", std::process::id()));
+    let written = std::fs::create_dir_all(root.heads())
+        .and_then(|()| std::fs::write(&partial, text))
+        .and_then(|()| std::fs::rename(&partial, &place));
+    written.map_err(|error| BusError::Root { path: place.clone(), what: error.to_string() })
+}
+
+fn read_whole(root: &BusRoot, name: &str) -> Result<Option<Vec<u8>>, BusError> {
+    let place = root.heads().join(name);
+    match std::fs::read(&place) {
+        Ok(text) => Ok(Some(text)),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(BusError::Root { path: place, what: error.to_string() }),
     }
 }
 
@@ -111,12 +168,9 @@ pub fn play_anew(root: &BusRoot) {
 /// # Errors
 /// [`BusError::Root`] where the file cannot be written.
 pub fn write_vehicle(root: &BusRoot, numbers: &BTreeMap<&str, i64>) -> Result<(), BusError> {
-    let place = root.heads().join(VEHICLE);
-    let wrong = |what: String| BusError::Root { path: place.clone(), what };
+    let wrong = |what: String| BusError::Root { path: root.heads().join(VEHICLE), what };
     let text = serde_json::to_vec(numbers).map_err(|error| wrong(error.to_string()))?;
-    let partial = place.with_file_name(format!("{}.partial", std::process::id()));
-    let written = std::fs::write(&partial, text).and_then(|()| std::fs::rename(&partial, &place));
-    written.map_err(|error| wrong(error.to_string()))
+    write_whole(root, VEHICLE, &text)
 }
 
 /// What was written down of the vehicle; `None` where nothing was.
@@ -124,11 +178,7 @@ pub fn write_vehicle(root: &BusRoot, numbers: &BTreeMap<&str, i64>) -> Result<()
 /// # Errors
 /// [`BusError::Root`] where it cannot be understood.
 pub fn read_vehicle(root: &BusRoot) -> Result<Option<BTreeMap<String, i64>>, BusError> {
-    let place = root.heads().join(VEHICLE);
-    let wrong = |what: String| BusError::Root { path: place.clone(), what };
-    match std::fs::read(&place) {
-        Ok(text) => serde_json::from_slice(&text).map(Some).map_err(|error| wrong(error.to_string())),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(wrong(error.to_string())),
-    }
+    let wrong = |what: String| BusError::Root { path: root.heads().join(VEHICLE), what };
+    let Some(text) = read_whole(root, VEHICLE)? else { return Ok(None) };
+    serde_json::from_slice(&text).map(Some).map_err(|error| wrong(error.to_string()))
 }

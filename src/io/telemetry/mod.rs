@@ -23,3 +23,5 @@ pub mod pcm;
 pub mod record;
 #[cfg(all(feature = "log", feature = "mavlink"))]
 pub mod recording;
+#[cfg(all(feature = "log", feature = "mavlink"))]
+pub mod recording_config;

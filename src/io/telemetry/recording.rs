@@ -4,16 +4,18 @@
 //! not judged here. A row that cannot be read is skipped and counted ([`SkippedByReason`]), never guessed; a file of which no
 //! row can be read is an error. Memory is bounded by the longest row, not by the file.
 
+use super::chapter10::channel_choice::FrameDescription;
+use super::chapter10::recording::Chapter10Recording;
 use super::csv::CsvRecording;
 use super::format::{HEAD_BYTES, RecordingFormat};
 use super::log_recording::LogRecording;
 use super::logs::recording::{AutopilotLog, AutopilotRecording};
-use super::mavlink::mapping::MavlinkConfig;
 use super::mavlink::packet::Framing;
 use super::mavlink::recording::{MavlinkRecording, Traffic};
 use super::pcm::format_file::PcmFormatFile;
 use super::pcm::recording::PcmRecording;
 use super::record::{RecordingError, RecordingRow, SkippedByReason};
+use super::recording_config::RecordingConfig;
 use crate::flight::file::run_file::{RecordingColumn, RunInfo};
 use std::fs::File;
 use std::io::{Cursor, Read, Seek, SeekFrom};
@@ -32,6 +34,8 @@ pub enum Recording {
     Autopilot(Box<AutopilotRecording>),
     /// A stream of PCM.
     Pcm(Box<PcmRecording>),
+    /// Packets after IRIG 106 Chapter 10.
+    Chapter10(Box<Chapter10Recording>),
 }
 
 impl Recording {
@@ -40,14 +44,14 @@ impl Recording {
     /// # Errors
     /// [`RecordingError`] where the file cannot be read, is of another format, or its preamble or header is wrong.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
-        Recording::open_with(path, &MavlinkConfig::default())
+        Recording::open_with(path, &RecordingConfig::default())
     }
 
-    /// The same, with a configuration of which message gives which channel.
+    /// The same, with a configuration of which message or measurement gives which channel.
     ///
     /// # Errors
     /// As [`Recording::open`].
-    pub fn open_with(path: &Path, mavlink: &MavlinkConfig) -> Result<Self, RecordingError> {
+    pub fn open_with(path: &Path, config: &RecordingConfig) -> Result<Self, RecordingError> {
         let whole = |what: String| RecordingError::Whole { path: path.into(), what };
         let cannot = |error: std::io::Error| whole(format!("cannot be opened: {error}"));
         let mut file = File::open(path).map_err(cannot)?;
@@ -65,18 +69,16 @@ impl Recording {
                 file.seek(SeekFrom::Start(0)).map_err(|source| RecordingError::Io { path: path.into(), source })?;
                 LogRecording::new(path, file).map(|log| Recording::Mcap(Box::new(log)))
             }
-            RecordingFormat::Tlog => MavlinkRecording::new(path, file, Framing::Stamped, mavlink.clone())
+            RecordingFormat::Tlog => MavlinkRecording::new(path, file, Framing::Stamped, config.mavlink.clone())
                 .map(|recording| Recording::Mavlink(Box::new(recording))),
-            RecordingFormat::Mavlink => MavlinkRecording::new(path, file, Framing::Bare, mavlink.clone())
+            RecordingFormat::Mavlink => MavlinkRecording::new(path, file, Framing::Bare, config.mavlink.clone())
                 .map(|recording| Recording::Mavlink(Box::new(recording))),
             RecordingFormat::Dataflash => AutopilotRecording::new(path, file, AutopilotLog::Dataflash)
                 .map(|recording| Recording::Autopilot(Box::new(recording))),
             RecordingFormat::Ulog => {
                 AutopilotRecording::new(path, file, AutopilotLog::Ulog).map(|recording| Recording::Autopilot(Box::new(recording)))
             }
-            RecordingFormat::Chapter10 => Err(whole(
-                "an IRIG 106 Chapter 10 recording has no channels without a format of its frames; `inspect` lists it".into(),
-            )),
+            RecordingFormat::Chapter10 => Recording::open_chapter10(path, &config.chapter10),
             RecordingFormat::Named(name) => Err(whole(format!("recognised as {name}, which this version does not read yet"))),
             RecordingFormat::Empty => Err(whole("expected a recording, found an empty file".into())),
             RecordingFormat::Unknown(bytes) => {
@@ -95,6 +97,14 @@ impl Recording {
         PcmRecording::open(path, format).map(|recording| Recording::Pcm(Box::new(recording)))
     }
 
+    /// Opens packets after IRIG 106 Chapter 10, whatever the file begins with.
+    ///
+    /// # Errors
+    /// [`RecordingError`] where the file cannot be read, or nothing says which channels its frames carry.
+    pub fn open_chapter10(path: &Path, description: &FrameDescription) -> Result<Self, RecordingError> {
+        Chapter10Recording::open(path, description).map(|recording| Recording::Chapter10(Box::new(recording)))
+    }
+
     /// The format in a word.
     pub fn format(&self) -> &'static str {
         match self {
@@ -103,6 +113,7 @@ impl Recording {
             Recording::Mavlink(recording) => recording.format(),
             Recording::Autopilot(recording) => recording.format(),
             Recording::Pcm(_) => "PCM",
+            Recording::Chapter10(_) => "IRIG 106 Chapter 10",
         }
     }
 
@@ -110,7 +121,11 @@ impl Recording {
     pub fn counted_in(&self) -> &'static str {
         match self {
             Recording::Csv(_) => "line",
-            Recording::Mcap(_) | Recording::Mavlink(_) | Recording::Autopilot(_) | Recording::Pcm(_) => "sample",
+            Recording::Mcap(_)
+            | Recording::Mavlink(_)
+            | Recording::Autopilot(_)
+            | Recording::Pcm(_)
+            | Recording::Chapter10(_) => "sample",
         }
     }
 
@@ -122,6 +137,7 @@ impl Recording {
             Recording::Mavlink(recording) => recording.info(),
             Recording::Autopilot(recording) => recording.info(),
             Recording::Pcm(recording) => recording.info(),
+            Recording::Chapter10(recording) => recording.info(),
         }
     }
 
@@ -133,6 +149,7 @@ impl Recording {
             Recording::Mavlink(recording) => recording.columns(),
             Recording::Autopilot(recording) => recording.columns(),
             Recording::Pcm(recording) => recording.columns(),
+            Recording::Chapter10(recording) => recording.columns(),
         }
     }
 
@@ -148,6 +165,7 @@ impl Recording {
             Recording::Mavlink(recording) => recording.next_row(),
             Recording::Autopilot(recording) => recording.next_row(),
             Recording::Pcm(recording) => recording.next_row(),
+            Recording::Chapter10(recording) => recording.next_row(),
         }
     }
 
@@ -159,6 +177,7 @@ impl Recording {
             Recording::Mavlink(recording) => recording.skipped(),
             Recording::Autopilot(recording) => recording.skipped(),
             Recording::Pcm(recording) => recording.skipped(),
+            Recording::Chapter10(recording) => recording.skipped(),
         }
     }
 
@@ -171,6 +190,7 @@ impl Recording {
             Recording::Mavlink(recording) => recording.shortfall(),
             Recording::Autopilot(recording) => recording.shortfall(),
             Recording::Pcm(recording) => recording.shortfall(),
+            Recording::Chapter10(recording) => recording.shortfall(),
         }
     }
 
@@ -179,14 +199,16 @@ impl Recording {
         match self {
             Recording::Csv(recording) => recording.ends_abruptly(),
             Recording::Mcap(recording) => recording.ends_abruptly(),
-            Recording::Mavlink(_) | Recording::Autopilot(_) | Recording::Pcm(_) => false,
+            Recording::Mavlink(_) | Recording::Autopilot(_) | Recording::Pcm(_) | Recording::Chapter10(_) => false,
         }
     }
 
     /// Who sent what, of messages.
     pub fn traffic(&self) -> Option<&Traffic> {
         match self {
-            Recording::Csv(_) | Recording::Mcap(_) | Recording::Autopilot(_) | Recording::Pcm(_) => None,
+            Recording::Csv(_) | Recording::Mcap(_) | Recording::Autopilot(_) | Recording::Pcm(_) | Recording::Chapter10(_) => {
+                None
+            }
             Recording::Mavlink(recording) => Some(recording.traffic()),
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! Packets are read as they are and with the checksums of their headers put right, so that what stands behind them is reached.
 
-use super::{Steps, pieces};
+use super::{Steps, chapter10_rows, pieces};
 use sideslip::io::telemetry::chapter10::header::PacketLimits;
 use sideslip::io::telemetry::chapter10::packet::{Chapter10Packet, Chapter10Reader, Integrity, PacketTally};
 use sideslip::io::telemetry::chapter10::pcm_data::{PcmAlignment, PcmMode, PcmPacket};
@@ -28,7 +28,7 @@ pub(super) fn recording(bytes: &[u8]) -> usize {
             let whole = read(bytes, limits, std::iter::once(bytes));
             let cut = read(bytes, limits, pieces(bytes));
             assert!(whole == cut, "pieces change what is found: {:?} {:?}", whole.0, cut.0);
-            things += whole.1.len();
+            things += whole.1.len() + chapter10_rows::rows(bytes, limits);
         }
     }
     things

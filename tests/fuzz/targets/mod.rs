@@ -7,6 +7,7 @@
 //! functions.
 
 mod chapter10;
+mod chapter10_rows;
 mod csv;
 mod dataflash;
 mod documents;
@@ -31,7 +32,8 @@ const MB: u64 = 1 << 20;
 
 /// Every parser of outside bytes.
 pub(crate) const TARGETS: [Target; 13] = [
-    Target { name: "chapter10", read: chapter10::recording, memory: (8 * MB, 400) },
+    // A setup is a format of PCM too, see there.
+    Target { name: "chapter10", read: chapter10::recording, memory: (128 * MB, 400) },
     Target { name: "csv", read: csv::run_file, memory: (MB, 400) },
     Target { name: "dataflash", read: dataflash::log, memory: (2 * MB, 400) },
     Target { name: "instruments", read: documents::instruments, memory: (MB, 400) },

@@ -9,13 +9,20 @@
 //! format 1, time, format 1, and setup records; index packets, which a reader from front to back does not need; setups in
 //! XML.
 
+pub mod channel_choice;
+pub mod channel_decoder;
+pub mod channel_rows;
 mod error;
 pub mod header;
+pub mod measurement_map;
 pub mod packet;
 #[cfg(test)]
 mod packet_test;
 pub mod pcm_data;
 pub mod pcm_layout;
+pub mod recording;
+mod recording_start;
+mod rtc_clock;
 pub mod sequence;
 pub mod summary;
 pub mod survey;

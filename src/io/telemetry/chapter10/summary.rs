@@ -164,7 +164,7 @@ impl fmt::Display for SummaryTable<'_> {
 }
 
 /// Day of the year and time of day, or the count where that is not known.
-fn moment(relation: &TimeRelation, rtc: u64) -> String {
+pub(super) fn moment(relation: &TimeRelation, rtc: u64) -> String {
     use super::time::{DAY_NS, NS};
     use super::time_relation::TimeScale;
     let Some(time) = relation.at(rtc) else { return format!("count {rtc}") };

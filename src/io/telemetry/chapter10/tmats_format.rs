@@ -5,6 +5,7 @@
 //! significant bit first. Measurements that cannot be decommutated are left out, each with a sentence.
 //! Source: IRIG 106-09 Chapter 9, attribute groups P, D and C.
 
+use super::measurement_map::MeasurementMap;
 use super::tmats::Tmats;
 use super::tmats_measurements::TmatsMeasurements;
 use super::tmats_pcm::{SubframeCounter, TmatsParity, TmatsPcmFormat};
@@ -18,33 +19,25 @@ use crate::io::telemetry::pcm::sync_pattern::{PolarityRule, SyncPattern};
 pub struct TmatsChannel {
     /// The format.
     pub format: PcmFormat,
+    /// The attributes that it was made from.
+    pub written: TmatsPcmFormat,
     /// Measurements that are left out, each in a sentence.
     pub left_out: Vec<String>,
 }
 
 impl TmatsChannel {
-    /// The format of a recorder channel.
+    /// The format of a recorder channel; the map says which of its measurements are channels under other names.
     ///
     /// # Errors
     /// A sentence where the setup has no such channel, or its format is not whole or cannot be.
-    pub fn of_channel(tmats: &Tmats, channel: u16) -> Result<Self, String> {
+    pub fn of_channel(tmats: &Tmats, channel: u16, map: &MeasurementMap) -> Result<Self, String> {
         let written = TmatsPcmFormat::of_channel(tmats, channel).map_err(|error| error.to_string())?;
-        let mut measurements = TmatsMeasurements::of_link(tmats, &written.link);
-        let spec = spec_of(&written)?;
+        let TmatsMeasurements { parameters, mut left_out } = TmatsMeasurements::of_link(tmats, &written.link, map);
+        let spec = PcmFormatSpec { parameters, ..spec_of(&written)? };
         // A measurement outside of the frame is left out, not the whole format.
-        let mut format = PcmFormat::new(spec.clone()).map_err(|error| format!("P-{}: {error}", written.group))?;
-        let mut parameters = Vec::new();
-        for parameter in measurements.parameters {
-            parameters.push(parameter);
-            match PcmFormat::new(PcmFormatSpec { parameters: parameters.clone(), ..spec.clone() }) {
-                Ok(with) => format = with,
-                Err(error) => {
-                    parameters.pop();
-                    measurements.left_out.push(error.to_string());
-                }
-            }
-        }
-        Ok(TmatsChannel { format, left_out: measurements.left_out })
+        let (format, wrong) = PcmFormat::leaving_out(spec).map_err(|error| format!("P-{}: {error}", written.group))?;
+        left_out.extend(wrong.iter().map(ToString::to_string));
+        Ok(TmatsChannel { format, written, left_out })
     }
 }
 

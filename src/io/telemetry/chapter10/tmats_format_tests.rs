@@ -12,7 +12,7 @@ const SETUP: &str = "R-1\\TK1-1:3;R-1\\CDLN-1:A;P-1\\DLN:A;P-1\\D1:NRZ-L;P-1\\D2
 
 #[test]
 fn a_channel_is_a_format_with_its_measurements() {
-    let found = TmatsChannel::of_channel(&Tmats::parse(SETUP.as_bytes()), 3).unwrap();
+    let found = TmatsChannel::of_channel(&Tmats::parse(SETUP.as_bytes()), 3, &MeasurementMap::default()).unwrap();
     let spec = found.format.spec();
     assert_eq!((spec.bit_rate, spec.words, spec.word_bits, spec.minor_frames), (204_800.0, 31, 16, 4));
     assert_eq!((spec.sync, spec.polarity), (SyncPattern::whole(0xFE6B_2840, 32), PolarityRule::Normal));
@@ -38,10 +38,32 @@ fn what_the_setup_does_not_say_is_asked_for() {
     ] {
         let without = SETUP.replace(attribute, "");
         assert_ne!(without, SETUP);
-        let said = TmatsChannel::of_channel(&Tmats::parse(without.as_bytes()), 3).unwrap_err();
+        let said = TmatsChannel::of_channel(&Tmats::parse(without.as_bytes()), 3, &MeasurementMap::default()).unwrap_err();
         assert!(said.contains(expected), "{said}");
     }
     let reversed = SETUP.replace("P-1\\F2:M;", "P-1\\F2:L;");
-    assert!(TmatsChannel::of_channel(&Tmats::parse(reversed.as_bytes()), 3).unwrap_err().contains("least significant"));
-    assert!(TmatsChannel::of_channel(&Tmats::parse(SETUP.as_bytes()), 7).is_err());
+    assert!(
+        TmatsChannel::of_channel(&Tmats::parse(reversed.as_bytes()), 3, &MeasurementMap::default())
+            .unwrap_err()
+            .contains("least significant")
+    );
+    assert!(TmatsChannel::of_channel(&Tmats::parse(SETUP.as_bytes()), 7, &MeasurementMap::default()).is_err());
+}
+
+#[test]
+fn thousands_of_measurements_are_laid_out_once_each() {
+    use std::fmt::Write;
+    let mut text = SETUP.replace("D-1\\MN\\N-1:3;", "D-1\\MN\\N-1:4096;");
+    for n in 4..=4096 {
+        let word = n % 29 + 2;
+        let _ = write!(text, "D-1\\MN-1-{n}:M{n};D-1\\WP-1-{n}-1-1:{word};C-{n}\\DCN:M{n};C-{n}\\BFM:UNS;");
+    }
+    let tmats = Tmats::parse(text.as_bytes());
+    let begun = std::time::Instant::now();
+    let found = TmatsChannel::of_channel(&tmats, 3, &MeasurementMap::default()).unwrap();
+    let took = begun.elapsed();
+    // Words 2 to 30, of which the last does not exist here, and the measurement that is outside before.
+    assert_eq!(found.format.parameters().len() + found.left_out.len(), 4096, "{:?}", &found.left_out[..3]);
+    eprintln!("4096 measurements in {took:?}");
+    assert!(took < std::time::Duration::from_secs(2), "{took:?}");
 }

@@ -16,15 +16,17 @@
 //!
 //! Left out, each with the reason: other kinds of location, words sent least significant bit first, ends of intervals (`EWP`,
 //! `EFP`), fragments in different minor frames, conversions by curve fits or algorithms. A measurement that is called as a
-//! channel, in capitals or not, is that channel; it needs a unit.
+//! channel, in capitals or not, or that a [map](MeasurementMap) names, is that channel; it needs a unit.
 //! Source: IRIG 106-09 Chapter 9, attribute groups D and C.
 
+use super::measurement_map::MeasurementMap;
 use super::tmats::Tmats;
 use crate::flight::channel::Channel;
 use crate::flight::file::run_file::RecordingColumn;
 use crate::io::telemetry::pcm::calibration::{Calibration, OutsideRange};
 use crate::io::telemetry::pcm::encoding::RawEncoding;
 use crate::io::telemetry::pcm::format::{FrameSet, ParameterPlace, ParameterSpec, WordPart};
+use std::collections::HashMap;
 
 /// Measurements that are read at most.
 pub const MEASUREMENTS: u32 = 4096;
@@ -41,8 +43,8 @@ pub struct TmatsMeasurements {
 }
 
 impl TmatsMeasurements {
-    /// Reads the measurements of the data link of that name.
-    pub fn of_link(tmats: &Tmats, link: &str) -> Self {
+    /// Reads the measurements of the data link of that name; the map says which of them are channels under other names.
+    pub fn of_link(tmats: &Tmats, link: &str, map: &MeasurementMap) -> Self {
         let mut found = TmatsMeasurements::default();
         let group = tmats.attributes().find_map(|(code, value)| {
             let group = code.strip_suffix("\\DLN")?;
@@ -50,6 +52,7 @@ impl TmatsMeasurements {
         });
         let Some(group) = group else { return found };
         let d = MeasurementList { tmats, group: &group };
+        let conversions = conversions(tmats);
         if d.number("ML\\N").is_some_and(|lists| lists > 1) {
             found.left_out.push(format!("{group} has several measurement lists: the first is used"));
         }
@@ -59,13 +62,24 @@ impl TmatsMeasurements {
         }
         for n in 1..=count.min(MEASUREMENTS) {
             let Some(name) = d.text(&format!("MN-1-{n}")) else { continue };
-            match d.measurement(n, name) {
+            match d.measurement(n, name, map, &conversions) {
                 Ok(parameter) => found.parameters.push(parameter),
                 Err(why) => found.left_out.push(format!("measurement {name}: {why}")),
             }
         }
         found
     }
+}
+
+/// The group C of each measurement, by its name in small letters; of several the first.
+fn conversions(tmats: &Tmats) -> HashMap<String, &str> {
+    let mut groups = HashMap::new();
+    for (code, value) in tmats.attributes() {
+        if let Some(group) = code.strip_suffix("\\DCN").filter(|group| group.starts_with("C-")) {
+            groups.entry(value.to_ascii_lowercase()).or_insert(group);
+        }
+    }
+    groups
 }
 
 /// The attributes of a group D.
@@ -83,7 +97,13 @@ impl<'a> MeasurementList<'a> {
         self.text(name)?.parse().ok()
     }
 
-    fn measurement(&self, n: u32, name: &str) -> Result<ParameterSpec, String> {
+    fn measurement(
+        &self,
+        n: u32,
+        name: &str,
+        map: &MeasurementMap,
+        conversions: &HashMap<String, &str>,
+    ) -> Result<ParameterSpec, String> {
         match self.text(&format!("LT-1-{n}")) {
             None | Some("WDFR") => {}
             Some(other) => return Err(format!("location of kind {other}, word and frame (WDFR) is read")),
@@ -94,15 +114,29 @@ impl<'a> MeasurementList<'a> {
             return Err(format!("{count} locations"));
         }
         let places = (1..=count).map(|m| self.place(n, m)).collect::<Result<Vec<_>, _>>()?;
-        let known = name.to_ascii_lowercase();
-        let name = if Channel::from_name(&known).is_some() { known } else { name.to_owned() };
-        let mut parameter = ParameterSpec { name: name.clone(), places, ..ParameterSpec::default() };
-        self.convert(&name, &mut parameter)?;
-        if Channel::from_name(&name).is_some() {
+        let lower = name.to_ascii_lowercase();
+        let group = conversions.get(&lower).copied();
+        let named = map.of_measurement(name);
+        let name = match named {
+            Some(named) => named.channel.clone(),
+            None if Channel::from_name(&lower).is_none() => name.to_owned(),
+            None => match map.of_channel(&lower) {
+                None => lower,
+                Some(other) => return Err(format!("{} is the channel {lower}, as the map says", other.measurement)),
+            },
+        };
+        let mut parameter = ParameterSpec { name, places, ..ParameterSpec::default() };
+        if let Some(group) = group {
+            MeasurementList { tmats: self.tmats, group }.convert(&mut parameter)?;
+        }
+        if let Some(unit) = named.and_then(|named| named.unit.as_ref()) {
+            parameter.unit.clone_from(unit);
+        }
+        if Channel::from_name(&parameter.name).is_some() {
             if parameter.unit.is_empty() {
                 return Err("no engineering unit (MN3 of its group C): not used as a channel".to_owned());
             }
-            RecordingColumn::new(&name, Some(&parameter.unit))?;
+            RecordingColumn::new(&parameter.name, Some(&parameter.unit))?;
         }
         Ok(parameter)
     }
@@ -153,14 +187,9 @@ impl<'a> MeasurementList<'a> {
         Ok(ParameterPlace { parts, word_interval, frames })
     }
 
-    /// Unit, encoding and calibration by the group C of that name; a number without unit where there is none.
-    fn convert(&self, name: &str, parameter: &mut ParameterSpec) -> Result<(), String> {
-        let group = self.tmats.attributes().find_map(|(code, value)| {
-            let group = code.strip_suffix("\\DCN")?;
-            (group.starts_with("C-") && value.eq_ignore_ascii_case(name)).then(|| group.to_owned())
-        });
-        let Some(group) = group else { return Ok(()) };
-        let c = MeasurementList { tmats: self.tmats, group: &group };
+    /// Unit, encoding and calibration by this group C.
+    fn convert(&self, parameter: &mut ParameterSpec) -> Result<(), String> {
+        let c = self;
         parameter.unit = unit(c.text("MN3").unwrap_or_default());
         parameter.encoding = c.encoding(parameter)?;
         parameter.calibration = match c.text("DCT") {

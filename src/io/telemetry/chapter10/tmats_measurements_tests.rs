@@ -7,7 +7,7 @@ fn only(name: &str, location: &str, conversion: &str) -> TmatsMeasurements {
     let text = format!(
         "D-4\\DLN:L;D-4\\ML\\N:1;D-4\\MN\\N-1:1;D-4\\MN-1-1:{name};D-4\\LT-1-1:WDFR;{location}C-2\\DCN:{name};{conversion}"
     );
-    TmatsMeasurements::of_link(&Tmats::parse(text.as_bytes()), "L")
+    TmatsMeasurements::of_link(&Tmats::parse(text.as_bytes()), "L", &MeasurementMap::default())
 }
 
 const WORD_2: &str = "D-4\\MML\\N-1-1:1;D-4\\MNF\\N-1-1-1:1;D-4\\WP-1-1-1-1:2;D-4\\WI-1-1-1-1:0;D-4\\FP-1-1-1-1:1;\
@@ -74,5 +74,22 @@ fn what_cannot_be_decommutated_is_left_out_with_its_reason() {
         assert!(found.parameters.is_empty(), "{expected}: {found:?}");
         assert!(found.left_out.iter().any(|why| why.contains(expected)), "{expected}: {found:?}");
     }
-    assert_eq!(TmatsMeasurements::of_link(&Tmats::parse(b"P-1\\DLN:L;"), "L"), TmatsMeasurements::default());
+    assert_eq!(
+        TmatsMeasurements::of_link(&Tmats::parse(b"P-1\\DLN:L;"), "L", &MeasurementMap::default()),
+        TmatsMeasurements::default()
+    );
+}
+
+#[test]
+fn a_map_says_which_measurement_is_which_channel() {
+    let text = "D-4\\DLN:L;D-4\\MN\\N-1:3;D-4\\MN-1-1:ROLL RATE;D-4\\WP-1-1-1-1:2;D-4\\MN-1-2:NX;D-4\\WP-1-2-1-1:3;\
+        D-4\\MN-1-3:P;D-4\\WP-1-3-1-1:4;C-1\\DCN:Roll Rate;C-1\\MN3:DEG/S;C-1\\BFM:TWO;C-2\\DCN:NX;C-2\\MN3:COUNTS;\
+        C-3\\DCN:P;C-3\\MN3:DEG/S;";
+    let tmats = Tmats::parse(text.as_bytes());
+    let map = MeasurementMap::from_toml("[measurements]\np = \"roll rate\"\nax = { name = \"NX\", unit = \"g\" }\n").unwrap();
+    let found = TmatsMeasurements::of_link(&tmats, "L", &map);
+    let named: Vec<(&str, &str, RawEncoding)> =
+        found.parameters.iter().map(|one| (one.name.as_str(), one.unit.as_str(), one.encoding)).collect();
+    assert_eq!(named, [("p", "deg/s", RawEncoding::TwosComplement), ("ax", "g", RawEncoding::Unsigned)]);
+    assert_eq!(found.left_out, ["measurement P: roll rate is the channel p, as the map says"]);
 }

@@ -37,6 +37,17 @@ impl PcmDecoder {
         }
     }
 
+    /// The time of the next bit that is taken in, s.
+    #[must_use]
+    pub fn next_bit_s(&self) -> f64 {
+        self.clock.time_s(self.synchronizer.counters().bits)
+    }
+
+    /// Bits that lasted so long, s, were lost somewhere before: what follows is later by that.
+    pub fn go_on_later(&mut self, by_s: f64) {
+        self.clock.start_s += by_s;
+    }
+
     /// Takes in the bytes and gives every sample of the minor frames that they complete.
     pub fn feed(&mut self, mut bytes: &[u8], mut each: impl FnMut(PcmSample)) {
         loop {

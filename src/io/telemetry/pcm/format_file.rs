@@ -10,6 +10,7 @@
 //! parity = "none"                  # or "odd", "even"; default none
 //! parity_place = "trailing"        # or "leading"; default trailing
 //! minor_frames = 16                # a major frame; default 1
+//! channel = 52                     # of an IRIG 106 Chapter 10 recording; default the first channel of PCM in it
 //! [sync]
 //! pattern = 0xFE6B_2840
 //! bits = 32                        # 16 to 33
@@ -86,6 +87,16 @@ pub struct PcmFormatFileError {
     pub what: String,
 }
 
+impl PcmFormatFileError {
+    /// The mistake at that byte of the text.
+    pub(crate) fn in_text(text: &str, offset: usize, what: String) -> Self {
+        let before = text.get(..offset).unwrap_or(text);
+        let line = before.matches('\n').count() + 1;
+        let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
+        PcmFormatFileError { line, column, what }
+    }
+}
+
 /// A format, and what its file says of the run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PcmFormatFile {
@@ -93,6 +104,8 @@ pub struct PcmFormatFile {
     pub format: PcmFormat,
     /// The table `run`.
     pub info: RunInfo,
+    /// The channel of a Chapter 10 recording that has these frames.
+    pub channel: Option<u16>,
 }
 
 impl PcmFormatFile {
@@ -103,10 +116,11 @@ impl PcmFormatFile {
     pub fn from_toml(text: &str) -> Result<Self, PcmFormatFileError> {
         let document = parsed(text)?;
         let format = format_of(text, &document)?;
-        let Some(run) = &document.run else { return Ok(PcmFormatFile { format, info: RunInfo::default() }) };
+        let channel = document.channel;
+        let Some(run) = &document.run else { return Ok(PcmFormatFile { format, info: RunInfo::default(), channel }) };
         let info = RunInfo::from_toml(&run.get_ref().to_string());
         let info = info.map_err(|wrong| in_text(text, (run.span().start, format!("run: {}", wrong.what))))?;
-        Ok(PcmFormatFile { format, info })
+        Ok(PcmFormatFile { format, info, channel })
     }
 
     /// Reads the file.
@@ -384,10 +398,7 @@ fn with_nearest(message: &str) -> String {
 }
 
 fn in_text(text: &str, (offset, what): Wrong) -> PcmFormatFileError {
-    let before = text.get(..offset).unwrap_or(text);
-    let line = before.matches('\n').count() + 1;
-    let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
-    PcmFormatFileError { line, column, what }
+    PcmFormatFileError::in_text(text, offset, what)
 }
 
 #[cfg(test)]

@@ -25,6 +25,7 @@ pub(super) struct FormatDocument {
     #[serde(default)]
     pub(super) parameter: Vec<Spanned<ParameterTable>>,
     pub(super) run: Option<Spanned<toml::Table>>,
+    pub(super) channel: Option<u16>,
 }
 
 #[derive(Deserialize)]

@@ -116,6 +116,27 @@ pub struct SyncCounters {
     pub polarity_changes: u64,
 }
 
+impl SyncCounters {
+    /// Adds those of a stream that ended before.
+    #[must_use]
+    pub const fn plus(self, earlier: &Self) -> Self {
+        SyncCounters {
+            bits: self.bits + earlier.bits,
+            minor_frames: self.minor_frames + earlier.minor_frames,
+            inverted: self.inverted + earlier.inverted,
+            flywheel: self.flywheel + earlier.flywheel,
+            discarded: self.discarded + earlier.discarded,
+            candidates: self.candidates + earlier.candidates,
+            locks: self.locks + earlier.locks,
+            losses: self.losses + earlier.losses,
+            missed_syncs: self.missed_syncs + earlier.missed_syncs,
+            sync_bit_errors: self.sync_bit_errors + earlier.sync_bit_errors,
+            slips: self.slips + earlier.slips,
+            polarity_changes: self.polarity_changes + earlier.polarity_changes,
+        }
+    }
+}
+
 #[derive(Clone, Copy, Debug)]
 enum Phase {
     Search {

@@ -81,6 +81,17 @@ impl PcmFormat {
     /// # Errors
     /// [`PcmFormatError`], the first mistake found.
     pub fn new(spec: PcmFormatSpec) -> Result<Self, PcmFormatError> {
+        match PcmFormat::leaving_out(spec)? {
+            (format, left_out) if left_out.is_empty() => Ok(format),
+            (_, left_out) => Err(left_out.into_iter().next().unwrap_or_else(|| at("parameter", FormatMistake::Name))),
+        }
+    }
+
+    /// The same without the parameters that cannot be, and what is wrong with each of these.
+    ///
+    /// # Errors
+    /// [`PcmFormatError`], the first mistake found outside of the parameters.
+    pub fn leaving_out(mut spec: PcmFormatSpec) -> Result<(Self, Vec<PcmFormatError>), PcmFormatError> {
         if !(spec.bit_rate.is_finite() && spec.bit_rate > 0.0) {
             return Err(at("bit_rate", FormatMistake::NotPositive { found: spec.bit_rate }));
         }
@@ -89,32 +100,50 @@ impl PcmFormat {
         within("word_bits", spec.word_bits, WORD_BITS.0, WORD_BITS.1)?;
         within("minor_frames", spec.minor_frames, 1, MINOR_FRAMES_MAX)?;
         let (words, minor_frame_bits) = lay_out_words(&spec)?;
+        let parameters = std::mem::take(&mut spec.parameters);
         let mut format = PcmFormat { spec, rules, words, minor_frame_bits, subframe_id: None, places: Vec::new() };
         format.subframe_id = match &format.spec.subframe_id {
             Some(id) => Some(format.check_subframe_id(id)?),
             None => None,
         };
-        let mut samples = 0_usize;
-        let mut names = BTreeSet::new();
-        let mut places = Vec::new();
-        for (index, parameter) in format.spec.parameters.iter().enumerate() {
-            let wrong =
-                |key, mistake| PcmFormatError { place: FormatPlace::Parameter(index, parameter.name.clone(), key), mistake };
-            if parameter.name.is_empty() || !names.insert(parameter.name.as_str()) {
-                return Err(wrong("name", FormatMistake::Name));
-            }
-            check_values(parameter).map_err(|(key, mistake)| wrong(key, mistake))?;
-            for place in &parameter.places {
-                samples += format.lay_out(index, place, &mut places).map_err(|(key, mistake)| wrong(key, mistake))?;
-                if samples > SAMPLES_MAX {
-                    return Err(wrong("places", FormatMistake::TooManySamples { most: SAMPLES_MAX }));
+        let (mut names, mut samples, mut left_out) = (BTreeSet::new(), 0, Vec::new());
+        for parameter in parameters {
+            match format.admit(&parameter, &mut names, &mut samples) {
+                Ok(()) => format.spec.parameters.push(parameter),
+                Err((key, mistake)) => {
+                    let index = format.spec.parameters.len();
+                    left_out.push(PcmFormatError { place: FormatPlace::Parameter(index, parameter.name, key), mistake });
                 }
             }
         }
         // Samples come in the order of their time.
-        places.sort_by_key(|place: &PlaceLayout| (place.offset, place.parameter));
-        format.places = places;
-        Ok(format)
+        format.places.sort_by_key(|place: &PlaceLayout| (place.offset, place.parameter));
+        Ok((format, left_out))
+    }
+
+    /// Lays out the next parameter, or leaves everything as it was.
+    fn admit(
+        &mut self,
+        parameter: &ParameterSpec,
+        names: &mut BTreeSet<String>,
+        samples: &mut usize,
+    ) -> Result<(), (&'static str, FormatMistake)> {
+        if parameter.name.is_empty() || names.contains(&parameter.name) {
+            return Err(("name", FormatMistake::Name));
+        }
+        check_values(parameter)?;
+        let (index, before) = (self.spec.parameters.len(), *samples);
+        let mut places = Vec::new();
+        for place in &parameter.places {
+            *samples += self.lay_out(index, parameter.encoding, place, &mut places).inspect_err(|_| *samples = before)?;
+            if *samples > SAMPLES_MAX {
+                *samples = before;
+                return Err(("places", FormatMistake::TooManySamples { most: SAMPLES_MAX }));
+            }
+        }
+        names.insert(parameter.name.clone());
+        self.places.append(&mut places);
+        Ok(())
     }
 
     /// What it was made of.
@@ -195,6 +224,7 @@ impl PcmFormat {
     fn lay_out(
         &self,
         parameter: usize,
+        encoding: RawEncoding,
         place: &ParameterPlace,
         places: &mut Vec<PlaceLayout>,
     ) -> Result<usize, (&'static str, FormatMistake)> {
@@ -218,7 +248,6 @@ impl PcmFormat {
             };
             let parts: Vec<PartLayout> = place.parts.iter().map(moved).collect::<Result<_, _>>().map_err(|m| ("word", m))?;
             let bits: u64 = parts.iter().map(|part| u64::from(part.bits)).sum();
-            let encoding = self.spec.parameters.get(parameter).map_or(RawEncoding::Unsigned, |spec| spec.encoding);
             let (least, most) = encoding.widths();
             if !(u64::from(least)..=u64::from(most)).contains(&bits) {
                 return Err(("encoding", FormatMistake::EncodingBits { encoding, least, most, found: bits }));

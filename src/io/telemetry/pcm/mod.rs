@@ -15,6 +15,7 @@
 //! 16,384 bits. Nothing is repaired: minor frames and samples that may be wrong say so, losses are counted. No stage
 //! allocates after its start.
 
+pub mod arrival;
 pub mod bit_buffer;
 pub mod bits;
 pub mod calibration;

@@ -6,7 +6,9 @@
 //! is found.
 
 use super::decoder::PcmDecoder;
+use super::decommutator::DecommutationCounters;
 use super::format_file::PcmFormatFile;
+use super::frame_sync::SyncCounters;
 use super::layout::PcmFormat;
 use super::rows::PcmRows;
 use crate::flight::file::run_file::{RecordingColumn, RunInfo};
@@ -51,7 +53,7 @@ impl PcmRecording {
         if file.metadata().is_ok_and(|of| of.is_dir()) {
             return Err(whole("expected a stream of PCM, found a directory".into()));
         }
-        let PcmFormatFile { format, mut info } = format;
+        let PcmFormatFile { format, mut info, .. } = format;
         let rows = PcmRows::new(&format).map_err(|what| whole(format!("format of its frames: {what}")))?;
         info.set_controls(rows.controls());
         Ok(PcmRecording {
@@ -85,7 +87,8 @@ impl PcmRecording {
 
     /// What was lost or left out, in words; complete after the last row.
     pub fn shortfall(&self) -> Option<String> {
-        let parts = [losses_in_words(&self.decoder), self.rows.unused().words()];
+        let (sync, data) = (self.decoder.synchronizer.counters(), self.decoder.decommutator.counters());
+        let parts = [losses_in_words(&sync, &data), self.rows.unused().words()];
         let parts: Vec<String> = parts.into_iter().flatten().collect();
         (!parts.is_empty()).then(|| parts.join(", "))
     }
@@ -143,10 +146,9 @@ impl PcmRecording {
     }
 }
 
-/// What the synchroniser and the decommutator of a stream lost; `None` where that is nothing.
+/// What a synchroniser and a decommutator lost; `None` where that is nothing.
 #[must_use]
-pub fn losses_in_words(decoder: &PcmDecoder) -> Option<String> {
-    let (sync, data) = (decoder.synchronizer.counters(), decoder.decommutator.counters());
+pub fn losses_in_words(sync: &SyncCounters, data: &DecommutationCounters) -> Option<String> {
     let parts = [
         (sync.losses, "losses of frame lock"),
         (sync.missed_syncs, "sync patterns missing at their place"),
