@@ -3,17 +3,15 @@
 //! 256 minor frames a second at 1 Mbit/s: flap angles in each, rates, forces, attitude and controls in every other, air data in
 //! every eighth, in words of 16 bits. Gate: a tenth of a standard error in each derivative that has a number.
 
+use super::derivatives::{apart, derivatives};
 use sideslip::flight::channel::Channel;
 use sideslip::flight::control::Control;
-use sideslip::flight::run::RunGeometry;
 use sideslip::flight::sample::Sample;
 use sideslip::io::telemetry::pcm::decoder::PcmDecoder;
 use sideslip::io::telemetry::pcm::encoder::PcmEncoder;
 use sideslip::io::telemetry::pcm::layout::PcmFormat;
 use sideslip::io::telemetry::pcm::rows::PcmRows;
 use sideslip::io::telemetry::record::RecordingRow;
-use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
-use sideslip::realtime::regression::record::DerivativesRecord;
 use sideslip::simulation::flight_model::{FlightModel, FlightRequest};
 use sideslip::simulation::fly::uniform_times;
 use sideslip::simulation::input::InputSpec;
@@ -75,15 +73,6 @@ fn flown() -> Vec<Sample> {
     flight.fly().unwrap().samples
 }
 
-fn derivatives<'a>(samples: impl Iterator<Item = &'a Sample>) -> DerivativesRecord {
-    let mut pipeline = Box::new(Pipeline::new(&PipelineConfig::default(), RunGeometry::default()).unwrap());
-    let mut last = None;
-    for sample in samples {
-        last = pipeline.step(sample).derivatives.clone().or(last);
-    }
-    last.unwrap()
-}
-
 #[test]
 fn a_puma_by_pcm_has_the_derivatives_of_its_samples() {
     let (samples, format) = (flown(), format());
@@ -121,18 +110,7 @@ fn a_puma_by_pcm_has_the_derivatives_of_its_samples() {
         assert!((0.0..0.4e-3).contains(&(got.time_s - sent.time_s)));
     }
 
-    let (by_samples, by_pcm) = (derivatives(measured.iter()), derivatives(received.iter()));
-    let (mut compared, mut largest) = (0, 0.0_f64);
-    for (one, other) in by_samples.equations.iter().zip(&by_pcm.equations) {
-        assert_eq!(one.status, other.status, "{:?}", one.axis);
-        for term in one.terms.iter() {
-            let Some(variable) = term.variable else { continue };
-            let found = other.term(variable).unwrap();
-            let difference = (found.value - term.value).abs() / term.std;
-            compared += 1;
-            largest = largest.max(difference);
-        }
-    }
-    eprintln!("{compared} derivatives, largest difference {largest:.3} standard errors");
-    assert!(compared > 12 && largest <= 0.1, "{compared} derivatives, {largest} standard errors");
+    let found = apart(&derivatives(&measured), &derivatives(&received));
+    eprintln!("{found:?}");
+    assert!(found.compared > 12 && found.largest <= 0.1 && found.different.is_empty(), "{found:?}");
 }
