@@ -33,6 +33,7 @@ mod polynomial;
 pub mod recording;
 pub mod rows;
 pub mod sample_stream;
+pub mod step_check;
 pub mod subframe;
 pub mod sync_pattern;
 #[cfg(test)]
