@@ -8,5 +8,6 @@ mod imports;
 mod links;
 mod reached;
 mod sources;
+mod standards;
 mod type_names;
 mod wording;

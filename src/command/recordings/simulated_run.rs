@@ -1,4 +1,5 @@
-//! A simulated flight as a recording: a run file in text, a log, or a tlog, by the name of the file; whole or not at all.
+//! A simulated flight as a recording, by the name of the file; whole or not at all: a run file in text, a log, MAVLink, a log of
+//! an autopilot, a stream of PCM with the format of its frames beside it.
 
 use crate::command::message;
 use crate::command::terminal::output_file::{OutputFile, write_whole};
@@ -8,10 +9,15 @@ use sideslip::flight::file::log_head::LogHead;
 use sideslip::flight::file::run_file::{RunFileWriter, RunInfo};
 use sideslip::flight::sample::Sample;
 use sideslip::io::outputs::log::mcap_log::McapLog;
+use sideslip::io::telemetry::logs::encode::LogEncodeError;
+use sideslip::io::telemetry::logs::encode::sample_dataflash::dataflash_of_samples;
+use sideslip::io::telemetry::logs::encode::sample_rates::not_carried;
+use sideslip::io::telemetry::logs::encode::sample_ulog::ulog_of_samples;
 use sideslip::io::telemetry::mavlink::encode::{Encoder, ME, NOT_CARRIED};
 use sideslip::io::telemetry::mavlink::mapping::MavlinkConfig;
 use sideslip::io::telemetry::mavlink::tlog::write_record;
-use std::path::Path;
+use sideslip::io::telemetry::pcm::sample_stream::stream_of_samples;
+use std::path::{Path, PathBuf};
 
 /// The kind of recording that is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,6 +28,12 @@ pub(crate) enum RunFormat {
     Mcap,
     /// MAVLink frames behind time stamps.
     Tlog,
+    /// A log of ArduPilot.
+    Dataflash,
+    /// A log of PX4.
+    Ulog,
+    /// A stream of PCM.
+    Pcm,
 }
 
 impl RunFormat {
@@ -32,9 +44,25 @@ impl RunFormat {
             "csv" => Ok(RunFormat::Csv),
             "mcap" => Ok(RunFormat::Mcap),
             "tlog" => Ok(RunFormat::Tlog),
-            _ => Err(Failure::file(path, "expected a name that ends in .csv, .mcap or .tlog")),
+            "bin" => Ok(RunFormat::Dataflash),
+            "ulg" => Ok(RunFormat::Ulog),
+            "pcm" => Ok(RunFormat::Pcm),
+            _ => Err(Failure::file(path, "expected a name that ends in .csv, .mcap, .tlog, .bin, .ulg or .pcm")),
         }
     }
+
+    /// The files that a run of that name takes.
+    pub(crate) fn files(self, path: &Path) -> Vec<PathBuf> {
+        let beside = (self == RunFormat::Pcm).then(|| format_beside(path));
+        std::iter::once(path.into()).chain(beside).collect()
+    }
+}
+
+/// Where the format of a stream's frames stands: `run.pcm.toml` beside `run.pcm`.
+fn format_beside(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".toml");
+    name.into()
 }
 
 /// Writes the channels that any sample carries.
@@ -49,6 +77,47 @@ pub(crate) fn write_run(path: &Path, format: RunFormat, info: &RunInfo, samples:
         }),
         RunFormat::Mcap => write_log(path, info, &channels, samples),
         RunFormat::Tlog => write_tlog(path, info, &channels, samples),
+        RunFormat::Dataflash => {
+            let log = dataflash_of_samples(samples, info.geometry().controls, &about(info));
+            note_left_out("ArduPilot logs", path, info, &not_carried(&channels, &[]));
+            write_bytes(path, log)
+        }
+        RunFormat::Ulog => {
+            let log = ulog_of_samples(samples, info.geometry().controls, &about(info));
+            note_left_out("PX4 logs", path, info, &not_carried(&channels, &[Channel::Rho]));
+            write_bytes(path, log)
+        }
+        RunFormat::Pcm => write_pcm(path, info, samples),
+    }
+}
+
+/// What the flight is, in a line for people.
+fn about(info: &RunInfo) -> String {
+    format!("simulated: {}", info.aircraft().unwrap_or_default())
+}
+
+fn write_bytes(path: &Path, bytes: Result<Vec<u8>, LogEncodeError>) -> Result<(), Failure> {
+    let bytes = bytes.map_err(|wrong| Failure::file(path, wrong))?;
+    write_whole(path, |file| file.write_all(&bytes))
+}
+
+fn write_pcm(path: &Path, info: &RunInfo, samples: &[Sample]) -> Result<(), Failure> {
+    let stream = stream_of_samples(samples, info.geometry().controls, info.document());
+    let stream = stream.map_err(|wrong| Failure::file(path, wrong))?;
+    let format = format_beside(path);
+    write_whole(&format, |file| file.write_all(stream.format.as_bytes()))?;
+    write_whole(path, |file| file.write_all(&stream.line))?;
+    message(format_args!("its frames: {}; read as 'pcm+file://{}?format={0}'", format.display(), path.display()));
+    if let Some(start_s) = samples.first().map(|sample| sample.time_s).filter(|start_s| libm::fabs(*start_s) > 0.0) {
+        message(format_args!("note: a stream of PCM begins at 0 s; this flight began at {start_s} s"));
+    }
+    Ok(())
+}
+
+fn note_left_out(what: &str, path: &Path, info: &RunInfo, channels: &[Channel]) {
+    let names: Vec<&str> = channels.iter().map(|channel| channel.name(info.geometry().controls)).collect();
+    if !names.is_empty() {
+        message(format_args!("note: {what} carry no {}; left out of {}", names.join(", "), path.display()));
     }
 }
 
@@ -97,11 +166,8 @@ fn write_tlog(path: &Path, info: &RunInfo, channels: &[Channel], samples: &[Samp
         frames.map_err(|wrong| refused(sample.time_s, &wrong))?;
         written.map_err(|error| Failure::io(path, &error))?;
     }
-    let left_out: Vec<&str> =
-        NOT_CARRIED.iter().filter(|channel| channels.contains(channel)).map(|channel| channel.name(controls)).collect();
-    if !left_out.is_empty() {
-        message(format_args!("note: MAVLink carries no {}; left out of {}", left_out.join(", "), path.display()));
-    }
+    let left_out: Vec<Channel> = NOT_CARRIED.into_iter().filter(|channel| channels.contains(channel)).collect();
+    note_left_out("messages of MAVLink", path, info, &left_out);
     write_whole(path, |file| file.write_all(&records))
 }
 

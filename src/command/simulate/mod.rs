@@ -30,6 +30,10 @@ Examples:
   sideslip simulate --model puma-100kn.toml --input pedal:3211:0.02:0.7 --noise flight --seed 1 --out run.csv
   sideslip simulate --model puma --input pedal:prbs6:0.02:0.5 --pilot attitude --turbulence 1 --instruments flight-test.toml \
 --out run.mcap
+  sideslip simulate --model puma --input pedal:3211:0.02:0.7 --noise --rate 250 --out run.ulg
+
+A log of an autopilot has its inertial measurements as fast as they were simulated (ArduPilot 400 Hz, PX4 250 Hz at most), the
+other messages at 50 Hz at most; its parameters SIDESLIP_... state the scale of the controls, which replay takes.
 
 --set also takes the keys of the run, such as vane_position_m=[13.08,0,0] or accelerometer_position_m=[..] (where the instruments
 stand, in the flight too). A level1 model flies in air of one density; it starts at the altitude where the standard atmosphere has
@@ -69,7 +73,8 @@ pub(crate) struct SimulateArgs {
     /// lead if left out. Repeatable: inputs add up
     #[arg(long, value_name = "SPEC")]
     input: Vec<String>,
-    /// Where the recording goes: a run file (.csv), a log (.mcap) or MAVLink (.tlog), by the name
+    /// Where the recording goes, by the name: a run file (.csv), a log (.mcap), MAVLink (.tlog), a log of ArduPilot (.bin) or of
+    /// PX4 (.ulg), a stream of PCM (.pcm, the format of its frames beside it in .pcm.toml)
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// How long, s [default: 10 s after the last input, or the length of the run]
@@ -140,12 +145,10 @@ fn seed(text: &str) -> Result<u64, String> {
 pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let format = RunFormat::by_name(&args.out)?;
     refuse_without_folder("--out", &args.out)?;
-    if let Some(controls) = &args.controls {
-        refuse_to_overwrite("--out", &args.out, std::slice::from_ref(controls))?;
-    }
-    refuse_to_overwrite("--out", &args.out, std::slice::from_ref(&args.condition.model))?;
-    if let Some(instruments) = &args.instruments {
-        refuse_to_overwrite("--out", &args.out, std::slice::from_ref(instruments))?;
+    let inputs: Vec<PathBuf> =
+        std::iter::once(&args.condition.model).chain(&args.controls).chain(&args.instruments).cloned().collect();
+    for written in format.files(&args.out) {
+        refuse_to_overwrite("--out", &written, &inputs)?;
     }
     let lead_s = within("--lead", args.lead, 0.0, 1e4)?;
     let hand_rate = within("--hand-rate", args.hand_rate, 1e-4, 1e4)?;

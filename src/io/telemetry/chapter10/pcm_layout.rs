@@ -14,6 +14,7 @@
 //! Source: IRIG 106-09 Chapter 10, 10.6.2.2 (since 106-17 Chapter 11, 11.2.2); RCC 123 (handbook), PCM data format 1.
 
 use super::error::Chapter10Error;
+use crate::io::telemetry::pcm::bits::read_bits;
 
 /// The longest minor frame, bits.
 pub const FRAME_BITS: u64 = 1 << 18;
@@ -169,14 +170,9 @@ pub struct BitField {
 
 impl BitField {
     /// The number in the field, its first bit the most significant; `None` where it ends outside.
+    #[inline]
     pub fn read(self, bits: &[u8]) -> Option<u64> {
-        let first = usize::try_from(self.at / 8).ok()?;
-        let (shift, width) = ((self.at % 8) as u32, u32::from(self.width));
-        let last = first.checked_add(usize::try_from((shift + width).div_ceil(8)).ok()?)?;
-        let value = bits.get(first..last)?.iter().fold(0_u128, |value, byte| value << 8 | u128::from(*byte));
-        let behind = (8 - (shift + width) % 8) % 8;
-        let mask = (1_u128 << width) - 1;
-        u64::try_from(value >> behind & mask).ok()
+        read_bits(bits, usize::try_from(self.at).ok()?, self.width.into())
     }
 }
 

@@ -15,7 +15,7 @@ use super::ulog::error::UlogError;
 use super::ulog::message::UlogMessage;
 use super::ulog::reader::UlogReader;
 use crate::flight::channel::Channel;
-use crate::flight::file::run_file::{RecordingColumn, RunInfo};
+use crate::flight::file::run_file::{RecordingColumn, RecordingHeader, RunInfo};
 use crate::flight::sample::Sample;
 use crate::io::telemetry::byte_window::read_block;
 use crate::io::telemetry::record::{RecordingError, RecordingRow, SkippedByReason};
@@ -72,8 +72,10 @@ impl ChannelReader {
                 ChannelReader::Ulog(reader, mapping) => {
                     bytes = bytes.get(reader.take(bytes)..).unwrap_or_default();
                     while let Some(message) = if ended { reader.last_message()? } else { reader.next_message()? } {
-                        if let UlogMessage::Data(data) = message {
-                            mapping.map(&data, &mut *put);
+                        match message {
+                            UlogMessage::Data(data) => mapping.map(&data, &mut *put),
+                            UlogMessage::Parameter(keyed) => mapping.parameter(&keyed),
+                            _ => {}
                         }
                     }
                     if ended {
@@ -220,7 +222,9 @@ impl AutopilotRecording {
             columns.push(RecordingColumn::new("restart", None).map_err(whole)?);
             others.insert("restart", others.len());
         }
-        let info = RunInfo::from_toml(&found.info(log)).map_err(|place| whole(place.to_string()))?;
+        let mut info = RunInfo::from_toml(&found.info(log)).map_err(|place| whole(place.to_string()))?;
+        let RecordingHeader { columns, controls, .. } = RecordingHeader::from_columns(columns).map_err(whole)?;
+        info.set_controls(controls);
         file.seek(SeekFrom::Start(0)).map_err(io)?;
         Ok(AutopilotRecording {
             path: path.into(),

@@ -18,6 +18,7 @@ use super::bits::read_bits;
 use super::format::{ParameterSpec, Parity};
 use super::frame_sync::MinorFrame;
 use super::layout::{PartLayout, PcmFormat};
+use super::step_check::StepCheck;
 use super::subframe::{SubframeCounters, SubframeTracker};
 
 /// What is wrong with a sample: any of these at once.
@@ -39,6 +40,8 @@ impl SampleFlags {
     pub const NO_VALUE: Self = SampleFlags(16);
     /// Its minor frame has no pattern at one of its ends: the bits may not be those of the parameter.
     pub const DOUBTFUL_FRAME: Self = SampleFlags(32);
+    /// Further from the samples of its parameter beside it than their largest step.
+    pub const STEP: Self = SampleFlags(64);
 
     /// Whether all of the others are among them.
     #[must_use]
@@ -102,6 +105,8 @@ pub struct DecommutationCounters {
     pub parity_errors: u64,
     /// Samples beyond their limits.
     pub out_of_limits: u64,
+    /// Samples too far from those beside them.
+    pub beyond_step: u64,
     /// Samples with extrapolated values.
     pub extrapolated: u64,
     /// Samples without a value.
@@ -137,6 +142,8 @@ pub struct Decommutator {
     wrong_parity: Vec<bool>,
     subframe: Option<(PartLayout, SubframeTracker)>,
     subcommutated: bool,
+    /// By parameter.
+    steps: Vec<StepCheck>,
     counters: DecommutationCounters,
 }
 
@@ -176,6 +183,7 @@ impl Decommutator {
             wrong_parity: vec![false; format.words().len() + 1],
             subframe: format.subframe_part().and_then(tracker),
             subcommutated: format.places().iter().any(|place| place.frames.is_some()),
+            steps: vec![StepCheck::default(); format.parameters().len()],
             counters: DecommutationCounters::default(),
         }
     }
@@ -234,6 +242,14 @@ impl Decommutator {
                 .with(SampleFlags::HIGH.when(high))
                 .with(SampleFlags::EXTRAPOLATED.when(extrapolated))
                 .with(SampleFlags::NO_VALUE.when(value.is_none()));
+            // What is wrong already is nothing to hold others against.
+            let right = flags == SampleFlags::NONE || flags == SampleFlags::EXTRAPOLATED;
+            if let (true, Some(step), Some(value), Some(check)) = (right, limits.step, value, self.steps.get_mut(take.parameter))
+            {
+                let beyond = !check.follows(value, step);
+                self.counters.beyond_step += u64::from(beyond);
+                flags = flags.with(SampleFlags::STEP.when(beyond));
+            }
             self.counters.samples += 1;
             self.counters.out_of_limits += u64::from(low || high);
             self.counters.extrapolated += u64::from(extrapolated);

@@ -24,7 +24,7 @@ fn format() -> PcmFormat {
         ParameterSpec {
             encoding: RawEncoding::TwosComplement,
             calibration: Calibration::Polynomial { coefficients: vec![1.0, 0.5], range: None, outside: pair },
-            limits: ParameterLimits { low: Some(-10.0), high: Some(10.0) },
+            limits: ParameterLimits { low: Some(-10.0), high: Some(10.0), step: None },
             ..one("rate", ParameterPlace { word_interval: Some(2), ..ParameterPlace::word(2) })
         },
         one("sub", ParameterPlace { frames: Some(FrameSet { first: 2, interval: Some(2) }), ..ParameterPlace::word(3) }),

@@ -4,11 +4,13 @@
 //! frame by minor frame, randomised where the format's line code asks for it and inverted where it expects that polarity. The
 //! time of a word is that of the leading edge of its first bit, as in the [decommutator](super::decommutator). Words that no
 //! parameter stands in are zero. Where two parameters share bits, that of the later place in the minor frame, and there the
-//! later parameter, is sent. A value beyond what its word can hold is sent as the nearest that it can, and counted.
+//! later parameter, is sent. A value beyond what its word can hold is sent as the nearest that it can, and counted. What is no
+//! number is sent where the encoding has bits for it (IEEE 754), and refused elsewhere.
 
 use super::bits::{LineCode, Randomizer, read_bits, write_bits};
 use super::calibration::CalibrationError;
 use super::decommutator::BitClock;
+use super::encoding::RawWord;
 use super::format::{Parity, ParityPlace};
 use super::layout::PcmFormat;
 use super::sync_pattern::PolarityRule;
@@ -76,7 +78,7 @@ impl PcmEncoder {
     /// s.
     ///
     /// # Errors
-    /// [`PcmEncoderError::NoNumber`] where it gives none; then nothing is sent.
+    /// [`PcmEncoderError::NoNumber`] where it gives none and the encoding has no bits for that; then nothing is sent.
     pub fn minor_frame(&mut self, mut value: impl FnMut(usize, f64) -> f64, out: &mut Vec<u8>) -> Result<(), PcmEncoderError> {
         let spec = self.format.spec();
         self.frame.fill(0);
@@ -88,8 +90,13 @@ impl PcmEncoder {
             let Some(parameter) = spec.parameters.get(place.parameter) else { continue };
             let time_s = self.clock.time_s(self.bit + u64::from(place.offset));
             let wanted = value(place.parameter, time_s);
-            let inverse = parameter.calibration.inverse(wanted, *low, *high);
-            let word = inverse.and_then(|found| Some((found.beyond, parameter.encoding.encode(found.raw, place.bits)?)));
+            let word = match parameter.encoding.no_number() {
+                Some(raw) if wanted.is_nan() => Some((false, RawWord { raw, saturated: false })),
+                _ => {
+                    let inverse = parameter.calibration.inverse(wanted, *low, *high);
+                    inverse.and_then(|found| Some((found.beyond, parameter.encoding.encode(found.raw, place.bits)?)))
+                }
+            };
             let Some((beyond, word)) = word else {
                 return Err(PcmEncoderError::NoNumber { parameter: place.parameter, time_s, value: wanted });
             };

@@ -110,6 +110,16 @@ impl RawEncoding {
         }
     }
 
+    /// Bits that are no number; `None` where every pattern is one, or the encoding is one of whole numbers.
+    #[must_use]
+    pub const fn no_number(self) -> Option<u64> {
+        match self {
+            RawEncoding::Ieee754Single => Some(0x7FC0_0000),
+            RawEncoding::Ieee754Double => Some(0x7FF8_0000_0000_0000),
+            _ => None,
+        }
+    }
+
     /// The bits nearest to a value, halves away from zero; `None` where the value is no number, or the encoding has not so
     /// many bits.
     #[must_use]

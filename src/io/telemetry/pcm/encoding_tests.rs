@@ -108,3 +108,12 @@ fn what_is_encoded_is_decoded_again() {
         assert_eq!(encoding.encode(f64::NAN, least), None);
     }
 }
+
+#[test]
+fn bits_that_are_no_number_are_read_as_none() {
+    for (encoding, name) in RawEncoding::ALL {
+        let (bits, _) = encoding.widths();
+        let none = encoding.no_number().map(|raw| encoding.decode(raw, bits));
+        assert_eq!(none, name.starts_with("ieee754").then_some(None), "{name}");
+    }
+}

@@ -156,6 +156,8 @@ pub struct ParameterLimits {
     pub low: Option<f64>,
     /// The greatest.
     pub high: Option<f64>,
+    /// The greatest change from a sample to the next.
+    pub step: Option<f64>,
 }
 
 impl Default for PcmFormatSpec {

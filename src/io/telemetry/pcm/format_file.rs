@@ -37,7 +37,7 @@
 //! word_interval = 16               # supercommutated: also in words 18, 34, 50
 //! encoding = "twos_complement"     # default unsigned
 //! calibration = { kind = "polynomial", coefficients = [0.0, 0.01], range = [-32000, 32000], outside = "flag" }
-//! limits = { low = -200, high = 200 }
+//! limits = { low = -200, high = 200, step = 5 }   # step: the largest change from a sample to the next
 //! [[parameter]]
 //! name = "oil_temperature"
 //! unit = "K"
@@ -256,7 +256,11 @@ fn parameter(spanned: &Spanned<ParameterTable>) -> Result<ParameterSpec, Wrong> 
         places,
         encoding: chosen("encoding", table.encoding.as_ref(), &encodings)?,
         calibration: table.calibration.as_ref().map_or(Ok(Calibration::Identity), calibration)?,
-        limits: limits.map_or(ParameterLimits::default(), |limits| ParameterLimits { low: limits.low, high: limits.high }),
+        limits: limits.map_or(ParameterLimits::default(), |limits| ParameterLimits {
+            low: limits.low,
+            high: limits.high,
+            step: limits.step,
+        }),
     })
 }
 

@@ -86,7 +86,7 @@ fn every_key_is_read() {
                     range: Some((-32000.0, 32000.0)),
                     outside: OutsideRange::Flag,
                 },
-                limits: ParameterLimits { low: Some(-200.0), high: Some(200.0) },
+                limits: ParameterLimits { low: Some(-200.0), high: Some(200.0), step: None },
                 ..named("p", vec![ParameterPlace { word_interval: Some(16), ..place(2) }])
             },
             ParameterSpec {

@@ -112,4 +112,5 @@ pub(super) struct CalibrationTable {
 pub(super) struct LimitsTable {
     pub(super) low: Option<f64>,
     pub(super) high: Option<f64>,
+    pub(super) step: Option<f64>,
 }

@@ -354,7 +354,13 @@ fn check_values(parameter: &ParameterSpec) -> Result<(), (&'static str, FormatMi
     }
     parameter.calibration.check().map_err(|error| ("calibration", FormatMistake::Calibration(error)))?;
     let (low, high) = (parameter.limits.low.unwrap_or(f64::NEG_INFINITY), parameter.limits.high.unwrap_or(f64::INFINITY));
-    if low < high { Ok(()) } else { Err(("limits", FormatMistake::Limits { low, high })) }
+    if !(low < high) {
+        return Err(("limits", FormatMistake::Limits { low, high }));
+    }
+    match parameter.limits.step {
+        Some(found) if !(found.is_finite() && found > 0.0) => Err(("limits", FormatMistake::NotPositive { found })),
+        _ => Ok(()),
+    }
 }
 
 #[cfg(test)]

@@ -113,7 +113,11 @@ fn every_mistake_has_its_place_and_numbers() {
             one(&|p| p.places[0].frames = Some(FrameSet { first: 1, interval: Some(0) })),
             "frame_interval: expected 1 to 8, found 0",
         ),
-        (one(&|p| p.limits = ParameterLimits { low: Some(2.0), high: Some(1.0) }), "limits: expected a low limit below"),
+        (
+            one(&|p| p.limits = ParameterLimits { low: Some(2.0), high: Some(1.0), step: None }),
+            "limits: expected a low limit below",
+        ),
+        (one(&|p| p.limits.step = Some(0.0)), "limits: expected a finite number above zero, found 0"),
         (one(&|p| p.calibration = Calibration::Table { pairs: vec![] }), "calibration: expected 1 to 65536 pairs, found 0"),
     ] {
         assert!(found.contains(expected), "{found}\n  for {expected}");

@@ -8,7 +8,8 @@
 //!
 //! In come bytes, in pieces of any size, whose minor frames begin at any bit and in either polarity, NRZ-L or RNRZ-L; out
 //! come samples with parameter, raw bits, engineering value, flags, and the time of the word's own first bit. The format is
-//! read from TOML ([`format_file`]) or built from [`PcmFormatSpec`](format::PcmFormatSpec); both are validated.
+//! read from TOML ([`format_file`]), made for the samples of a flight ([`sample_stream`]), or built from
+//! [`PcmFormatSpec`](format::PcmFormatSpec); each is validated.
 //!
 //! Taken for granted: a constant bit rate, words sent most significant bit first, the pattern at the start of the minor
 //! frame. Refused: formats that change, asynchronous embedded formats, words of more than 32 bits, minor frames of more than
@@ -32,6 +33,8 @@ pub mod layout;
 mod polynomial;
 pub mod recording;
 pub mod rows;
+pub mod sample_stream;
+pub mod step_check;
 pub mod subframe;
 pub mod sync_pattern;
 #[cfg(test)]

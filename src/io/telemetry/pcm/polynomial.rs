@@ -4,6 +4,7 @@
 
 /// The value (Horner's rule).
 #[must_use]
+#[inline]
 pub(super) fn value(coefficients: &[f64], x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, coefficient| sum * x + coefficient)
 }

@@ -5,9 +5,9 @@
 //! first of a row stand in it, and its time is the middle between its first and its last: no sample is shifted by more than a
 //! quarter of a millisecond from its own time. Where words stand further apart, a minor frame gives several rows.
 //!
-//! Left out, and counted by reason: samples with wrong parity, of minor frames without pattern, beyond their limits, and bits
-//! that are no number. An extrapolated calibration is used where the format allows it, and counted. Nothing is allocated after
-//! the start.
+//! Left out, and counted by reason: samples with wrong parity, of minor frames without pattern, beyond their limits, too far
+//! from those beside them, and bits that are no number. An extrapolated calibration is used where the format allows it, and
+//! counted. Nothing is allocated after the start.
 
 use super::decommutator::{PcmSample, SampleFlags};
 use super::layout::PcmFormat;
@@ -28,6 +28,8 @@ pub struct UnusedSamples {
     pub doubtful_frame: u64,
     /// Beyond the limits of their parameter.
     pub out_of_limits: u64,
+    /// Further from those beside them than their largest step.
+    pub beyond_step: u64,
     /// Bits that are no number, or one without an engineering value.
     pub no_value: u64,
     /// Used, although outside of the range of their calibration.
@@ -42,6 +44,7 @@ impl UnusedSamples {
             (self.parity, "samples with wrong parity left out"),
             (self.doubtful_frame, "samples of minor frames without sync pattern left out"),
             (self.out_of_limits, "samples beyond their limits left out"),
+            (self.beyond_step, "samples too far from those beside them left out"),
             (self.no_value, "samples without a value left out"),
             (self.extrapolated, "samples extrapolated beyond their calibration"),
         ];
@@ -166,6 +169,8 @@ impl PcmRows {
             &mut self.unused.no_value
         } else if has(SampleFlags::LOW) || has(SampleFlags::HIGH) {
             &mut self.unused.out_of_limits
+        } else if has(SampleFlags::STEP) {
+            &mut self.unused.beyond_step
         } else {
             self.unused.extrapolated += u64::from(has(SampleFlags::EXTRAPOLATED));
             return sample.value;

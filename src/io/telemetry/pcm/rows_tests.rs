@@ -63,7 +63,7 @@ fn what_may_be_wrong_is_left_out_and_counted() {
         ],
     );
     assert_eq!(found.len(), 1);
-    let expected = UnusedSamples { parity: 1, doubtful_frame: 1, out_of_limits: 2, no_value: 1, extrapolated: 1 };
+    let expected = UnusedSamples { parity: 1, doubtful_frame: 1, out_of_limits: 2, beyond_step: 0, no_value: 1, extrapolated: 1 };
     assert_eq!(rows.unused(), expected);
     assert!(rows.unused().words().unwrap().contains("2 samples beyond their limits"));
     assert_eq!(UnusedSamples::default().words(), None);

@@ -25,6 +25,17 @@ pub fn standard(pressure_pa: f64) -> Option<(f64, f64)> {
     (pressure_pa > 0.0 && height <= 11_000.0 && height > -2000.0).then(|| (height, pressure_pa / (GAS * T0 * ratio)))
 }
 
+/// Static pressure, Pa, at a pressure altitude, m: (1) solved for it.
+pub fn pressure_at(height: f64) -> Option<f64> {
+    let within = height <= 11_000.0 && height > -2000.0;
+    within.then(|| P0 * libm::pow(1.0 - LAPSE * height / T0, G0 / (GAS * LAPSE)))
+}
+
+/// Standard temperature, deg C, at a pressure altitude, m.
+pub fn temperature_at(height: f64) -> f64 {
+    T0 - 273.15 - LAPSE * height
+}
+
 /// Bank, pitch attitude and heading, rad, by (2).
 pub fn angles([w, x, y, z]: [f64; 4]) -> Option<[f64; 3]> {
     let norm = libm::sqrt(w * w + x * x + y * y + z * z);
@@ -50,7 +61,9 @@ mod tests {
         for (pressure, height, density) in [(101_325.0, 0.0, 1.2250), (89_874.6, 1000.0, 1.1116), (54_019.9, 5000.0, 0.73612)] {
             let (found, rho) = standard(pressure).unwrap();
             assert!((found - height).abs() < 0.05 && (rho / density - 1.0).abs() < 1e-4, "{height}");
+            assert!((pressure_at(found).unwrap() - pressure).abs() < 1e-6, "{height}");
         }
+        assert_eq!((pressure_at(-2000.0), pressure_at(11_001.0), pressure_at(f64::NAN)), (None, None, None));
         assert!([0.0, -1.0, f64::NAN, 1e3, 1e6].iter().all(|pressure| standard(*pressure).is_none()));
     }
 

@@ -10,6 +10,7 @@
 use super::super::dataflash::message::DataflashMessage;
 use super::atmosphere::{RHO0, standard};
 use super::gate::{LogGroup, LogOffer, RowGate, SILENCE_US};
+use super::stated_controls::StatedControls;
 use super::{ALTITUDE, ANGLES, FLOW, FORCES, GPS, HEIGHT, IAS, RATES, ROTOR, SERVOS, TAS, WIND, channel};
 use super::{LogChannel, LogMappingTally, LogNature, LogRow, LogSource};
 
@@ -40,6 +41,8 @@ static ROTOR_SPEED: LogSource =
     source("RPM", "rotor_speed", LogNature::Instrument, "the first of its sensors, of whatever shaft that is");
 static SERVO_OUTPUTS: LogSource =
     source("RCOU", "servo_1 to servo_16", LogNature::Command, "pulse widths sent to servos, us; no positions");
+static STATED_CONTROLS: LogSource =
+    source("RCOU", "controls in rad", LogNature::Command, "servo outputs by the scale that parameters SIDESLIP_... state");
 static DEMANDS: LogSource =
     source("AETR", "..._command", LogNature::Command, "demands before mixing, counts of 4500 (throttle: percent)");
 static POSITION: LogSource =
@@ -48,7 +51,7 @@ static WIND_ESTIMATE: LogSource =
     source("XKF2", "wind_north wind_east", LogNature::Estimate, "of the first core of the autopilot's filter (or NKF2)");
 
 /// What each message gives; the first of a kind is preferred.
-pub static SOURCES: [&LogSource; 13] = [
+pub static SOURCES: [&LogSource; 14] = [
     &IMU_FORCE,
     &IMU_RATES,
     &ATTITUDE,
@@ -59,6 +62,7 @@ pub static SOURCES: [&LogSource; 13] = [
     &BAROMETRIC_HEIGHT,
     &ROTOR_SPEED,
     &SERVO_OUTPUTS,
+    &STATED_CONTROLS,
     &DEMANDS,
     &POSITION,
     &WIND_ESTIMATE,
@@ -122,6 +126,7 @@ pub struct DataflashMapping {
     gate: RowGate,
     /// Static pressure, Pa, and when it was written, us.
     pressure: Option<(f64, u64)>,
+    stated: StatedControls,
 }
 
 impl DataflashMapping {
@@ -183,6 +188,20 @@ impl DataflashMapping {
                     *place = (field, channel(name, "us"));
                 }
                 self.give(message, &SERVO_OUTPUTS, None, instance, &fields, Measure::Any, put);
+                let output = |number: usize| {
+                    let field = RCOU_FIELDS.get(number.wrapping_sub(1))?;
+                    message.field(field).and_then(|output| output.scaled)
+                };
+                let (angles, count) = self.stated.angles(output);
+                self.offer(message, &STATED_CONTROLS, None, instance, angles.get(..count).unwrap_or_default(), put);
+            }
+            "PARM" => {
+                let name =
+                    message.field("Name").and_then(|name| name.value.text()).and_then(|text| core::str::from_utf8(text).ok());
+                let value = message.field("Value").and_then(|value| value.value.number());
+                if let (Some(name), Some(value)) = (name, value) {
+                    self.stated.parameter(name, value);
+                }
             }
             "AETR" => self.give(message, &DEMANDS, None, instance, &COMMANDS, Measure::Any, put),
             "GPS" if instance == 0 => self.position(message, put),

@@ -6,7 +6,8 @@
 //! after two seconds of silence, so that two instruments are never mixed. Channels: `ax ay az` m/s^2, `p q r` rad/s, `phi
 //! theta psi` rad, `tas` m/s, `alpha beta` rad, `altitude` m, `rho` kg/m^3, `rotor_speed` rad/s, and under names of their own:
 //! `ias`, `barometric_height`, `wind_north wind_east`, `gps_...`, and controls, which in both logs are commands and not
-//! positions of surfaces: counts or microseconds are never called radians.
+//! positions of surfaces: counts or microseconds are never called radians, unless the log states their scale
+//! ([`stated_controls`]); then the controls' own channels are given too.
 //! Assumed: the units that PX4's topics and ArduPilot's messages are documented with, where the log itself names none.
 //! Refused and counted: values that are no numbers, units that are not those of the quantity, instruments that the autopilot
 //! calls unhealthy, positions without a fix, times that contradict their stream.
@@ -15,6 +16,7 @@
 pub mod atmosphere;
 pub mod dataflash;
 pub mod gate;
+pub mod stated_controls;
 pub mod ulog;
 
 /// What a value is.

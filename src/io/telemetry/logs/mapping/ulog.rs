@@ -6,11 +6,13 @@
 //! says of each topic what it is: attitude, wind and density are the autopilot's estimates, actuators its commands.
 //! Source: PX4 User Guide, "uORB Message Reference" (v1.11 to v1.15).
 
+use super::super::ulog::keyed::UlogKeyed;
 use super::super::ulog::message::UlogData;
 use super::super::ulog::value::UlogValue;
 use super::atmosphere::{angles, standard};
 use super::gate::{LogGroup, LogOffer, RowGate};
-use super::{ALTITUDE, ANGLES, FORCES, GPS, HEIGHT, IAS, MOTORS, OUTPUTS, RATES, RHO, SERVOS, TAS, WIND};
+use super::stated_controls::StatedControls;
+use super::{ALTITUDE, ANGLES, FLOW, FORCES, GPS, HEIGHT, IAS, MOTORS, OUTPUTS, RATES, RHO, ROTOR, SERVOS, TAS, WIND};
 use super::{LogChannel, LogMappingTally, LogNature, LogRow, LogSource};
 
 static COMBINED_FORCE: LogSource =
@@ -49,13 +51,27 @@ static ACTUATOR_MOTORS: LogSource =
     source("actuator_motors", "motor_1 to motor_12", LogNature::Command, "thrust demanded, 1 is all of it; no speed");
 static ACTUATOR_SERVOS: LogSource =
     source("actuator_servos", "servo_1 to servo_8", LogNature::Command, "deflection demanded, from -1 to 1; no positions");
+static STATED_CONTROLS: LogSource = source(
+    "actuator_servos",
+    "controls in rad",
+    LogNature::Command,
+    "deflection demanded, by the scale that parameters SIDESLIP_... state",
+);
+static VANES: LogSource = source(
+    "debug_vect",
+    "alpha beta",
+    LogNature::Instrument,
+    "x and y of the vector called `flow`, rad: how vanes, of which PX4 has no topic, are logged",
+);
+static ROTOR_SPEED: LogSource =
+    source("rpm", "rotor_speed", LogNature::Instrument, "measured, of the first sensor, of whatever shaft that is");
 static WIND_ESTIMATE: LogSource =
     source("wind", "wind_north wind_east", LogNature::Estimate, "of the autopilot's filter (or wind_estimate, estimator_wind)");
 static POSITION: LogSource =
     source("vehicle_gps_position", "gps_...", LogNature::Instrument, "the receiver's own filtered solution");
 
 /// What each topic gives.
-pub static SOURCES: [&LogSource; 16] = [
+pub static SOURCES: [&LogSource; 19] = [
     &COMBINED_FORCE,
     &COMBINED_RATES,
     &ACCELERATION,
@@ -70,6 +86,9 @@ pub static SOURCES: [&LogSource; 16] = [
     &ACTUATOR_OUTPUTS,
     &ACTUATOR_MOTORS,
     &ACTUATOR_SERVOS,
+    &STATED_CONTROLS,
+    &VANES,
+    &ROTOR_SPEED,
     &WIND_ESTIMATE,
     &POSITION,
 ];
@@ -82,7 +101,11 @@ const fn source(message: &'static str, channels: &'static str, nature: LogNature
 #[derive(Debug, Default)]
 pub struct UlogMapping {
     gate: RowGate,
+    stated: StatedControls,
 }
+
+/// What a vector of `debug_vect` is called that holds incidence and sideslip, rad.
+pub const FLOW_VECTOR: &str = "flow";
 
 /// Time of the measurement, us.
 fn sampled_us(data: &UlogData<'_>) -> Option<u64> {
@@ -100,6 +123,11 @@ fn numbers<const N: usize>(data: &UlogData<'_>, field: &str) -> Option<[f64; N]>
         *number = values.get(at)?.number();
     }
     Some(numbers)
+}
+
+/// Whether its field `name` is that text.
+fn is_named(data: &UlogData<'_>, wanted: &str) -> bool {
+    data.field("name").and_then(|name| name.text()) == Some(wanted.as_bytes())
 }
 
 fn with<const N: usize>(channels: [LogChannel; N], numbers: [f64; N]) -> [(LogChannel, f64); N] {
@@ -121,6 +149,13 @@ impl UlogMapping {
     /// No more data will come.
     pub fn finish(&mut self) {
         self.gate.finish();
+    }
+
+    /// Takes in a parameter of the log.
+    pub fn parameter(&mut self, keyed: &UlogKeyed<'_>) {
+        if let Some(value) = keyed.value() {
+            self.stated.parameter(keyed.key, value.number());
+        }
     }
 
     /// Hands on the rows of data.
@@ -164,7 +199,23 @@ impl UlogMapping {
                 self.commands(data, &ACTUATOR_OUTPUTS, "output", OUTPUTS, "raw", count, put);
             }
             "actuator_motors" => self.commands(data, &ACTUATOR_MOTORS, "control", MOTORS, "", 12.0, put),
-            "actuator_servos" => self.commands(data, &ACTUATOR_SERVOS, "control", SERVOS, "", 8.0, put),
+            "actuator_servos" => {
+                self.commands(data, &ACTUATOR_SERVOS, "control", SERVOS, "", 8.0, put);
+                let controls = data.field("control");
+                let output = |number: usize| controls?.get(number.wrapping_sub(1)).map(|control| control.number());
+                let (angles, count) = self.stated.angles(output);
+                self.offer(data, &STATED_CONTROLS, None, angles.get(..count).unwrap_or_default(), put);
+            }
+            "debug_vect" if is_named(data, FLOW_VECTOR) => {
+                if let (Some(alpha), Some(beta)) = (data.number("x"), data.number("y")) {
+                    self.offer(data, &VANES, Some((LogGroup::Flow, 0)), &with(FLOW, [alpha, beta]), put);
+                }
+            }
+            "rpm" if first => {
+                let rpm = data.number("rpm_raw").or_else(|| data.number("indicated_frequency_rpm"));
+                let speed = rpm.map(|rpm| (ROTOR, rpm * std::f64::consts::TAU / 60.0));
+                self.offer(data, &ROTOR_SPEED, Some((LogGroup::Rotor, 0)), speed.as_slice(), put);
+            }
             "wind" | "wind_estimate" | "estimator_wind" if first => {
                 let rank = ["wind", "wind_estimate", "estimator_wind"].iter().position(|name| *name == data.name());
                 let winds = [data.number("windspeed_north"), data.number("windspeed_east")];
