@@ -24,9 +24,11 @@ const CORRELATED: f64 = 0.25;
 const AROUND_ONE: f64 = 2.0;
 const AY_AROUND_ONE: f64 = 3.0;
 const ARM: f64 = 0.25;
-/// Standard errors of a slope of ay between which moving air may hide it: in g they are ten times as large.
-const AY_WELL_KNOWN: f64 = 0.12;
+/// Standard error of a slope of ay up to which moving air may hide it (in g it is ten times as large), and below which a slope
+/// within so many of them of zero is zero.
 const AY_UNKNOWN: f64 = 1.5;
+const AY_WELL_KNOWN: f64 = 0.12;
+const ZERO_WITHIN: f64 = 2.5;
 /// Standard errors between the slope and -1, of a reversed accelerometer, that confirm ax: other instruments hardly show it.
 const FROM_REVERSED: f64 = 5.0;
 /// Limit of the deviation from 1 within which an airspeed's slope is that of the right unit and of still air.
@@ -169,12 +171,14 @@ fn confirms_ay(slope: &Slope) -> bool {
     std < KNOWN && (value - 1.0).abs() < AY_AROUND_ONE * std + ARM && correlation_squared > CORRELATED
 }
 
-/// Whether a slope of ay is one that moving air leaves: neither well known nor unknown, around 1 or not known to be positive, and
-/// no further below that of an aircraft which follows the air than it may be by chance.
+/// Whether a slope of ay is one that moving air leaves: not unknown, not known to be zero as of another channel's readings, around
+/// 1 or not known to be positive, and no further below that of an aircraft which follows the air than it may be by chance.
 fn is_hidden_by_air(slope: &Slope) -> bool {
     let Slope { value, std, .. } = *slope;
     let around_one = (value - 1.0).abs() < AY_AROUND_ONE * std + ARM;
-    (AY_WELL_KNOWN..AY_UNKNOWN).contains(&std)
+    let is_zero = std < AY_WELL_KNOWN && value.abs() < ZERO_WITHIN * std;
+    std < AY_UNKNOWN
+        && !is_zero
         && (around_one || !tells(slope))
         && value > FOLLOWS_AIR - BELOW * std
         && value < 1.0 + ABOVE * std

@@ -10,8 +10,9 @@ use super::confirmation::{Confirmation, InstrumentSlopes};
 use super::gross_error::{GROSS_ERRORS, GrossError};
 use super::kinematic_agreement::{
     AGREES, AGREES_PARTLY, Agreement, COMPARED, CorrectionGain, Increments, OUTPUT_CHANNELS, OutputRates, SIGNAL, THRESHOLD,
-    WINDOW_S, by_arm, compared_increments, compared_output, contradicts, correction_gain, likeliest, output_rates,
+    by_arm, compared_increments, compared_output, contradicts, correction_gain, likeliest, output_rates,
 };
+use super::moved_by_others::moved_by_others;
 use crate::flight::channel::{CHANNELS, Channel, MOTION_CHANNELS};
 use crate::flight::run::RunGeometry;
 
@@ -28,10 +29,8 @@ const WINDOWS_MIN: f32 = 5.0;
 /// Places of incidence and sideslip among the outputs.
 const INCIDENCE: usize = 1;
 const SIDESLIP: usize = 2;
-/// Windows in a row, one each 0.1 s, after which a channel that stands while others move it does so for good; and by how many of
-/// its steps, and of the noise of what shows it, they have to.
+/// Windows in a row, one each 0.1 s, after which a channel that stands while others move it does so for good.
 const STOOD_WINDOWS: u8 = 8;
-const STEPS: f64 = 4.0;
 /// Gain from which on an error is suspected.
 const SUSPECTED: f64 = 5.0;
 
@@ -39,6 +38,8 @@ const SUSPECTED: f64 = 5.0;
 /// other; of motion so many times the variance of its noise.
 const CONTRADICTED: f64 = 0.9;
 const MOVES: f64 = 10.0;
+/// Windows in a row, one each 0.1 s, in which they have to.
+const CONTRADICTED_WINDOWS: u8 = 20;
 /// Part of a sideslip's variance that the kinematics leave, below which it agrees with them as a whole.
 const SIDESLIP_LEFT: f64 = 0.1;
 /// By how much the correction of an accelerometer must lower that part of the output it contributes to.
@@ -98,6 +99,8 @@ pub struct GrossErrorTest {
     slopes: InstrumentSlopes,
     /// Variance of the noise of an increment of bank or pitch, the larger of the two, rad^2.
     attitude_noise_var: f64,
+    /// Windows in a row in which bank or pitch contradicted the gyros.
+    attitude_contradicted: u8,
     /// Windows in a row in which a channel stood while the kinematics moved it.
     stood: [u8; MOTION_CHANNELS],
 }
@@ -112,6 +115,7 @@ impl GrossErrorTest {
             gains: [None; GROSS_ERRORS],
             slopes: InstrumentSlopes::NEW,
             attitude_noise_var: 0.0,
+            attitude_contradicted: 0,
             stood: [0; MOTION_CHANNELS],
         }
     };
@@ -147,6 +151,8 @@ impl GrossErrorTest {
         let as_recorded = taken(moments, &increments, kept, |k| window.noise_var(k, None));
         let windows = f64::from(moments.iter().map(|one| one.count).fold(0.0, f32::max)) * STRIDE as f64 / LENGTH as f64;
         let contradicted = contradicts(&as_recorded);
+        self.attitude_contradicted =
+            if self.attitude_is_contradicted() { self.attitude_contradicted.saturating_add(1) } else { 0 };
         for ((error, moments), gain) in GrossError::ALL.iter().zip(&mut self.corrected).zip(&mut self.gains) {
             if error.channels().first().is_none_or(|first| first.index() % STRIDE != phase) {
                 continue;
@@ -193,8 +199,9 @@ impl GrossErrorTest {
         if let Some(kept) = best.iter().find(|(other, found)| Some(*other) == named && found.gain > THRESHOLD) {
             return Some(Suspicion::Named(kept.0, kept.1));
         }
+        let contradicted = self.attitude_contradicted >= CONTRADICTED_WINDOWS;
         let Some(&(likeliest, found)) = best.first() else {
-            return self.attitude_is_contradicted().then_some(Suspicion::Unknown);
+            return contradicted.then_some(Suspicion::Unknown);
         };
         // Where all of them are one error of more or fewer channels, that of the fewest is certain.
         let fewest = best.iter().min_by_key(|(error, _)| error.channels().len())?;
@@ -204,7 +211,7 @@ impl GrossErrorTest {
                 Some(Suspicion::Unknown)
             }
             above if above > THRESHOLD && nested => Some(Suspicion::Named(fewest.0, fewest.1)),
-            above if above > SUSPECTED || self.attitude_is_contradicted() => Some(Suspicion::Unknown),
+            above if above > SUSPECTED || contradicted => Some(Suspicion::Unknown),
             _ => None,
         }
     }
@@ -221,33 +228,6 @@ impl GrossErrorTest {
         };
         by(Channel::Phi) || by(Channel::Theta)
     }
-}
-
-/// Whether other instruments say that a channel moved over a window by more than `STEPS` of its steps.
-fn moved_by_others(
-    channel: Channel,
-    increments: &Increments,
-    steps: &[f64; MOTION_CHANNELS],
-    noise_var: impl Fn(usize) -> f64,
-) -> bool {
-    let Some(step) = steps.get(channel.index()).filter(|step| step.is_finite()) else { return false };
-    let of = |output: Channel| {
-        let k = OUTPUT_CHANNELS.iter().position(|other| *other == output)?;
-        Some((k, (*increments.get(k)?)?))
-    };
-    let (by_others, noise) = match channel {
-        Channel::Tas | Channel::Alpha | Channel::Beta | Channel::Phi | Channel::Theta | Channel::Psi => {
-            (of(channel).map(|(_, (_, kinematic))| kinematic), 0.0)
-        }
-        // The rate that the attitude has turned by more, or less, than this gyro says.
-        Channel::P | Channel::Q | Channel::R => {
-            let output = [Channel::Phi, Channel::Theta, Channel::Psi][channel.index() - Channel::P.index()];
-            let Some((k, (measured, kinematic))) = of(output) else { return false };
-            (Some((measured - kinematic) / WINDOW_S), libm::sqrt(2.0 * noise_var(k)) / WINDOW_S)
-        }
-        _ => (None, 0.0),
-    };
-    by_others.is_some_and(|moved| moved.abs() > STEPS * (step + noise))
 }
 
 /// Adds the increments of a window; a of every output.

@@ -11,6 +11,7 @@ pub mod gross_error;
 pub mod gross_error_test;
 pub mod kinematic_agreement;
 pub mod kinematic_slope;
+pub mod moved_by_others;
 
 use self::bin_means::{BIN_S, BinMeans, SILENCE_S};
 use self::confirmation::Confirmation;

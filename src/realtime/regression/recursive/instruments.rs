@@ -73,7 +73,7 @@ impl Recursive {
 
     /// Why an equation that would have numbers has none after all: a control in it was clipped or frozen; its accelerometer may
     /// be reversed or in another unit; or the airspeed, which every velocity is made of, in another unit. A side force along the
-    /// sideslip, which no aircraft has, puts an ay in doubt that the kinematics do not confirm.
+    /// sideslip, which no aircraft has, is one of a reversed ay.
     pub(super) fn doubtful(&self, axis: Axis, equation: &EquationRecord, instruments: &Instrumentation) -> Option<Reason> {
         if !equation.terms.iter().any(|term| term.variable.is_some()) {
             return None;
@@ -86,10 +86,7 @@ impl Recursive {
             return Some(Reason::InstrumentDoubted { channel: Some(control.channel()) });
         }
         let along_sideslip = |term: &TermRecord| term.value > ALONG_SIDESLIP * term.std;
-        if axis == Axis::Y
-            && instruments.confirmations[AY] != Confirmation::Confirmed
-            && equation.term(Variable::V).is_some_and(along_sideslip)
-        {
+        if axis == Axis::Y && equation.term(Variable::V).is_some_and(along_sideslip) {
             return Some(Reason::NotConfirmed { channel: Channel::Ay });
         }
         let accelerometer = self.doubted.get(axis.index()).zip(Channel::ACCELEROMETERS.get(axis.index()));
