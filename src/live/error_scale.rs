@@ -14,6 +14,9 @@
 use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
 use crate::num::dense::Dense;
 
+/// Ratio of the standard errors by curvature to the fit's own, root mean square over an axis, from which on they dominate.
+const DOMINATED: f64 = 1.0;
+
 /// Whether the fit's own errors hold, or (1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum ErrorScale<'r> {
@@ -47,6 +50,12 @@ impl<'r> ErrorScale<'r> {
             if count > 0.0 { libm::sqrt(sum / count) } else { 0.0 }
         });
         ErrorScale::Own { curvature, relative }
+    }
+
+    /// Whether curvature contributes more to the standard errors in an axis than noise does: what the fit's own errors, which
+    /// know of noise alone, say is then not its precision.
+    pub(crate) fn is_dominated_by_curvature(&self) -> bool {
+        matches!(self, ErrorScale::Own { relative, .. } if relative.iter().any(|relative| *relative > DOMINATED))
     }
 
     /// (1) from the derivatives of the fit with their standard errors, and the regression's standard errors, NaN where none.

@@ -215,6 +215,8 @@ fn output_error_record(
     regression: &RegressionReport,
 ) -> LiveFit {
     let mut record = OutputErrorRecord::EMPTY;
+    let errors: Vec<_> = names.iter().copied().zip(fitted.std.iter().copied()).collect();
+    let own = ErrorScale::own(&errors, &regression.curvature_std);
     let coloured = fitted.colour_ratio().is_some_and(|ratio| ratio > COLOURED);
     let doubt = if !fitted.converged {
         Some("search not ended")
@@ -222,15 +224,12 @@ fn output_error_record(
         Some("residuals not white")
     } else if which == FreeTerms::Selected {
         Some("terms left out")
+    } else if own.is_dominated_by_curvature() {
+        Some("the motion may be too large for a linear model")
     } else {
         None
     };
-    let errors: Vec<_> = names.iter().copied().zip(fitted.std.iter().copied()).collect();
-    let scale = if doubt.is_none() {
-        ErrorScale::own(&errors, &regression.curvature_std)
-    } else {
-        ErrorScale::limited(&errors, &regression.std)
-    };
+    let scale = if doubt.is_none() { own } else { ErrorScale::limited(&errors, &regression.std) };
     let numbers = fitted.theta.iter().zip(&fitted.std).zip(&fitted.std_cramer_rao);
     for (&(axis, variable), ((&value, &std), &std_cramer_rao)) in names.iter().zip(numbers) {
         let Some(std) = scale.std(axis, variable, std) else { continue };

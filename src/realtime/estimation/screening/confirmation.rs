@@ -17,7 +17,7 @@ use crate::flight::channel::Channel;
 
 /// Time constant of forgetting, s.
 const MEMORY_S: f64 = 30.0;
-/// Largest standard error of a slope that confirms an accelerometer, and least squared correlation of ay's.
+/// Largest standard error of a slope that confirms an accelerometer, and least squared correlation of one of ay or the airspeed.
 const KNOWN: f64 = 0.45;
 const CORRELATED: f64 = 0.25;
 /// Deviation from 1 of a slope that confirms, in standard errors; for ay with what an arm that is not quite known adds.
@@ -26,7 +26,7 @@ const AY_AROUND_ONE: f64 = 3.0;
 const ARM: f64 = 0.25;
 /// Standard error of a slope of ay up to which moving air may hide it (in g it is ten times as large), and below which a slope
 /// within so many of them of zero is zero.
-const AY_UNKNOWN: f64 = 1.5;
+const AY_UNKNOWN: f64 = 2.6;
 const AY_WELL_KNOWN: f64 = 0.12;
 const ZERO_WITHIN: f64 = 2.5;
 /// Standard errors between the slope and -1, of a reversed accelerometer, that confirm ax: other instruments hardly show it.
@@ -46,7 +46,7 @@ const CONFIRMED: f64 = 1.6;
 const CONTRADICTED: [f64; 2] = [0.72, 1.3];
 const CONFIRMED_BY: f64 = 2.0;
 /// Standard error of a scale above which the air hides it, where it may be right.
-const SCALE_KNOWN: f64 = 0.5;
+const SCALE_KNOWN: f64 = 0.25;
 const CONTRADICTED_BY: f64 = 2.5;
 /// Least slope of an aircraft that follows the air: what its vanes measure then is against the force.
 const FOLLOWS_AIR: f64 = -0.4;
@@ -120,7 +120,7 @@ impl InstrumentSlopes {
         if compared().all(|slope| slope.slope().is_none()) {
             return if compared().any(KinematicSlope::has_begun) { Confirmation::Doubted } else { Confirmation::Plausible };
         }
-        match scale(self.airspeed_slopes(), |slope| tells(slope)) {
+        match scale(self.airspeed_slopes(), tells_scale) {
             None => Confirmation::Plausible,
             Some((scale, std)) if scale + CONFIRMED_BY * std < CONFIRMED => Confirmation::Confirmed,
             Some((scale, std)) if std > SCALE_KNOWN && scale - CONFIRMED_BY * std < CONTRADICTED[1] => Confirmation::Plausible,
@@ -133,7 +133,7 @@ impl InstrumentSlopes {
         let [too_little, too_much] = CONTRADICTED;
         let beyond = |slope: &Slope| tells(slope) && slope.correlation_squared > STILL_AIR;
         // Air that moves lowers a slope: only one of still air tells that the airspeed reads too little.
-        scale(self.airspeed_slopes(), tells).is_some_and(|(scale, std)| scale - CONTRADICTED_BY * std > too_much)
+        scale(self.airspeed_slopes(), tells_scale).is_some_and(|(scale, std)| scale - CONTRADICTED_BY * std > too_much)
             || scale(self.airspeed_slopes(), beyond).is_some_and(|(scale, std)| scale + CONTRADICTED_BY * std < too_little)
     }
 
@@ -187,6 +187,11 @@ fn is_hidden_by_air(slope: &Slope) -> bool {
 /// Whether a slope is known to be positive: one of air that moves is not.
 fn tells(slope: &Slope) -> bool {
     slope.value > TELLS * slope.std
+}
+
+/// Whether a slope tells the scale of the airspeed: the response to gusts correlates weakly.
+fn tells_scale(slope: &Slope) -> bool {
+    tells(slope) && slope.correlation_squared > CORRELATED
 }
 
 /// Weighted mean of the slopes that are used, and its standard error, with their scatter where that is larger.
