@@ -2,8 +2,8 @@
 //!
 //! The built-in Puma's linear model at 100 kn, pedal and lateral cyclic 3211, with faults of unit, sign, freezing and clipping
 //! put into the samples. CI flies two seeds of each in still air and in gusts of 0.3 and 1 m/s; the study as many as
-//! `SIDESLIP_SEEDS` says. Gusts of 1 m/s hide a wrong unit of airspeed, the sign of alpha, and that ax and
-//! ay are exchanged: such numbers are wrong but never converged.
+//! `SIDESLIP_SEEDS` says. Gusts of 1 m/s can hide a wrong unit of airspeed and the sign of alpha for some seconds: such numbers
+//! are wrong but never converged.
 
 use super::instrument_faults::Fault::{self, Clipped, Exchanged, Factor, Frozen};
 use super::instrument_faults::spoil;
