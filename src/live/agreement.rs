@@ -11,7 +11,7 @@ use crate::flight::derivative::{AXES, Axis, Variable};
 use crate::io::outputs::words::status_text::DerivativeLabel;
 use crate::postflight::output_error::record::{OutputErrorProgress, OutputErrorRecord};
 use crate::realtime::modes::record::{ModesRecord, OscillatoryMode, RealRoot};
-use crate::realtime::regression::record::{DerivativesRecord, Status};
+use crate::realtime::regression::record::{DerivativesRecord, Reason, Status};
 
 /// Combined standard errors by which regression and output error may differ and still agree: the largest of some fifty
 /// differences is beyond it once in 300 fits where the errors are independent and normal.
@@ -126,9 +126,48 @@ pub fn limit_modes(regression: Option<&ModesRecord>, fit: &mut OutputErrorRecord
     root(&mut fit.spiral, regression.and_then(|modes| modes.spiral));
 }
 
+/// Takes the derivatives of the axes out that the regression withholds because of an instrument, and the modes that they make:
+/// both methods rest on the same readings.
+pub fn withhold_axes(derivatives: Option<&DerivativesRecord>, fit: &mut OutputErrorRecord) {
+    let Some(derivatives) = derivatives else { return };
+    let withheld = |axis: Axis| {
+        let reason = match derivatives.equations[axis.index()].status {
+            Status::NotIdentifiable(reason) => reason,
+            _ => return false,
+        };
+        matches!(
+            reason,
+            Reason::NoRates
+                | Reason::NoAccelerometer { .. }
+                | Reason::NoTrim { .. }
+                | Reason::Unobserved { .. }
+                | Reason::AidRejected { .. }
+                | Reason::InstrumentDoubted { .. }
+                | Reason::NotConfirmed { .. }
+        )
+    };
+    fit.parameters.retain(|one| !withheld(one.axis));
+    let (lateral, longitudinal) =
+        ([Axis::Y, Axis::L, Axis::N].into_iter().any(withheld), [Axis::Z, Axis::M].into_iter().any(withheld));
+    if lateral {
+        (fit.dutch_roll, fit.lateral_phugoid, fit.roll, fit.spiral) = (None, None, None, None);
+    }
+    if longitudinal {
+        fit.short_period = None;
+    }
+    if lateral || longitudinal || withheld(Axis::X) {
+        fit.coupled = None;
+    }
+    if fit.parameters.is_empty() && fit.progress != OutputErrorProgress::Waiting {
+        fit.progress = OutputErrorProgress::Failed;
+        fit.explain("the regression withholds every equation because of an instrument");
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::flight::channel::Channel;
     use crate::postflight::output_error::record::ParameterRecord;
     use crate::realtime::regression::record::{EquationRecord, TermRecord};
 
@@ -157,6 +196,20 @@ mod tests {
 
     fn pair(omega: f64, zeta: f64) -> OscillatoryMode {
         OscillatoryMode { real: 0.0, imag: omega, omega, zeta, std_omega: 0.03, std_zeta: 0.01 }
+    }
+
+    #[test]
+    fn axes_that_an_instrument_keeps_from_the_regression_have_no_number_here_either() {
+        let mut regression = derivatives(Status::Converged, 0.04, 0.004);
+        let mut kept = fit(0.04, 0.003, OutputErrorProgress::Converged);
+        kept.dutch_roll = Some(pair(1.0, 0.1));
+        regression.equations[Axis::X.index()].status = Status::NotIdentifiable(Reason::NotConfirmed { channel: Channel::Ax });
+        regression.equations[Axis::L.index()].status = Status::NotIdentifiable(Reason::Unresolved);
+        withhold_axes(Some(&regression), &mut kept);
+        assert!(kept.parameters.len() == 1 && kept.dutch_roll.is_some());
+        regression.equations[Axis::N.index()].status = Status::NotIdentifiable(Reason::NoRates);
+        withhold_axes(Some(&regression), &mut kept);
+        assert!(kept.parameters.is_empty() && kept.dutch_roll.is_none() && kept.progress == OutputErrorProgress::Failed);
     }
 
     #[test]

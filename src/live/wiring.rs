@@ -5,7 +5,7 @@
 //! Output error and diagnosis run in step with the samples (a recording: the same numbers at any speed) or on threads of their
 //! own (live: the sample path never waits for them); see [`Schedule`].
 
-use super::agreement::{MethodAgreement, limit_modes};
+use super::agreement::{MethodAgreement, limit_modes, withhold_axes};
 use super::diagnosis;
 use super::output_error;
 use super::record_sink::RecordSink;
@@ -144,6 +144,7 @@ fn compare(pipeline: &mut Pipeline, sink: &RecordSink, fit: &mut OutputErrorReco
     if withhold(pipeline, fit, controls) {
         return;
     }
+    withhold_axes(sink.derivatives.as_ref(), fit);
     limit_modes(sink.modes.as_ref(), fit);
     let agreement = MethodAgreement::new(sink.derivatives.as_ref(), sink.modes.as_ref(), fit);
     match fit.progress {

@@ -302,6 +302,7 @@ fn instruments() -> Instrumentation {
         vanes_contradict: [false; 2],
         controls_stood: [false; 4],
         airspeed_confirmation: Confirmation::Confirmed,
+        incidence_confirmation: Confirmation::Confirmed,
         confirmations: [Confirmation::Confirmed; 3],
         doubt: None,
         // All residuals are the instruments' noise: the stage is least squares.

@@ -203,6 +203,7 @@ impl Estimator {
             vanes_contradict: self.vanes_contradict,
             controls_stood: self.screening.controls_stood(),
             airspeed_confirmation: self.screening.airspeed(),
+            incidence_confirmation: self.screening.incidence(),
             noise: self.signal_noise,
             ..found
         }

@@ -153,6 +153,7 @@ impl Latest {
             controls_stood: [false; 4],
             confirmations: [Confirmation::Confirmed; 3],
             airspeed_confirmation: Confirmation::Confirmed,
+            incidence_confirmation: Confirmation::Confirmed,
             noise: SignalNoise::NONE,
             doubt: None,
         }

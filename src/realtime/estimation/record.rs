@@ -199,6 +199,8 @@ pub struct Instrumentation {
     pub controls_stood: [bool; 4],
     /// What is known about sign and unit of ax ay az.
     pub confirmations: [Confirmation; 3],
+    /// What is known about the sign of the incidence.
+    pub incidence_confirmation: Confirmation,
     /// What is known about the unit of the airspeed.
     pub airspeed_confirmation: Confirmation,
     /// Noise of the smoothed signals, as of the last instant of the grid.

@@ -35,8 +35,20 @@ pub fn step(derivatives: &DerivativesRecord, six_axis: Option<&SixAxisDerivative
     record.lateral_phugoid = record.lateral_phugoid.filter(OscillatoryMode::is_resolved);
     record.roll = record.roll.filter(RealRoot::is_resolved);
     record.spiral = record.spiral.filter(RealRoot::is_resolved);
-    if record.status == Status::Disagree {
-        withhold_unstable(&mut record);
+    match record.status {
+        Status::Disagree => withhold_unstable(&mut record),
+        Status::NotIdentifiable(_) => {
+            return ModesRecord {
+                time_s,
+                status: record.status,
+                dutch_roll: None,
+                roll: None,
+                spiral: None,
+                lateral_phugoid: None,
+                coupled: None,
+            };
+        }
+        _ => {}
     }
     if record.status == Status::Converged {
         let known = record.dutch_roll.is_some_and(|pair| pair.std_omega < OMEGA_KNOWN * pair.omega && pair.std_zeta < ZETA_KNOWN);

@@ -72,8 +72,9 @@ pub struct Recursive {
     curvature_std: [[f32; VARIABLES]; AXES],
     /// Accelerometers whose sign or unit is in doubt.
     doubted: [bool; 3],
-    /// The same of the airspeed.
+    /// The same of airspeed and incidence.
     airspeed_doubted: bool,
+    incidence_doubted: bool,
     /// Axes in which another method of estimation gives other numbers.
     contradicted: [bool; AXES],
     /// Instrumental variables of the record up to `instruments_of_s` of excited time; `None` where there are none.
@@ -116,6 +117,7 @@ impl Recursive {
             curvature_std: [[f32::NAN; VARIABLES]; AXES],
             doubted: [true; 3],
             airspeed_doubted: true,
+            incidence_doubted: true,
             contradicted: [false; AXES],
             instruments: None,
             instruments_of_s: f64::NEG_INFINITY,

@@ -116,7 +116,7 @@ impl Display for ReasonText {
                 write!(f, "{} is rejected: it disagrees with the other instruments", channel.name(self.controls))
             }
             Reason::InstrumentDoubted { channel: Some(channel) } => {
-                write!(f, "{} is doubted (unit, sign or wiring)", channel.name(self.controls))
+                write!(f, "{} is doubted (unit, sign, wiring, clipped or frozen)", channel.name(self.controls))
             }
             Reason::InstrumentDoubted { channel: None } => {
                 f.write_str("the instruments contradict each other as with a wrong unit or sign, not yet known whose")

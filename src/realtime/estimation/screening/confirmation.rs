@@ -1,4 +1,4 @@
-//! What the kinematics confirm: sign and unit of ax and ay, and the unit of the airspeed.
+//! What the kinematics confirm: sign and unit of ax and ay, the sign of the incidence, and the unit of the airspeed.
 //!
 //! Consumes the increments of the outputs over every window; produces a [`Confirmation`] of each instrument from slopes b of
 //! measured increments on kinematic ones (`kinematic_slope`), which are 1 where the instrument reads right:
@@ -112,6 +112,17 @@ impl InstrumentSlopes {
             Some(_) => Confirmation::Doubted,
         };
         [ax, ay]
+    }
+
+    /// Sign of the incidence: confirmed where its increments follow from acceleration. An aircraft that follows the air has them of
+    /// the opposite sign, weakly correlated, so that no slope of weak correlation tells.
+    pub fn incidence(&self) -> Confirmation {
+        let [incidence, _] = &self.flow_angles;
+        match incidence.slope() {
+            None if !incidence.has_begun() => Confirmation::Plausible,
+            Some(slope) if tells(&slope) && slope.correlation_squared > STILL_AIR => Confirmation::Confirmed,
+            _ => Confirmation::Doubted,
+        }
     }
 
     /// Unit of the airspeed; plausible where nothing can be compared, or the air hides it.

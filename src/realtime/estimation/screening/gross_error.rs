@@ -43,7 +43,7 @@ pub const SPEEDS: [(&str, f64); 4] = [("kn", 1852.0 / 3600.0), ("km/h", 1.0 / 3.
 /// Load factor up to which, and from whose inverse on, a mean is one of nearly level flight.
 const LOAD_FACTOR: f64 = 1.5;
 /// How many gross errors a record is tested for.
-pub const GROSS_ERRORS: usize = 66;
+pub const GROSS_ERRORS: usize = 67;
 
 impl GrossError {
     /// Every error that is tested.
@@ -101,6 +101,7 @@ impl GrossError {
             Unit(FORCES, FEET, FOOT),
             Unit(FORCES, "m/s^2, declared as g", 1.0 / STANDARD_GRAVITY),
             Unit(FORCES, "m/s^2, declared as ft/s^2", 1.0 / FOOT),
+            Turned(AZ),
             Unit(AZ, "g", STANDARD_GRAVITY),
             Unit(AZ, FEET, FOOT),
             Unit(AZ, "m/s^2, declared as g", 1.0 / STANDARD_GRAVITY),
@@ -170,10 +171,11 @@ pub fn weighs_g(mean_az: f64) -> bool {
     weight > 1.0 / LOAD_FACTOR && weight < LOAD_FACTOR
 }
 
-/// The unit of az that its mean agrees with, m/s^2: level flight weighs g. Of ax and ay it says nothing.
-pub fn force_unit(mean_az: f64) -> Option<&'static GrossError> {
+/// The error of az that its mean over upright flight agrees with, m/s^2: level flight weighs g, upwards. Of ax and ay it says
+/// nothing.
+pub fn error_by_weight(mean_az: f64) -> Option<&'static GrossError> {
     if weighs_g(mean_az) {
-        return None;
+        return GrossError::ALL.iter().find(|error| mean_az > 0.0 && matches!(error, GrossError::Turned(these) if *these == AZ));
     }
     let corrected = |size: f64| mean_az.abs() * size;
     GrossError::ALL

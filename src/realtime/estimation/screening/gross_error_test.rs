@@ -182,6 +182,11 @@ impl GrossErrorTest {
         self.slopes.accelerometers(sideslip.fold(0.0, f64::max) < SIDESLIP_LEFT)
     }
 
+    /// What the kinematics confirm of the incidence.
+    pub fn incidence(&self) -> Confirmation {
+        self.slopes.incidence()
+    }
+
     /// What the kinematics confirm of the airspeed, and whether they contradict it.
     pub fn airspeed(&self) -> (Confirmation, bool) {
         (self.slopes.airspeed(), self.slopes.airspeed_is_contradicted())

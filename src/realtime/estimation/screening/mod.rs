@@ -16,7 +16,7 @@ pub mod moved_by_others;
 use self::bin_means::{BIN_S, BinMeans, SILENCE_S};
 use self::confirmation::Confirmation;
 use self::constant_readings::ConstantReadings;
-use self::gross_error::{GrossError, force_unit, weighs_g};
+use self::gross_error::{GrossError, error_by_weight, weighs_g};
 use self::gross_error_test::{GrossErrorTest, Suspicion};
 use crate::flight::channel::{Channel, MOTION_CHANNELS};
 use crate::flight::run::RunGeometry;
@@ -26,6 +26,8 @@ use core::f64::consts::PI;
 /// Part of a channel beyond the limits from which its unit is in question, and least number of such readings.
 const UNIT_PART: f64 = 0.05;
 const UNIT_COUNT: u32 = 3;
+/// Bank and pitch of upright flight, rad.
+const UPRIGHT_RAD: f64 = 1.0;
 /// Bins of az before its mean is taken for the weight.
 const WEIGHED_BINS: u32 = 20;
 /// Tests in a row, one each 0.1 s, that have to name the same error.
@@ -86,12 +88,13 @@ pub struct Screening {
     doubt: Option<Doubt>,
     /// The error that was the only likely one at the last tests, and at how many.
     likely: Option<(&'static GrossError, u32)>,
-    /// Sum of az over bins, and their number.
+    /// Sum of az over bins of upright flight, and their number.
     az: (f64, u32),
     /// Whether the kinematics confirm ax, ay and az; what was confirmed stays so until an instrument is in doubt.
     accelerometers: [Confirmation; 3],
     /// The same of the airspeed's unit, and how many of the last tests contradicted it.
     airspeed: Confirmation,
+    incidence: Confirmation,
     airspeed_contradicted: u32,
 }
 
@@ -112,6 +115,7 @@ impl Screening {
         az: (0.0, 0),
         accelerometers: [Confirmation::Doubted, Confirmation::Plausible, Confirmation::Plausible],
         airspeed: Confirmation::Plausible,
+        incidence: Confirmation::Plausible,
         airspeed_contradicted: 0,
     };
 
@@ -152,8 +156,13 @@ impl Screening {
         let newest = (libm::floor((sample.time_s - SILENCE_S) / BIN_S) as i64).saturating_sub(2);
         if self.tested.is_none_or(|tested| newest != tested) {
             self.tested = Some(newest);
-            if let Some(az) = self.means.get(Channel::Az.index()).and_then(|means| means.mean(newest)) {
-                self.az = (self.az.0 + az, self.az.1.saturating_add(1));
+            let mean = |channel: Channel| self.means.get(channel.index()).and_then(|means| means.mean(newest));
+            if let Some(az) = mean(Channel::Az) {
+                // Inverted flight weighs the other way, and so would an attitude in another unit.
+                let is_upright = |channel: Channel| mean(channel).is_none_or(|angle| angle.abs() < UPRIGHT_RAD);
+                if is_upright(Channel::Phi) && is_upright(Channel::Theta) {
+                    self.az = (self.az.0 + az, self.az.1.saturating_add(1));
+                }
             }
             self.test.window(newest, &self.means, &self.constant.steps(), geometry);
             for channel in Channel::ALL.into_iter().take(MOTION_CHANNELS).filter(|one| self.test.stood_while_moved(*one)) {
@@ -175,7 +184,7 @@ impl Screening {
             let beyond = self.beyond_limits();
             !after_standing && beyond.is_none_or(|channel| error.channels().contains(&channel))
         });
-        let by_weight = self.unit_by_weight().map(|error| (error, 1.0));
+        let by_weight = self.error_of_weight().map(|error| (error, 1.0));
         // What has been named stays named while nothing else is.
         let found = by_weight.or(by_kinematics).or(named.map(|error| (error, 1.0)));
         let (airspeed, contradicted) = self.test.airspeed();
@@ -194,8 +203,8 @@ impl Screening {
         };
         let [ax, ay] = self.test.accelerometers();
         let az = if self.mean_az().is_some_and(weighs_g) { Confirmation::Confirmed } else { Confirmation::Plausible };
-        let all = self.accelerometers.iter_mut().chain([&mut self.airspeed]);
-        for (kept, now) in all.zip([ax, ay, az, airspeed]) {
+        let all = self.accelerometers.iter_mut().chain([&mut self.airspeed, &mut self.incidence]);
+        for (kept, now) in all.zip([ax, ay, az, airspeed, self.test.incidence()]) {
             // Sign and unit do not change in flight: once confirmed is enough, unless something is wrong after all.
             if *kept != Confirmation::Confirmed || self.doubt.is_some() {
                 *kept = now;
@@ -214,9 +223,9 @@ impl Screening {
         (before.saturating_add(1) >= NAMED_TESTS).then_some((error, 1.0 - gain.a[1]))
     }
 
-    /// The unit of the accelerometers by the mean of az.
-    fn unit_by_weight(&self) -> Option<&'static GrossError> {
-        self.mean_az().and_then(force_unit)
+    /// The error of az by its mean.
+    fn error_of_weight(&self) -> Option<&'static GrossError> {
+        self.mean_az().and_then(error_by_weight)
     }
 
     /// Mean of az, m/s^2, once it is one of long enough.
@@ -253,6 +262,11 @@ impl Screening {
     /// What is known about the unit of the airspeed.
     pub fn airspeed(&self) -> Confirmation {
         self.airspeed
+    }
+
+    /// What is known about the sign of the incidence.
+    pub fn incidence(&self) -> Confirmation {
+        self.incidence
     }
 
     /// Whether the channel stands still.

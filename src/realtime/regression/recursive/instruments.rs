@@ -55,8 +55,9 @@ impl Recursive {
     /// Takes up what the kinematics tell about accelerometers and airspeed. Without excitation gusts alone speak, which may
     /// confirm but do not put in doubt.
     pub(super) fn judge_confirmations(&mut self, instruments: &Instrumentation) {
-        let all = self.doubted.iter_mut().chain([&mut self.airspeed_doubted]);
-        let confirmations = instruments.confirmations.into_iter().chain([instruments.airspeed_confirmation]);
+        let all = self.doubted.iter_mut().chain([&mut self.airspeed_doubted, &mut self.incidence_doubted]);
+        let air_data = [instruments.airspeed_confirmation, instruments.incidence_confirmation];
+        let confirmations = instruments.confirmations.into_iter().chain(air_data);
         let by_input = [Control::LatCyclic, Control::Pedal].into_iter().any(|control| self.excitation.has_moved(control));
         for (place, (doubted, confirmation)) in all.zip(confirmations).enumerate() {
             match confirmation {
@@ -72,7 +73,7 @@ impl Recursive {
     }
 
     /// Why an equation that would have numbers has none after all: a control in it was clipped or frozen; its accelerometer may
-    /// be reversed or in another unit; or the airspeed, which every velocity is made of, in another unit. A side force along the
+    /// be reversed or in another unit; or the airspeed, which every velocity is made of, or the incidence. A side force along the
     /// sideslip, which no aircraft has, is one of a reversed ay.
     pub(super) fn doubtful(&self, axis: Axis, equation: &EquationRecord, instruments: &Instrumentation) -> Option<Reason> {
         if !equation.terms.iter().any(|term| term.variable.is_some()) {
@@ -92,7 +93,8 @@ impl Recursive {
         let accelerometer = self.doubted.get(axis.index()).zip(Channel::ACCELEROMETERS.get(axis.index()));
         let doubted = accelerometer.filter(|(doubted, _)| **doubted).map(|(_, channel)| *channel);
         let airspeed = self.airspeed_doubted.then_some(Channel::Tas);
-        doubted.or(airspeed).map(|channel| Reason::NotConfirmed { channel })
+        let incidence = (self.incidence_doubted && !axis.is_lateral()).then_some(Channel::Alpha);
+        doubted.or(airspeed).or(incidence).map(|channel| Reason::NotConfirmed { channel })
     }
 
     /// Whether an unobserved velocity must have moved: its terms are in no equation and bias the others.
@@ -109,6 +111,7 @@ impl Recursive {
         for control in Control::ALL {
             withheld[regressor(control.variable())] = !self.excitation.has_moved(control);
         }
+        withheld[regressor(Variable::W)] = self.incidence_doubted;
         if !observed(if axis.is_lateral() { Variable::W } else { Variable::V }, instruments) {
             for variable in Variable::ALL {
                 withheld[regressor(variable)] |= !is_primary(axis, variable);
