@@ -7,6 +7,7 @@ mod frequency;
 mod output_error;
 mod recursive_batch;
 mod replay;
+mod sample_rates;
 mod sequential_joint;
 mod smoothed_file;
 mod smoothers;

@@ -66,7 +66,9 @@ impl Estimator {
     /// Takes the instants of the regression grid off the delay line whose kernel is now covered.
     pub(super) fn emit_grid(&mut self) {
         let grid_s = self.config.grid_s;
-        let ready_s = self.time_s - self.config.lag_s;
+        // The newest row of the delay line, not the sample: one so close to that row that it is none of its own covers no more,
+        // and an instant that is asked for before it is covered is lost.
+        let ready_s = self.delay.newest_s().unwrap_or(self.time_s) - self.config.lag_s;
         let origin_s = *self.grid_origin_s.get_or_insert(self.time_s);
         let mut centre_s = origin_s + self.next_grid as f64 * grid_s;
         if centre_s > self.time_s + grid_s {
