@@ -89,8 +89,22 @@ pub fn read_bits(bytes: &[u8], at: usize, count: u32) -> Option<u64> {
     {
         return Some(u64::from_be_bytes(*eight) << shift >> (64 - count));
     }
+    read_bits_near_end(bytes, at, count)
+}
+
+/// The same where fewer than eight bytes follow the first bit, or the field touches nine. Kept out of the short way before it,
+/// which every word of a minor frame but its last few takes.
+#[inline(never)]
+fn read_bits_near_end(bytes: &[u8], at: usize, count: u32) -> Option<u64> {
+    let (first, shift) = (at / 8, (at % 8) as u32);
     let covered = (shift + count).div_ceil(8);
     let covered_bytes = bytes.get(first..first.checked_add(covered as usize)?)?;
+    if let Some(last) = bytes.last_chunk::<8>()
+        && let Some(skipped) = at.checked_sub(8 * (bytes.len() - 8))
+        && skipped + count as usize <= 64
+    {
+        return Some(u64::from_be_bytes(*last) << skipped >> (64 - count));
+    }
     let window = covered_bytes.iter().fold(0_u128, |window, byte| window << 8 | u128::from(*byte));
     let value = window >> (covered * 8 - shift - count) & (u128::MAX >> (128 - count));
     u64::try_from(value).ok()
