@@ -15,8 +15,7 @@ use super::ekf::{Ekf, FilterObserver};
 use super::fixed_lag::FixedLag;
 use super::gust_velocity::GustVelocity;
 use super::health::AidHealth;
-use super::latest::Latest;
-use super::latest::{INPUTS, Input};
+use super::latest::{INPUTS, Input, Latest};
 use super::noise::NoiseStatistics;
 use super::process::{
     ACCELEROMETER_BIAS, ALTITUDE, ANGULAR_ACCELERATION, ATTITUDE, GYRO_BIAS, RATES, SCALE_ERROR, SPECIFIC_FORCE, STATES, State,

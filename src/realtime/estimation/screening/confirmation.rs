@@ -114,8 +114,8 @@ impl InstrumentSlopes {
         [ax, ay]
     }
 
-    /// Sign of the incidence: confirmed where its increments follow from acceleration. An aircraft that follows the air has them of
-    /// the opposite sign, weakly correlated, so that no slope of weak correlation tells.
+    /// Sign of the incidence: confirmed where its increments follow from acceleration. An aircraft that follows the air has them
+    /// of the opposite sign, weakly correlated, so that no slope of weak correlation tells.
     pub fn incidence(&self) -> Confirmation {
         let [incidence, _] = &self.flow_angles;
         match incidence.slope() {
@@ -182,8 +182,9 @@ fn confirms_ay(slope: &Slope) -> bool {
     std < KNOWN && (value - 1.0).abs() < AY_AROUND_ONE * std + ARM && correlation_squared > CORRELATED
 }
 
-/// Whether a slope of ay is one that moving air leaves: not unknown, not known to be zero as of another channel's readings, around
-/// 1 or not known to be positive, and no further below that of an aircraft which follows the air than it may be by chance.
+/// Whether a slope of ay is one that moving air leaves: not unknown, not known to be zero as of another channel's readings,
+/// around 1 or not known to be positive, and no further below that of an aircraft which follows the air than it may be by
+/// chance.
 fn is_hidden_by_air(slope: &Slope) -> bool {
     let Slope { value, std, .. } = *slope;
     let around_one = (value - 1.0).abs() < AY_AROUND_ONE * std + ARM;

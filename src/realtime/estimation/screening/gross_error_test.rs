@@ -192,9 +192,10 @@ impl GrossErrorTest {
         (self.slopes.airspeed(), self.slopes.airspeed_is_contradicted())
     }
 
-    /// What the flight is suspected of; `None` where the kinematics hold, or only those of air that may move do not. After an error
-    /// was `named` only the same of more or fewer channels can be. Where the weight is right (`weighs_g`) the unit of az is; and
-    /// the altitude is suspected alone only where the airspeed, from which the climb is computed, is known to be right.
+    /// What the flight is suspected of; `None` where the kinematics hold, or only those of air that may move do not. After an
+    /// error was `named` only the same of more or fewer channels can be. Where the weight is right (`weighs_g`) the unit of
+    /// az is; and the altitude is suspected alone only where the airspeed, from which the climb is computed, is known to be
+    /// right.
     pub fn suspicion(&self, named: Option<&'static GrossError>, weighs_g: bool) -> Option<Suspicion> {
         let gains = GrossError::ALL.iter().zip(self.gains).filter_map(|(error, gain)| Some((error, gain?)));
         let testable = |error: &GrossError| named.is_none_or(|named| error.is_part_of(named) || named.is_part_of(error));
