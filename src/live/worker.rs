@@ -99,6 +99,7 @@ impl Task for LiveOutputError {
     }
 }
 
+#[expect(clippy::large_enum_variant, reason = "a box would be an allocation in the sample path")]
 enum WorkerInput {
     Sample(Sample),
     Report(RegressionReport),

@@ -11,7 +11,7 @@
 //! to the measured increments and makes the standard errors larger; a vane whose position is not known makes b another number.
 
 use super::gross_error::GrossError;
-use super::kinematic_agreement::{Increments, OUTPUTS};
+use super::kinematic_agreement::{AccelerationIncrements, Increments, OUTPUTS};
 use super::kinematic_slope::{KinematicSlope, Slope};
 use crate::flight::channel::Channel;
 
@@ -87,7 +87,7 @@ impl InstrumentSlopes {
     };
 
     /// The window that ends with the next bin: all increments, and those of incidence and sideslip by acceleration.
-    pub fn window(&mut self, increments: &Increments, by_acceleration: [Option<(f64, f64)>; 2]) {
+    pub fn window(&mut self, increments: &Increments, by_acceleration: AccelerationIncrements) {
         self.airspeed.window(increments[0], MEMORY_S);
         for (axis, slope) in self.shares.iter_mut().enumerate() {
             slope.window(increments[OUTPUTS + axis], MEMORY_S);

@@ -9,8 +9,8 @@ use super::bin_means::{BIN_S, BinMeans};
 use super::confirmation::{Confirmation, InstrumentSlopes};
 use super::gross_error::{GROSS_ERRORS, GrossError};
 use super::kinematic_agreement::{
-    AGREES, AGREES_PARTLY, Agreement, COMPARED, CorrectionGain, Increments, OUTPUT_CHANNELS, OutputRates, SIGNAL, THRESHOLD,
-    by_arm, compared_increments, compared_output, contradicts, correction_gain, likeliest, output_rates,
+    AGREES, AGREES_PARTLY, AccelerationIncrements, Agreement, COMPARED, CorrectionGain, Increments, OUTPUT_CHANNELS, OutputRates,
+    SIGNAL, THRESHOLD, by_arm, compared_increments, compared_output, contradicts, correction_gain, likeliest, output_rates,
 };
 use super::moved_by_others::moved_by_others;
 use crate::flight::channel::{CHANNELS, Channel, MOTION_CHANNELS};
@@ -359,7 +359,7 @@ impl<'a> Window<'a> {
 
     /// Measured and kinematic increments from the middle of the first bin to that of the last, these by the trapezoidal rule; and
     /// those of incidence and sideslip by acceleration alone.
-    fn increments(&self, error: Option<&GrossError>) -> Option<(Increments, [Option<(f64, f64)>; 2])> {
+    fn increments(&self, error: Option<&GrossError>) -> Option<(Increments, AccelerationIncrements)> {
         let corrections = Channel::ALL.map(|channel| correction(channel, error));
         let mut ends = [[None; MOTION_CHANNELS]; 2];
         let mut kinematic = OutputRates::ZERO;

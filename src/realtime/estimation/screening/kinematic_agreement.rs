@@ -63,6 +63,9 @@ pub fn compared_output(k: usize) -> Channel {
 /// Increments of the compared outputs over one window, measured and kinematic.
 pub type Increments = [Option<(f64, f64)>; COMPARED];
 
+/// Increments of incidence and sideslip over one window, measured less those of rotation, and by acceleration.
+pub type AccelerationIncrements = [Option<(f64, f64)>; 2];
+
 /// The increments that are compared, from those of the outputs and the integral of their kinematic rates.
 pub fn compared_increments(measured: [Option<f64>; OUTPUTS], kinematic: &OutputRates) -> Increments {
     let mut increments = [None; COMPARED];
