@@ -42,6 +42,9 @@ struct LastReadings {
     moved_s: f64,
     /// Whether it is known to stand until its next change.
     declared: bool,
+    /// Whether a control has been found to stand until its next change, and repeats in such runs before.
+    at_rest: bool,
+    set_aside: f64,
 }
 
 /// Every channel's newest readings.
@@ -65,6 +68,8 @@ impl ConstantReadings {
             range: [f64::INFINITY, f64::NEG_INFINITY],
             moved_s: f64::NEG_INFINITY,
             declared: false,
+            at_rest: false,
+            set_aside: 0.0,
         }; CHANNELS],
     };
 
@@ -80,6 +85,10 @@ impl ConstantReadings {
                 run.repeats += 1.0;
             }
             newest => {
+                if run.at_rest {
+                    run.set_aside += run.equal;
+                    run.at_rest = false;
+                }
                 if let Some(newest) = newest {
                     let change = (value - newest).abs();
                     let span = run.range[1] - run.range[0];
@@ -96,7 +105,8 @@ impl ConstantReadings {
                 run.declared = false;
             }
         }
-        let run = *run;
+        let stored = run;
+        let run = *stored;
         let stands_s = time_s - run.since_s;
         if run.declared {
             return true;
@@ -105,7 +115,9 @@ impl ConstantReadings {
         if Channel::CONTROLS.contains(&channel) {
             let at_end = value <= run.range[0] || value >= run.range[1];
             let (least_s, repeats) = if at_end { CONTROL_AT_END } else { CONTROL_ELSEWHERE };
-            return known && run.equal >= CONTROL_LEAST && stands_s >= least_s && elsewhere(&run) < repeats;
+            let stands = known && run.equal >= CONTROL_LEAST && stands_s >= least_s && elsewhere(&run) < repeats;
+            stored.at_rest |= stands;
+            return stands;
         }
         let (least, least_s) = if known { (LEAST, LEAST_S) } else { (LEAST, UNKNOWN_S) };
         if channel == Channel::Altitude || run.equal < least || stands_s < least_s || in_steps(&run) {
@@ -138,9 +150,10 @@ pub fn is_improbable(count: f64, repeats: f64, repeated: f64) -> bool {
     count * libm::pow(elsewhere.min(1.0), repeated) < CHANCE
 }
 
-/// Part of the readings that repeat one before, without the newest run.
+/// Part of the readings that repeat one before, without the newest run and those that were found to stand.
 fn elsewhere(run: &LastReadings) -> f64 {
-    (run.repeats - run.equal) / (run.count - run.equal).max(1.0)
+    let left_out = run.equal + run.set_aside;
+    (run.repeats - left_out) / (run.count - left_out).max(1.0)
 }
 
 fn in_steps(run: &LastReadings) -> bool {
@@ -211,7 +224,9 @@ mod tests {
         let clipped = |most: f64, rests: bool| {
             let mut readings = ConstantReadings::NEW;
             let standing = (0..1000).filter(|&k| {
-                let stick = 0.05 * libm::sin(0.03 * f64::from(k)) + if rests { 0.0 } else { 1e-4 * noise(k, 5.7) };
+                // Three seconds of trim before.
+                let moved = if k < 150 { 0.0 } else { 0.05 * libm::sin(0.03 * f64::from(k - 150)) };
+                let stick = moved + if rests { 0.0 } else { 1e-4 * noise(k, 5.7) };
                 let stick = if rests && k % 200 > 60 { 0.0 } else { stick };
                 readings.take(Channel::LatCyclic, 0.02 * f64::from(k), stick.clamp(-most, most))
             });

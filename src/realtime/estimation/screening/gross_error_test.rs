@@ -427,7 +427,7 @@ mod tests {
     }
 
     #[test]
-    fn a_factor_that_is_no_unit_is_not_explained() {
-        assert_eq!(suspected(3.0, 1.0), None);
+    fn a_factor_that_is_no_unit_is_named_by_nobody_but_contradicts() {
+        assert_eq!(suspected(3.0, 1.0), Some(Suspicion::Unknown));
     }
 }
