@@ -33,18 +33,12 @@ impl RegressionReport {
 
     /// What a regression reports with these derivatives.
     pub fn new(record: &DerivativesRecord, regression: &Recursive) -> Self {
-        RegressionReport { curvature_std: *regression.curvature_std(), ..RegressionReport::from(record) }
-    }
-
-    /// Whether any equation has a term.
-    pub fn has_terms(&self) -> bool {
-        self.terms.iter().any(|bits| *bits != 0)
-    }
-}
-
-impl From<&DerivativesRecord> for RegressionReport {
-    fn from(record: &DerivativesRecord) -> Self {
-        let mut report = RegressionReport { time_s: record.time_s, excited: record.excited, ..RegressionReport::NONE };
+        let mut report = RegressionReport {
+            time_s: record.time_s,
+            excited: record.excited,
+            curvature_std: *regression.curvature_std(),
+            ..RegressionReport::NONE
+        };
         for ((bits, std), equation) in report.terms.iter_mut().zip(&mut report.std).zip(&record.equations) {
             if equation.status.rank() < Status::Stale.rank() {
                 continue;
@@ -58,5 +52,10 @@ impl From<&DerivativesRecord> for RegressionReport {
             }
         }
         report
+    }
+
+    /// Whether any equation has a term.
+    pub fn has_terms(&self) -> bool {
+        self.terms.iter().any(|bits| *bits != 0)
     }
 }

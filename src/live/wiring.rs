@@ -18,6 +18,7 @@ use crate::io::outputs::words::status_text::ReasonText;
 use crate::io::telemetry::record::RecordingRow;
 use crate::postflight::diagnosis::record::{FindingRecord, FindingStatus};
 use crate::postflight::output_error::record::{OutputErrorProgress, OutputErrorRecord};
+use crate::realtime::estimation::record::Doubt;
 use crate::realtime::pipeline::{Pipeline, Tick};
 use crate::realtime::regression::record::Reason;
 use std::io;
@@ -141,8 +142,8 @@ impl Task for diagnosis::LiveDiagnosis {
 /// Limits the modes of a fit by the newest regression's, marks a fit that is apart from it, and the regression where a converged
 /// fit contradicts it: numbers that output error itself doubts contradict nothing.
 fn compare(pipeline: &mut Pipeline, sink: &RecordSink, fit: &mut OutputErrorRecord, controls: ControlNames) {
-    if withhold(pipeline, fit, controls) {
-        return;
+    if let Some(doubt) = pipeline.estimator().instrumentation().doubt {
+        return withhold(fit, doubt, controls);
     }
     withhold_axes(sink.derivatives.as_ref(), fit);
     limit_modes(sink.modes.as_ref(), fit);
@@ -156,12 +157,9 @@ fn compare(pipeline: &mut Pipeline, sink: &RecordSink, fit: &mut OutputErrorReco
 }
 
 /// Takes the numbers out of a fit while an instrument is in doubt: they rest on its readings as the regression's do.
-fn withhold(pipeline: &Pipeline, fit: &mut OutputErrorRecord, controls: ControlNames) -> bool {
-    let Some(doubt) = pipeline.estimator().instrumentation().doubt else { return false };
+fn withhold(fit: &mut OutputErrorRecord, doubt: Doubt, controls: ControlNames) {
     fit.withhold();
-    let reason = Reason::InstrumentDoubted { channel: doubt.channel() };
-    fit.explain(ReasonText { reason, controls });
-    true
+    fit.explain(ReasonText { reason: Reason::InstrumentDoubted { channel: doubt.channel() }, controls });
 }
 
 /// A run being estimated: the pipeline with everything that its records go through.
@@ -236,9 +234,10 @@ impl WiredRun {
         let report = derivatives.map(|derivatives| RegressionReport::new(&derivatives, pipeline.regression()));
         let mut published = Ok(());
         if report.is_some()
-            && let Some(mut record) = sink.output_error.clone().filter(|fit| !fit.parameters.is_empty())
-            && withhold(pipeline, &mut record, *controls)
+            && let Some(doubt) = pipeline.estimator().instrumentation().doubt
+            && let Some(mut record) = sink.output_error.as_ref().filter(|fit| !fit.parameters.is_empty()).cloned()
         {
+            withhold(&mut record, doubt, *controls);
             publisher.output_error(&record)?;
             sink.output_error(&record);
         }

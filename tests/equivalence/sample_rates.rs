@@ -3,17 +3,14 @@
 //! Samples less than `2 lag / 248` apart, 3.2 ms, are not all used by the regression: every second one at 333 to 500 Hz,
 //! every fourth at 1000 Hz. Its standard errors are those of the rate that is used, 155 to 310 Hz.
 
-use crate::support::manoeuvre::{DURATION_S, INPUTS, LEAD_S};
+use crate::support::manoeuvre::{INPUTS, WANTED, fly_at};
 use sideslip::flight::channel::Channel;
-use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::file::model_file::ModelFile;
 use sideslip::flight::run::RunGeometry;
 use sideslip::flight::sample::Sample;
 use sideslip::realtime::estimation::config::EstimationConfig;
 use sideslip::realtime::estimation::estimator::Estimator;
 use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
-use sideslip::simulation::fly::{Inputs, simulate};
-use sideslip::simulation::input::InputSpec;
 use sideslip::simulation::instrument::InstrumentSet;
 
 const MODEL: &str = include_str!("../../replay/models/puma-like.toml");
@@ -21,26 +18,9 @@ const SEEDS: u64 = 4;
 /// Standard errors of one flight scatter by a third from seed to seed, their mean over the terms and four seeds by a tenth.
 const FACTOR: f64 = 1.3;
 
-const WANTED: [(Axis, Variable); 8] = [
-    (Axis::N, Variable::V),
-    (Axis::N, Variable::P),
-    (Axis::N, Variable::R),
-    (Axis::N, Variable::Pedal),
-    (Axis::L, Variable::V),
-    (Axis::L, Variable::P),
-    (Axis::L, Variable::R),
-    (Axis::L, Variable::LatCyclic),
-];
-
 fn flown(rate_hz: f64, seed: u64) -> Vec<Sample> {
     let model = ModelFile::parse(MODEL).unwrap().linear;
-    let mut controls = Inputs::at_trim(&model);
-    for input in INPUTS {
-        let spec = InputSpec::parse(input).unwrap();
-        let place = Channel::CONTROLS.iter().position(|&control| control == spec.channel).unwrap();
-        controls.controls[place] = controls.controls[place].plus(1.0, &spec.deviation(LEAD_S));
-    }
-    simulate(&model, &controls, &InstrumentSet::flight_quality(1.0), DURATION_S, rate_hz, seed).unwrap().samples
+    fly_at(rate_hz, &model, &INPUTS, &InstrumentSet::flight_quality(1.0), seed).samples
 }
 
 /// Value and standard error of every wanted derivative; each has to be told.

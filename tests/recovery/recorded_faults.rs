@@ -6,6 +6,7 @@
 
 use super::instrument_faults::Fault::{self, Clipped, Exchanged, Factor, Frozen};
 use super::instrument_faults::spoil;
+use super::pilot::KNOT;
 use crate::support::manoeuvre::over_seeds;
 use crate::support::program::real;
 use sideslip::flight::channel::Channel;
@@ -20,8 +21,6 @@ use sideslip::realtime::regression::record::{DerivativesRecord, Status};
 
 use Channel::{Alpha, Ax, Ay, Az, Beta, P, Phi, Psi, Q, R, Tas, Theta};
 use Channel::{LatCyclic as Aileron, LonCyclic as Elevator, Pedal as Rudder};
-
-const KNOT: f64 = 1852.0 / 3600.0;
 
 /// Times of the freezes and limits of the clips are parts of the length and of the largest deviation of the recording.
 const FAULTS: &[(&[Channel], Fault)] = &[

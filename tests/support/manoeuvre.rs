@@ -1,5 +1,6 @@
 //! The manoeuvre that the statistical tests fly: the published Puma at 100 kn, pedal 3211, then lateral cyclic 3211.
 
+use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::model::LinearModel;
 use sideslip::simulation::fly::{FlightResult, Inputs, simulate};
 use sideslip::simulation::input::InputSpec;
@@ -15,15 +16,32 @@ pub(crate) const RATE_HZ: f64 = 100.0;
 /// and its derivatives cannot be known.
 pub(crate) const INPUTS: [&str; 2] = ["pedal:3211:0.02:0.7", "lat_cyclic:3211:0.008:0.5:7"];
 
+/// The derivatives of yaw and roll that the modes are made of: what is asked of every way of telemetry and flying.
+pub(crate) const WANTED: [(Axis, Variable); 8] = [
+    (Axis::N, Variable::V),
+    (Axis::N, Variable::P),
+    (Axis::N, Variable::R),
+    (Axis::N, Variable::Pedal),
+    (Axis::L, Variable::V),
+    (Axis::L, Variable::P),
+    (Axis::L, Variable::R),
+    (Axis::L, Variable::LatCyclic),
+];
+
 /// One flight with instruments of that quality.
 pub(crate) fn fly(model: &LinearModel, inputs: &[&str], instruments: &InstrumentSet, seed: u64) -> FlightResult {
+    fly_at(RATE_HZ, model, inputs, instruments, seed)
+}
+
+/// The same with so many samples a second.
+pub(crate) fn fly_at(rate_hz: f64, model: &LinearModel, inputs: &[&str], instruments: &InstrumentSet, seed: u64) -> FlightResult {
     let mut controls = Inputs::at_trim(model);
     for input in inputs {
         let spec = InputSpec::parse(input).unwrap();
         let place = sideslip::flight::channel::Channel::CONTROLS.iter().position(|&control| control == spec.channel).unwrap();
         controls.controls[place] = controls.controls[place].plus(1.0, &spec.deviation(LEAD_S));
     }
-    simulate(model, &controls, instruments, DURATION_S, RATE_HZ, seed).unwrap()
+    simulate(model, &controls, instruments, DURATION_S, rate_hz, seed).unwrap()
 }
 
 /// Results of seeds 0 .. count, on every core.

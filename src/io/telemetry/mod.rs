@@ -25,3 +25,4 @@ pub mod record;
 pub mod recording;
 #[cfg(all(feature = "log", feature = "mavlink"))]
 pub mod recording_config;
+pub mod waiting_rows;

@@ -5,7 +5,6 @@ use super::config::Noise;
 pub use super::screening::Doubt;
 pub use super::screening::confirmation::Confirmation;
 pub use super::screening::gross_error::GrossError;
-
 use crate::flight::channel::Channel;
 
 /// What one aid did at one sample. Log, diagnosis input and test surface in one.

@@ -12,10 +12,9 @@ use super::packet::{Chapter10Packet, Chapter10Reader};
 use super::recording_start::RecordingStart;
 use super::time_relation::TimeRelation;
 use crate::flight::file::run_file::{RecordingColumn, RunInfo};
-use crate::flight::sample::Sample;
 use crate::io::telemetry::byte_window::read_block;
 use crate::io::telemetry::record::{RecordingError, RecordingRow, SkippedByReason};
-use std::collections::VecDeque;
+use crate::io::telemetry::waiting_rows::WaitingRows;
 use std::fs::File;
 use std::io::{Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -34,10 +33,8 @@ pub struct Chapter10Recording {
     rows: ChannelRows,
     chosen: ChosenChannel,
     info: RunInfo,
-    waiting: VecDeque<RecordingRow>,
-    row: RecordingRow,
+    waiting: WaitingRows,
     skipped: SkippedByReason,
-    ended: bool,
 }
 
 impl Chapter10Recording {
@@ -78,10 +75,8 @@ impl Chapter10Recording {
             rows,
             chosen,
             info,
-            waiting: VecDeque::new(),
-            row: RecordingRow { number: 0, sample: Sample::new(0.0), others: Vec::new() },
+            waiting: WaitingRows::default(),
             skipped: SkippedByReason::default(),
-            ended: false,
         })
     }
 
@@ -133,24 +128,20 @@ impl Chapter10Recording {
     /// # Errors
     /// [`RecordingError`] where reading fails, or the end comes without a row.
     pub fn next_row(&mut self) -> Result<Option<&RecordingRow>, RecordingError> {
-        while self.waiting.is_empty() && !self.ended {
+        while self.waiting.wants_more() {
             self.read_on()?;
         }
-        match self.waiting.pop_front() {
-            Some(row) => {
-                self.row = row;
-                Ok(Some(&self.row))
-            }
-            None if self.row.number > 0 => Ok(None),
-            None => Err(self.nothing()),
+        if self.waiting.is_empty() && !self.waiting.gave_any() {
+            return Err(self.nothing());
         }
+        Ok(self.waiting.next_row())
     }
 
     fn read_on(&mut self) -> Result<(), RecordingError> {
         let read = read_block(&mut self.file, &mut self.block);
         let count = read.map_err(|source| RecordingError::Io { path: self.path.clone(), source })?;
         let Chapter10Recording { reader, relation, rows, waiting, block, .. } = self;
-        let mut each = |row: &RecordingRow| waiting.push_back(row.clone());
+        let mut each = |row: &RecordingRow| waiting.push(row);
         let mut take = |packet: &Chapter10Packet<'_>| {
             // What cannot be read is in the tally.
             let _ = relation.packet(packet);
@@ -168,7 +159,7 @@ impl Chapter10Recording {
                 take(&packet);
             }
             rows.finish(&mut each);
-            self.ended = true;
+            waiting.end();
         }
         Ok(())
     }

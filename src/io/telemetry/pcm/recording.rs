@@ -12,10 +12,9 @@ use super::frame_sync::SyncCounters;
 use super::layout::PcmFormat;
 use super::rows::PcmRows;
 use crate::flight::file::run_file::{RecordingColumn, RunInfo};
-use crate::flight::sample::Sample;
 use crate::io::telemetry::byte_window::read_block;
 use crate::io::telemetry::record::{RecordingError, RecordingRow, SkippedByReason};
-use std::collections::VecDeque;
+use crate::io::telemetry::waiting_rows::WaitingRows;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
@@ -30,10 +29,8 @@ pub struct PcmRecording {
     decoder: PcmDecoder,
     rows: PcmRows,
     info: RunInfo,
-    waiting: VecDeque<RecordingRow>,
-    row: RecordingRow,
+    waiting: WaitingRows,
     skipped: SkippedByReason,
-    ended: bool,
 }
 
 impl std::fmt::Debug for PcmRecording {
@@ -63,10 +60,8 @@ impl PcmRecording {
             format,
             rows,
             info,
-            waiting: VecDeque::new(),
-            row: RecordingRow { number: 0, sample: Sample::new(0.0), others: Vec::new() },
+            waiting: WaitingRows::default(),
             skipped: SkippedByReason::default(),
-            ended: false,
         })
     }
 
@@ -98,17 +93,13 @@ impl PcmRecording {
     /// # Errors
     /// [`RecordingError`] where reading fails, or the end comes without a row.
     pub fn next_row(&mut self) -> Result<Option<&RecordingRow>, RecordingError> {
-        while self.waiting.is_empty() && !self.ended {
+        while self.waiting.wants_more() {
             self.read_on()?;
         }
-        match self.waiting.pop_front() {
-            Some(row) => {
-                self.row = row;
-                Ok(Some(&self.row))
-            }
-            None if self.row.number > 0 => Ok(None),
-            None => Err(self.nothing()),
+        if self.waiting.is_empty() && !self.waiting.gave_any() {
+            return Err(self.nothing());
         }
+        Ok(self.waiting.next_row())
     }
 
     fn read_on(&mut self) -> Result<(), RecordingError> {
@@ -116,12 +107,12 @@ impl PcmRecording {
         let read = read_block(&mut self.file, &mut block);
         let count = read.map_err(|source| RecordingError::Io { path: self.path.clone(), source })?;
         let PcmRecording { decoder, rows, waiting, .. } = self;
-        let mut each = |row: &RecordingRow| waiting.push_back(row.clone());
+        let mut each = |row: &RecordingRow| waiting.push(row);
         decoder.feed(block.get(..count).unwrap_or_default(), |sample| rows.put(&sample, &mut each));
         if count == 0 {
             decoder.finish(|sample| rows.put(&sample, &mut each));
             rows.finish(&mut each);
-            self.ended = true;
+            waiting.end();
         }
         Ok(())
     }

@@ -221,3 +221,72 @@ fn scale(slopes: [Option<Slope>; 3], is_used: impl Fn(&Slope) -> bool) -> Option
     let excess = if count > 1.0 { (scatter / (count - 1.0)).max(1.0) } else { 1.0 };
     Some((mean, libm::sqrt(excess / weights)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::realtime::estimation::screening::kinematic_agreement::COMPARED;
+
+    /// Slopes after so many windows in which every output follows its kinematics times a factor, beside a part of air.
+    fn after(factor: f64, windows: usize, air: f64) -> InstrumentSlopes {
+        let mut slopes = InstrumentSlopes::NEW;
+        for i in 0..windows {
+            let (k, air) = (libm::sin(0.2 * i as f64), air * libm::cos(0.13 * i as f64));
+            let one = Some((factor * k + air, k));
+            slopes.window(&[one; COMPARED], [one; 2]);
+        }
+        slopes
+    }
+
+    const AIR: f64 = 0.2;
+
+    #[test]
+    fn a_sign_and_a_unit_are_confirmed_where_they_are_right() {
+        use Confirmation::{Confirmed, Doubted};
+        let right = after(1.0, 200, AIR);
+        assert_eq!(right.accelerometers(true), [Confirmed; 2]);
+        assert_eq!(right.accelerometers(false), [Confirmed, Confirmation::Plausible], "the sideslip does not bear ay out");
+        assert!(right.airspeed() == Confirmed && right.incidence() == Confirmed && !right.airspeed_is_contradicted());
+        // Reversed, in g, and what the kinematics say hardly appears in the readings: air that moves, or a wrong unit.
+        for wrong in [-1.0, 9.8, 0.1] {
+            let [ax, ay] = after(wrong, 200, AIR).accelerometers(true);
+            assert!(ax != Confirmed && ay != Confirmed, "{wrong}");
+        }
+        for contradicting in [-1.0, 9.8] {
+            assert_eq!(after(contradicting, 200, AIR).accelerometers(true), [Doubted; 2], "{contradicting}");
+        }
+        // As of an aircraft that follows the air.
+        assert_eq!(after(-0.4, 200, AIR).accelerometers(true)[1], Confirmation::Plausible);
+        for few in [after(1.0, 40, AIR), after(-1.0, 40, AIR)] {
+            assert!(few.accelerometers(true) == [Doubted; 2] && !few.airspeed_is_contradicted(), "too few windows");
+        }
+        let none = InstrumentSlopes::NEW;
+        assert_eq!((none.airspeed(), none.incidence()), (Confirmation::Plausible, Confirmation::Plausible), "nothing to compare");
+    }
+
+    #[test]
+    fn an_airspeed_in_another_unit_is_contradicted_and_a_reversed_incidence_not_confirmed() {
+        for (factor, contradicted) in [(1.0, false), (1.944, true), (3.6, true), (0.514, true)] {
+            let slopes = after(factor, 200, 0.1);
+            assert_eq!(slopes.airspeed_is_contradicted(), contradicted, "{factor}");
+            assert!(contradicted != (slopes.airspeed() == Confirmation::Confirmed) || factor < 1.0, "{factor}");
+        }
+        assert_eq!(after(-1.0, 200, AIR).incidence(), Confirmation::Doubted);
+        // Air that moves more than the aircraft hides the airspeed, and says nothing against it.
+        let hidden = after(1.0, 200, 3.0);
+        assert!(hidden.airspeed() != Confirmation::Confirmed && !hidden.airspeed_is_contradicted());
+    }
+
+    #[test]
+    fn an_error_is_shown_by_the_slope_of_its_instrument() {
+        let error = |wanted: fn(&GrossError) -> bool| GrossError::ALL.iter().find(|error| wanted(error)).unwrap();
+        let knots = error(|error| matches!(error, GrossError::Unit([Channel::Tas], "kn", _)));
+        let reversed = error(|error| matches!(error, GrossError::Turned([Channel::Ay])));
+        assert!(after(1.944, 200, 0.1).shows(knots) && !after(1.0, 200, 0.1).shows(knots));
+        assert!(after(-1.0, 200, 0.1).shows(reversed) && !after(1.0, 200, 0.1).shows(reversed));
+        assert!(
+            InstrumentSlopes::NEW.shows(error(|error| matches!(error, GrossError::Turned([Channel::P])))),
+            "no slope is of p"
+        );
+    }
+}

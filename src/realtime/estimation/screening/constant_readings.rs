@@ -40,10 +40,8 @@ struct LastReadings {
     change_min: f64,
     range: [f64; 2],
     moved_s: f64,
-    /// Whether it is known to stand until its next change.
+    /// Whether it is known to stand until its next change, and repeats in such runs before.
     declared: bool,
-    /// Whether a control has been found to stand until its next change, and repeats in such runs before.
-    at_rest: bool,
     set_aside: f64,
 }
 
@@ -68,7 +66,6 @@ impl ConstantReadings {
             range: [f64::INFINITY, f64::NEG_INFINITY],
             moved_s: f64::NEG_INFINITY,
             declared: false,
-            at_rest: false,
             set_aside: 0.0,
         }; CHANNELS],
     };
@@ -85,9 +82,9 @@ impl ConstantReadings {
                 run.repeats += 1.0;
             }
             newest => {
-                if run.at_rest {
+                if run.declared {
                     run.set_aside += run.equal;
-                    run.at_rest = false;
+                    run.declared = false;
                 }
                 if let Some(newest) = newest {
                     let change = (value - newest).abs();
@@ -102,23 +99,20 @@ impl ConstantReadings {
                 run.newest = Some(value);
                 run.since_s = time_s;
                 run.equal = 0.0;
-                run.declared = false;
             }
         }
-        let stored = run;
-        let run = *stored;
-        let stands_s = time_s - run.since_s;
         if run.declared {
             return true;
         }
+        let stands_s = time_s - run.since_s;
         let known = run.count - run.equal > UNKNOWN;
         if Channel::CONTROLS.contains(&channel) {
             let at_end = value <= run.range[0] || value >= run.range[1];
             let (least_s, repeats) = if at_end { CONTROL_AT_END } else { CONTROL_ELSEWHERE };
-            let stands = known && run.equal >= CONTROL_LEAST && stands_s >= least_s && elsewhere(&run) < repeats;
-            stored.at_rest |= stands;
-            return stands;
+            run.declared = known && run.equal >= CONTROL_LEAST && stands_s >= least_s && elsewhere(run) < repeats;
+            return run.declared;
         }
+        let run = *run;
         let (least, least_s) = if known { (LEAST, LEAST_S) } else { (LEAST, UNKNOWN_S) };
         if channel == Channel::Altitude || run.equal < least || stands_s < least_s || in_steps(&run) {
             return false;

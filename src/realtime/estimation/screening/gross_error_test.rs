@@ -9,8 +9,9 @@ use super::bin_means::{BIN_S, BinMeans};
 use super::confirmation::{Confirmation, InstrumentSlopes};
 use super::gross_error::{GROSS_ERRORS, GrossError};
 use super::kinematic_agreement::{
-    AGREES, AGREES_PARTLY, AccelerationIncrements, Agreement, COMPARED, CorrectionGain, Increments, OUTPUT_CHANNELS, OutputRates,
-    SIGNAL, THRESHOLD, by_arm, compared_increments, compared_output, contradicts, correction_gain, likeliest, output_rates,
+    AGREES, AGREES_PARTLY, Agreement, COMPARED, CorrectionGain, Increments, OUTPUT_CHANNELS, OUTPUTS, OutputRates, SIDESLIP,
+    SIGNAL, THRESHOLD, acceleration_increments, by_arm, compared_increments, compared_output, contradicts, correction_gain,
+    likeliest, output_rates,
 };
 use super::moved_by_others::moved_by_others;
 use crate::flight::channel::{CHANNELS, Channel, MOTION_CHANNELS};
@@ -26,9 +27,6 @@ const STRIDE: usize = 4;
 const LENGTH: usize = 2 * STRIDE;
 /// Fewer windows say nothing.
 const WINDOWS_MIN: f32 = 5.0;
-/// Places of incidence and sideslip among the outputs.
-const INCIDENCE: usize = 1;
-const SIDESLIP: usize = 2;
 /// Windows in a row, one each 0.1 s, after which a channel that stands while others move it does so for good.
 const STOOD_WINDOWS: u8 = 8;
 /// Gain from which on an error is suspected.
@@ -97,8 +95,6 @@ pub struct GrossErrorTest {
     corrected: [OutputMoments; GROSS_ERRORS],
     gains: [Option<CorrectionGain>; GROSS_ERRORS],
     slopes: InstrumentSlopes,
-    /// Variance of the noise of an increment of bank or pitch, the larger of the two, rad^2.
-    attitude_noise_var: f64,
     /// Windows in a row in which bank or pitch contradicted the gyros.
     attitude_contradicted: u8,
     /// Windows in a row in which a channel stood while the kinematics moved it.
@@ -114,7 +110,6 @@ impl GrossErrorTest {
             corrected: [ZERO; GROSS_ERRORS],
             gains: [None; GROSS_ERRORS],
             slopes: InstrumentSlopes::NEW,
-            attitude_noise_var: 0.0,
             attitude_contradicted: 0,
             stood: [0; MOTION_CHANNELS],
         }
@@ -130,16 +125,13 @@ impl GrossErrorTest {
     ) {
         let phase = number.rem_euclid(STRIDE as i64) as usize;
         let window = Window::of(number.saturating_sub(LENGTH as i64), means, geometry);
-        let Some((increments, by_acceleration)) = window.increments(None) else { return };
+        let Some((measured, kinematic)) = window.increments(None) else { return };
+        let increments = compared_increments(measured, &kinematic);
         for (channel, stood) in Channel::ALL.into_iter().zip(&mut self.stood) {
             let moved = window.stands(channel) && moved_by_others(channel, &increments, steps, |k| window.noise_var(k, None));
             *stood = if moved { stood.saturating_add(1) } else { 0 };
         }
-        self.slopes.window(&increments, by_acceleration);
-        self.attitude_noise_var = [Channel::Phi, Channel::Theta]
-            .into_iter()
-            .filter_map(|channel| means.get(channel.index()))
-            .fold(0.0, |most, means| f64::max(most, 2.0 * means.noise_var()));
+        self.slopes.window(&increments, acceleration_increments(measured, &kinematic));
         let moves = increments.iter().enumerate().any(|(k, increment)| {
             increment.is_some_and(|(measured, _)| measured * measured > 2.0 * SIGNAL * window.noise_var(k, None))
         });
@@ -152,12 +144,13 @@ impl GrossErrorTest {
         let windows = f64::from(moments.iter().map(|one| one.count).fold(0.0, f32::max)) * STRIDE as f64 / LENGTH as f64;
         let contradicted = contradicts(&as_recorded);
         self.attitude_contradicted =
-            if self.attitude_is_contradicted() { self.attitude_contradicted.saturating_add(1) } else { 0 };
+            if self.attitude_is_contradicted(means) { self.attitude_contradicted.saturating_add(1) } else { 0 };
         for ((error, moments), gain) in GrossError::ALL.iter().zip(&mut self.corrected).zip(&mut self.gains) {
             if error.channels().first().is_none_or(|first| first.index() % STRIDE != phase) {
                 continue;
             }
-            let Some((increments, _)) = window.increments(Some(error)) else { continue };
+            let Some((measured, kinematic)) = window.increments(Some(error)) else { continue };
+            let increments = compared_increments(measured, &kinematic);
             let corrected = taken(moments, &increments, kept, |k| window.noise_var(k, Some(error)));
             // A response to gusts opposes them: a weak agreement with a reversed sign is no evidence in moving air.
             let found = contradicted.then(|| correction_gain(&as_recorded, &corrected, windows)).flatten();
@@ -223,12 +216,16 @@ impl GrossErrorTest {
     }
 
     /// Whether bank or pitch as recorded contradict the gyros, at every phase of the windows: no air moves these.
-    fn attitude_is_contradicted(&self) -> bool {
+    fn attitude_is_contradicted(&self, means: &[BinMeans; MOTION_CHANNELS]) -> bool {
+        // That of an increment of the noisier of the two.
+        let noise_var = [Channel::Phi, Channel::Theta]
+            .into_iter()
+            .filter_map(|channel| means.get(channel.index()))
+            .fold(0.0, |most, means| f64::max(most, 2.0 * means.noise_var()));
         let by = |output: Channel| {
             let place = OUTPUT_CHANNELS.iter().position(|other| *other == output);
             place.is_some_and(|place| {
-                let of =
-                    |outputs: &OutputMoments| outputs.get(place).and_then(|moments| moments.a(MOVES * self.attitude_noise_var));
+                let of = |outputs: &OutputMoments| outputs.get(place).and_then(|moments| moments.a(MOVES * noise_var));
                 self.as_recorded.iter().all(|outputs| of(outputs).is_some_and(|a| a > CONTRADICTED))
             })
         };
@@ -357,9 +354,9 @@ impl<'a> Window<'a> {
         all
     }
 
-    /// Measured and kinematic increments from the middle of the first bin to that of the last, these by the trapezoidal rule; and
-    /// those of incidence and sideslip by acceleration alone.
-    fn increments(&self, error: Option<&GrossError>) -> Option<(Increments, AccelerationIncrements)> {
+    /// Measured increments of the outputs from the middle of the first bin to that of the last, and the integral of their
+    /// kinematic rates by the trapezoidal rule.
+    fn increments(&self, error: Option<&GrossError>) -> Option<([Option<f64>; OUTPUTS], OutputRates)> {
         let corrections = Channel::ALL.map(|channel| correction(channel, error));
         let mut ends = [[None; MOTION_CHANNELS]; 2];
         let mut kinematic = OutputRates::ZERO;
@@ -377,13 +374,7 @@ impl<'a> Window<'a> {
             let end = |end: usize| ends[end].get(channel.index()).copied().flatten();
             Some(end(1)? - end(0)?)
         });
-        let by_acceleration = core::array::from_fn(|i| {
-            let output = INCIDENCE + i;
-            let (measured, whole) = ((*measured.get(output)?)?, (*kinematic.whole.get(output)?)?);
-            let share = kinematic.by_acceleration[i]?;
-            Some((measured - (whole - share), share))
-        });
-        Some((compared_increments(measured, &kinematic), by_acceleration))
+        Some((measured, kinematic))
     }
 
     /// Variance of the noise of the reading that shows a compared output.

@@ -24,6 +24,10 @@ pub const OUTPUT_CHANNELS: [Channel; 7] =
 pub const OUTPUTS: usize = OUTPUT_CHANNELS.len();
 /// The output to which each accelerometer contributes most: ax airspeed, ay sideslip, az incidence.
 pub const CONTRIBUTES_TO: [usize; 3] = [0, 2, 1];
+/// Place of the incidence among the outputs.
+const INCIDENCE: usize = 1;
+/// Place of the sideslip among the outputs.
+pub const SIDESLIP: usize = INCIDENCE + 1;
 /// Outputs, and the shares of the three accelerometers in the first three of them.
 pub const COMPARED: usize = OUTPUTS + CONTRIBUTES_TO.len();
 
@@ -73,12 +77,23 @@ pub fn compared_increments(measured: [Option<f64>; OUTPUTS], kinematic: &OutputR
         *increment = match k.checked_sub(OUTPUTS) {
             None => measured[k].zip(kinematic.whole[k]),
             Some(axis) => {
-                let whole = measured[CONTRIBUTES_TO[axis]].zip(kinematic.whole[CONTRIBUTES_TO[axis]]);
-                whole.zip(kinematic.by_force[axis]).map(|((measured, kinematic), share)| (measured - (kinematic - share), share))
+                let output = CONTRIBUTES_TO[axis];
+                of_share(measured[output], kinematic.whole[output], kinematic.by_force[axis])
             }
         };
     }
     increments
+}
+
+/// The increments of incidence and sideslip by acceleration.
+pub fn acceleration_increments(measured: [Option<f64>; OUTPUTS], kinematic: &OutputRates) -> AccelerationIncrements {
+    core::array::from_fn(|i| of_share(measured[INCIDENCE + i], kinematic.whole[INCIDENCE + i], kinematic.by_acceleration[i]))
+}
+
+/// The measurement less all other terms than a share, beside that share.
+fn of_share(measured: Option<f64>, whole: Option<f64>, share: Option<f64>) -> Option<(f64, f64)> {
+    let (measured, whole, share) = (measured?, whole?, share?);
+    Some((measured - (whole - share), share))
 }
 
 /// Whether an output contradicts the kinematics.

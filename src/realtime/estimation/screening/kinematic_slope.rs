@@ -17,6 +17,7 @@ const LAGS: usize = 16;
 const WINDOW_BINS: f64 = 8.0;
 /// Windows before there is a slope: five seconds.
 const COUNT_MIN: f32 = 50.0;
+
 /// The slope of one output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slope {

@@ -180,16 +180,16 @@ impl Screening {
         let suspicion = self.test.suspicion(named, self.mean_az().is_some_and(weighs_g));
         let after_standing = self.tested.zip(self.stood_at).is_some_and(|(now, at)| now.saturating_sub(at) < AFTER_STANDING);
         // The last readings before an instrument was found to stand are among the increments; readings beyond the limits are not.
-        let by_kinematics = self.certain(suspicion).filter(|(error, _)| {
-            let beyond = self.beyond_limits();
-            !after_standing && beyond.is_none_or(|channel| error.channels().contains(&channel))
-        });
+        let beyond = self.beyond_limits();
+        let by_kinematics = self
+            .certain(suspicion)
+            .filter(|(error, _)| !after_standing && beyond.is_none_or(|channel| error.channels().contains(&channel)));
         let by_weight = self.error_of_weight().map(|error| (error, 1.0));
         // What has been named stays named while nothing else is.
         let found = by_weight.or(by_kinematics).or(named.map(|error| (error, 1.0)));
         let (airspeed, contradicted) = self.test.airspeed();
         self.airspeed_contradicted = if contradicted { self.airspeed_contradicted.saturating_add(1) } else { 0 };
-        self.doubt = match (found, self.beyond_limits(), suspicion) {
+        self.doubt = match (found, beyond, suspicion) {
             (Some((error, r_squared)), ..) => {
                 if named != Some(error) {
                     notice(ScreeningEvent::GrossError(error, r_squared));
