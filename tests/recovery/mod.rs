@@ -3,11 +3,13 @@
 mod gusts;
 mod instrument_faults;
 mod instruments;
+mod larger_motion;
 mod live_output_error;
 mod pilot;
 mod puma_100kn;
 mod recorded_faults;
 mod recordings;
+mod reported;
 mod tlog;
 
 use crate::support::manoeuvre::WANTED;

@@ -1,12 +1,14 @@
 //! Curvature: how far derivatives by least squares depend on the amplitude of the motion.
 //!
-//! Consumes z and, beside the information matrix, its products with the curvature of the forces and moments
-//!     c = [v^2, v|v|, w^2, w|w|, v w,  w p, w r,  q r, p r, p q]                                      (1)
-//! (flow angles; damping that changes with incidence; inertia) and produces, for a fitted equation, by how much its estimates
-//! would shift were c among the regressors. With G = (X'X)^-1 X'c, c_r the part of c that the regressors leave, e the residual,
-//! and s^2 the residual's variance for independent samples,
+//! Consumes z and, beside the information matrix, its products with the curvature c of the forces and moments; produces, for a
+//! fitted equation, by how much its estimates would shift were c among the regressors. c has, for the equations of each plane,
+//!     X, Z, M:  u [u w q lon col],   w [w q lon col],     v [v w p r lat ped],   v|v|, w|w|, p r                    (1)
+//!     Y, L, N:  u [u v p r lat ped], w [w v p r lat ped], v [v q],               v|v|, w|w|, q r, p q
+//! (speed, incidence and sideslip on which every derivative depends; inertia). With G = (X'X)^-1 X'c, c_r the part of c that the
+//! regressors leave, e the residual, and s^2 the residual's variance for independent samples,
 //!     kappa = P c_r'e/s^2,   P = (c_r'c_r/s^2 + T^-1)^-1,   shift = -G kappa, of covariance G P G'    (2)
-//! T is the prior: a derivative by v, w, p or r doubles over `DOUBLING_RAD` of flow angle, and the coupling by inertia,
+//! T is the prior: a derivative doubles over `DOUBLING_RAD` of flow angle or `DOUBLING_SPEED` of speed, one of the other plane
+//! is as large as its counterpart by symmetry of the rotor (v and w, p and q, cyclics), and the coupling by inertia,
 //! (Izz - Iyy)/Ixx and its like, is 1. It keeps small motion, in which c cannot be told from the regressors, from giving any
 //! curvature.
 //! Source: (2) is ridge regression with a Gaussian prior, A. E. Hoerl and R. W. Kennard, Technometrics 12(1), 1970, and its
@@ -15,24 +17,84 @@
 
 use super::candidate::{BIAS, REGRESSORS, SIGNALS, is_primary, regressor};
 use super::stepwise::Fit;
-use crate::flight::derivative::{Axis, Variable};
+use crate::flight::derivative::Axis;
+use crate::flight::derivative::Variable::{self, Collective, LatCyclic, LonCyclic, P, Pedal, Q, R, U, V, W};
 use nalgebra::{SMatrix, SVector};
 
-/// Length of (1), and its places from which on its parts begin.
-const CURVATURES: usize = 10;
-const BY_INCIDENCE: usize = 5;
-const BY_INERTIA: usize = 7;
+/// One entry of (1).
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Product {
+    Of(Variable, Variable),
+    /// x|x|.
+    Signed(Variable),
+}
+
+/// Length of (1) of either plane.
+const CURVATURES: usize = 18;
+
+/// (1) of X, Z and M.
+const LONGITUDINAL: [Product; CURVATURES] = [
+    Product::Of(U, U),
+    Product::Of(U, W),
+    Product::Of(U, Q),
+    Product::Of(U, LonCyclic),
+    Product::Of(U, Collective),
+    Product::Of(W, W),
+    Product::Of(W, Q),
+    Product::Of(W, LonCyclic),
+    Product::Of(W, Collective),
+    Product::Of(V, V),
+    Product::Of(V, W),
+    Product::Of(V, P),
+    Product::Of(V, R),
+    Product::Of(V, LatCyclic),
+    Product::Of(V, Pedal),
+    Product::Signed(V),
+    Product::Signed(W),
+    Product::Of(P, R),
+];
+
+/// (1) of Y, L and N.
+const LATERAL: [Product; CURVATURES] = [
+    Product::Of(U, U),
+    Product::Of(U, V),
+    Product::Of(U, P),
+    Product::Of(U, R),
+    Product::Of(U, LatCyclic),
+    Product::Of(U, Pedal),
+    Product::Of(W, W),
+    Product::Of(W, V),
+    Product::Of(W, P),
+    Product::Of(W, R),
+    Product::Of(W, LatCyclic),
+    Product::Of(W, Pedal),
+    Product::Of(V, V),
+    Product::Of(V, Q),
+    Product::Signed(V),
+    Product::Signed(W),
+    Product::Of(Q, R),
+    Product::Of(P, Q),
+];
 
 /// Flow angle over which a derivative may change by its own size, rad.
 const DOUBLING_RAD: f64 = 0.2;
 
+/// Change of speed, relative, over which one may.
+const DOUBLING_SPEED: f64 = 0.5;
+
 /// Shift of a primary term, in standard errors without it and as part of the value, above which it depends on the amplitude.
 const LARGE_SHIFT: (f64, f64) = (3.0, 0.1);
 
-/// Weighted sums of products of (1) with z and with itself.
+/// Weighted sums of products of (1) with z and with itself, by plane.
 #[derive(Clone, Debug)]
 pub struct Curvature {
+    planes: [PlaneSums; 2],
+}
+
+#[derive(Clone, Debug)]
+struct PlaneSums {
     with_signals: [[f64; SIGNALS]; CURVATURES],
+    /// The lower triangle.
     among: [[f64; CURVATURES]; CURVATURES],
 }
 
@@ -44,20 +106,14 @@ struct Shift {
 
 impl Curvature {
     /// No vector yet.
-    pub const EMPTY: Curvature = Curvature { with_signals: [[0.0; SIGNALS]; CURVATURES], among: [[0.0; CURVATURES]; CURVATURES] };
+    pub const EMPTY: Curvature = Curvature {
+        planes: [const { PlaneSums { with_signals: [[0.0; SIGNALS]; CURVATURES], among: [[0.0; CURVATURES]; CURVATURES] } }; 2],
+    };
 
     /// One vector, with everything before it forgotten by `lambda`.
     pub fn add(&mut self, z: &[f64; SIGNALS], lambda: f64) {
-        let [v, w, p, q, r] = [Variable::V, Variable::W, Variable::P, Variable::Q, Variable::R].map(|one| z[regressor(one)]);
-        let c = [v * v, v * v.abs(), w * w, w * w.abs(), v * w, w * p, w * r, q * r, p * r, p * q];
-        for (i, &ci) in c.iter().enumerate() {
-            for (sum, &zj) in self.with_signals[i].iter_mut().zip(z) {
-                *sum = lambda * *sum + ci * zj;
-            }
-            // The lower triangle.
-            for (sum, &cj) in self.among[i].iter_mut().zip(&c[..=i]) {
-                *sum = lambda * *sum + ci * cj;
-            }
+        for (sums, products) in self.planes.iter_mut().zip([&LONGITUDINAL, &LATERAL]) {
+            sums.add(&products.map(|one| one.of(z)), z, lambda);
         }
     }
 
@@ -68,7 +124,9 @@ impl Curvature {
         let colour = |&place: &usize| fit.cov[place][place] / (fit.dispersion[place][place] * residual_var);
         let terms = || fit.order.iter().filter(|&&place| place != BIAS);
         let colour = (terms().map(colour).sum::<f64>() / terms().count().max(1) as f64).max(1.0);
-        let Some(shift) = self.shift(fit, &prior_stds(axis, fit, speed), colour * residual_var) else { return false };
+        let stds = prior_stds(axis, fit, speed);
+        let sums = &self.planes[usize::from(axis.is_lateral())];
+        let Some(shift) = sums.shift(fit, &stds, colour * residual_var) else { return false };
         let (standard_errors, part) = LARGE_SHIFT;
         let large = Variable::ALL.into_iter().filter(|&variable| is_primary(axis, variable)).any(|variable| {
             let place = regressor(variable);
@@ -82,6 +140,29 @@ impl Curvature {
             fit.curvature_var[i] = shift.mean[i] * shift.mean[i] + shift.cov[i][i];
         }
         large
+    }
+}
+
+impl Product {
+    fn of(self, z: &[f64; SIGNALS]) -> f64 {
+        let value = |variable: Variable| z[regressor(variable)];
+        match self {
+            Product::Of(first, second) => value(first) * value(second),
+            Product::Signed(variable) => value(variable) * value(variable).abs(),
+        }
+    }
+}
+
+impl PlaneSums {
+    fn add(&mut self, c: &[f64; CURVATURES], z: &[f64; SIGNALS], lambda: f64) {
+        for (i, &ci) in c.iter().enumerate() {
+            for (sum, &zj) in self.with_signals[i].iter_mut().zip(z) {
+                *sum = lambda * *sum + ci * zj;
+            }
+            for (sum, &cj) in self.among[i].iter_mut().zip(&c[..=i]) {
+                *sum = lambda * *sum + ci * cj;
+            }
+        }
     }
 
     /// (2); `None` where nothing is to be compared. `residual_var` is s^2: the variance of the residual times how much more its
@@ -139,22 +220,32 @@ impl Curvature {
 
 /// Square roots of T's diagonal by place in (1); zero where the equation has no such curvature.
 fn prior_stds(axis: Axis, fit: &Fit, speed: f64) -> [f64; CURVATURES] {
-    let mut stds = [0.0; CURVATURES];
     if !(speed > 0.0) {
-        return stds;
+        return [0.0; CURVATURES];
     }
-    let doubling = |variable: Variable| (fit.theta[regressor(variable)] / (DOUBLING_RAD * speed)).abs();
-    let stiffness = doubling(if axis.is_lateral() { Variable::V } else { Variable::W });
-    stds[..BY_INCIDENCE].fill(stiffness);
-    stds[BY_INCIDENCE] = doubling(Variable::P);
-    stds[BY_INCIDENCE + 1] = doubling(Variable::R);
-    match axis {
-        Axis::X | Axis::Y | Axis::Z => {}
-        Axis::L => stds[BY_INERTIA] = 1.0,
-        Axis::M => stds[BY_INERTIA + 1] = 1.0,
-        Axis::N => stds[BY_INERTIA + 2] = 1.0,
+    let size = |variable: Variable| {
+        let own = variable.is_lateral() == axis.is_lateral();
+        fit.theta[regressor(if own { variable } else { counterpart(variable) })].abs()
+    };
+    let products = if axis.is_lateral() { &LATERAL } else { &LONGITUDINAL };
+    products.map(|product| match (product, axis) {
+        (Product::Of(U, second), _) => size(second) / (DOUBLING_SPEED * speed),
+        (Product::Of(V | W, second), _) | (Product::Signed(second), _) => size(second) / (DOUBLING_RAD * speed),
+        (Product::Of(Q, R), Axis::L) | (Product::Of(P, R), Axis::M) | (Product::Of(P, Q), Axis::N) => 1.0,
+        _ => 0.0,
+    })
+}
+
+/// What by symmetry of a rotor does in one plane what the variable does in the other.
+fn counterpart(variable: Variable) -> Variable {
+    match variable {
+        U | W => V,
+        V => W,
+        P | R => Q,
+        Q => P,
+        LatCyclic | Pedal => LonCyclic,
+        LonCyclic | Collective => LatCyclic,
     }
-    stds
 }
 
 #[cfg(test)]
@@ -276,10 +367,10 @@ mod tests {
         by_hand.dispersion[place][place] = 1.0 / vv;
         by_hand.residual[response(Axis::L)] = 1.0;
         by_hand.residual[place] = -theta;
-        let mut stds = [0.0; CURVATURES];
-        stds[BY_INERTIA] = 1.0;
+        let stds = LATERAL.map(|product| if product == Product::Of(Q, R) { 1.0 } else { 0.0 });
         let residual_var = 2e-4;
-        let shift = curvature.shift(&by_hand, &stds, residual_var).unwrap();
+        let [_, lateral] = &curvature.planes;
+        let shift = lateral.shift(&by_hand, &stds, residual_var).unwrap();
         let posterior = 1.0 / ((cc - cv * cv / vv) / residual_var + 1.0);
         let kappa = posterior * (cy - theta * cv) / residual_var;
         let mean = -cv / vv * kappa;

@@ -249,10 +249,15 @@ impl Recursive {
                 Some(reason) => (EquationRecord::empty(axis, Status::NotIdentifiable(reason)), None),
                 None => self.equation(axis, time_s, instruments),
             };
-            if let Some(reason) = self.doubtful(axis, &equation, instruments) {
+            let doubtful = self.doubtful(axis, &equation, instruments);
+            fits[axis.index()] = match doubtful {
+                Some(joint::AX_NOT_CONFIRMED) => fit.map(joint::of_unconfirmed_ax),
+                Some(_) => None,
+                None => fit,
+            };
+            if let Some(reason) = doubtful {
                 return EquationRecord::empty(axis, Status::NotIdentifiable(reason));
             }
-            fits[axis.index()] = fit;
             equation
         });
         self.add_frequency_estimates(&mut equations, &fits);

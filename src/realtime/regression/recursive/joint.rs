@@ -4,13 +4,34 @@
 //! equations is that of least squares, `coloured_errors` (1); what `endogeneity` and `curvature` add stands within each
 //! equation.
 
+use crate::flight::channel::Channel;
 use crate::flight::derivative::{AXES, Axis, Variable};
 use crate::realtime::estimation::record::TrimRecord;
 use crate::realtime::regression::candidate::{SIGNALS, regressor};
 use crate::realtime::regression::coloured_errors;
 use crate::realtime::regression::information::Information;
-use crate::realtime::regression::record::{EquationRecord, LATERAL, LateralDerivatives, MOTION, SixAxisDerivatives, Status};
+use crate::realtime::regression::record::{
+    EquationRecord, LATERAL, LateralDerivatives, MOTION, Reason, SixAxisDerivatives, Status,
+};
 use crate::realtime::regression::stepwise::Fit;
+
+/// Reason of an X equation without numbers whose fit is good enough for the coupling of the whole aircraft.
+pub(super) const AX_NOT_CONFIRMED: Reason = Reason::NotConfirmed { channel: Channel::Ax };
+
+/// Change of the derivatives of X, relative, by an ax in another unit (g for m/s^2, 9.81); one by a reversed ax is smaller.
+const BY_ANOTHER_UNIT: f64 = 8.81;
+
+/// The fit of X with what a wrong sign or unit of ax would change as part of its covariance. A lateral test input hardly moves
+/// the airspeed, which alone confirms ax, and X hardly enters the Dutch roll.
+pub(super) fn of_unconfirmed_ax(mut fit: Fit) -> Fit {
+    let change = fit.theta.map(|value| BY_ANOTHER_UNIT * value);
+    for (row, by_row) in fit.cov.iter_mut().zip(change) {
+        for (entry, by_column) in row.iter_mut().zip(change) {
+            *entry += by_row * by_column;
+        }
+    }
+    fit
+}
 
 /// The lateral derivatives with their joint covariance, where Y, L and N all have them. Those without a number of their own are
 /// among them, with their covariance: a mode can be known where they are not.
@@ -62,13 +83,15 @@ pub(super) fn lateral(
     Some(LateralDerivatives { values, cov, u0, w0, trim_std, phi0, theta0 })
 }
 
-/// The derivatives of every equation, where each has numbers and the longitudinal ones that the coupling needs are among them.
+/// The derivatives of every equation, where each has numbers, or lacks them only because ax is not confirmed, and the longitudinal ones that the coupling needs are among them.
 pub(super) fn six_axis(
     trim: &TrimRecord,
     fits: &[Option<Fit>; AXES],
     equations: &[EquationRecord; AXES],
 ) -> Option<SixAxisDerivatives> {
-    let has_numbers = |equation: &EquationRecord| equation.status.rank() >= Status::Stale.rank();
+    let has_numbers = |equation: &EquationRecord| {
+        equation.status.rank() >= Status::Stale.rank() || equation.status == Status::NotIdentifiable(AX_NOT_CONFIRMED)
+    };
     let missing = |&(axis, variable): &(Axis, Variable)| {
         !fits[axis.index()].as_ref().is_some_and(|fit| fit.order.contains(&regressor(variable)))
     };

@@ -1,0 +1,94 @@
+//! What the live estimates of a simulated flight reported, second by second, against the derivatives of its model.
+
+use super::{L_P, N_R, N_V, WANTED};
+use sideslip::flight::derivative::{Axis, Variable};
+use sideslip::flight::model::LinearModel;
+use sideslip::flight::run::RunGeometry;
+use sideslip::realtime::estimation::record::EstimationEvent;
+use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
+use sideslip::realtime::regression::record::Status;
+use sideslip::simulation::fly::Flight;
+
+/// What one flight reported.
+#[derive(Default)]
+pub(super) struct Reported {
+    /// The derivatives of `WANTED` every second from the first number on, and their errors in standard errors.
+    pub scores: Vec<((Axis, Variable), f64)>,
+    /// Errors beyond four standard errors under the status `converged`, of any derivative.
+    pub converged_and_wrong: usize,
+    /// Numbers of any kind under that status.
+    pub converged: usize,
+    /// Unstable modes of the stable aircraft.
+    pub unstable: usize,
+    /// Numbers of any kind.
+    pub numbers: usize,
+    /// Instruments blamed, of which none is at fault.
+    pub blamed: usize,
+    /// Which derivatives of `WANTED` had a number in the end.
+    pub last: [bool; WANTED.len()],
+    /// Whether the Dutch roll had one.
+    pub dutch_roll: bool,
+}
+
+/// What the pipeline reported of a flight, every second.
+pub(super) fn watched(flight: &Flight, model: &LinearModel) -> Reported {
+    let mut pipeline = Box::new(Pipeline::new(&PipelineConfig::default(), RunGeometry::default()).unwrap());
+    let mut found = Reported::default();
+    let mut due_s = 1.0;
+    for sample in &flight.fly().unwrap().samples {
+        let tick = pipeline.step(sample);
+        let blames =
+            |event: &&EstimationEvent| matches!(event, EstimationEvent::GrossError { .. } | EstimationEvent::StandsStill { .. });
+        found.blamed += tick.estimation_events.iter().filter(blames).count();
+        let (Some(derivatives), Some(modes)) = (&tick.derivatives, &tick.modes) else { continue };
+        if sample.time_s < due_s {
+            continue;
+        }
+        due_s += 1.0;
+        for equation in &derivatives.equations {
+            for term in &equation.terms {
+                let Some(variable) = term.variable else { continue };
+                let score = (term.value - model.derivative(equation.axis, variable)) / term.std;
+                found.numbers += 1;
+                found.converged += usize::from(equation.status == Status::Converged);
+                if equation.status == Status::Converged && score.abs() > 4.0 {
+                    found.converged_and_wrong += 1;
+                    eprintln!(
+                        "{:.0} s, seed {}: {}_{variable:?} {score:.1} standard errors off",
+                        sample.time_s,
+                        flight.seed,
+                        equation.axis.name()
+                    );
+                }
+                let doubted = matches!(equation.status, Status::DependsOnAmplitude | Status::Disagree);
+                if WANTED.contains(&(equation.axis, variable)) && !doubted {
+                    found.scores.push(((equation.axis, variable), score));
+                }
+            }
+        }
+        let unstable = [modes.dutch_roll.map(|pair| pair.real), modes.roll.map(|root| root.value)];
+        for real in unstable.into_iter().flatten().filter(|real| *real > 0.0) {
+            found.unstable += 1;
+            eprintln!("{:.0} s, seed {}: an unstable mode, {real:.2} 1/s", sample.time_s, flight.seed);
+        }
+        for (last, (axis, variable)) in found.last.iter_mut().zip(WANTED) {
+            *last = derivatives.equations[axis.index()].term(variable).is_some();
+        }
+        found.dutch_roll = modes.dutch_roll.is_some();
+    }
+    found
+}
+
+/// Part of the flights in which N_v, N_r, L_p and the Dutch roll had a number in the end.
+pub(super) fn shares(all: &[Reported]) -> [f64; 4] {
+    let derivatives = [N_V, N_R, L_P].map(|place| all.iter().filter(|one| one.last[place]).count());
+    let [n_v, n_r, l_p] = derivatives;
+    [n_v, n_r, l_p, all.iter().filter(|one| one.dutch_roll).count()].map(|count| count as f64 / all.len() as f64)
+}
+
+/// Root mean square of the scores of all derivatives that the condition holds for.
+pub(super) fn rms(all: &[Reported], holds: impl Fn(Axis) -> bool) -> f64 {
+    let scores = all.iter().flat_map(|one| &one.scores).filter(|((axis, _), _)| holds(*axis)).map(|(_, score)| *score);
+    let (sum, count) = scores.fold((0.0, 0usize), |(sum, count), score| (sum + score * score, count + 1));
+    (sum / count.max(1) as f64).sqrt()
+}
