@@ -304,9 +304,7 @@ fn instruments() -> Instrumentation {
         vanes_disagree: [false; 2],
         vanes_contradict: [false; 2],
         controls_stood: [false; 4],
-        airspeed_confirmation: Confirmation::Confirmed,
-        incidence_confirmation: Confirmation::Confirmed,
-        confirmations: [Confirmation::Confirmed; 3],
+        confirmations: [Confirmation::Confirmed; Confirmation::CHANNELS.len()],
         doubt: None,
         // All residuals are the instruments' noise: the stage is least squares.
         noise: SignalNoise { specific_force: [1e3; 3], angular_acceleration: [1e3; 3], ..SignalNoise::NONE },

@@ -193,7 +193,7 @@ impl Estimator {
             gyros: found.gyros && [Channel::P, Channel::Q, Channel::R].into_iter().all(moves),
             accelerometers: core::array::from_fn(|i| found.accelerometers[i] && moves(Channel::ACCELEROMETERS[i])),
             aids: Aid::ALL.map(|aid| found.aids[aid.index()] && moves(aid.channel())),
-            confirmations: self.screening.accelerometers(),
+            confirmations: self.screening.confirmations(),
             doubt: self.screening.doubt(),
             trusted: self.health.map(|health| health.is_trusted()),
             as_expected: self.health.map(|health| health.is_as_expected()),
@@ -201,8 +201,6 @@ impl Estimator {
             vanes_disagree: self.disagreement_said,
             vanes_contradict: self.vanes_contradict,
             controls_stood: self.screening.controls_stood(),
-            airspeed_confirmation: self.screening.airspeed(),
-            incidence_confirmation: self.screening.incidence(),
             noise: self.signal_noise,
             ..found
         }

@@ -151,9 +151,7 @@ impl Latest {
             vanes_disagree: [false; 2],
             vanes_contradict: [false; 2],
             controls_stood: [false; 4],
-            confirmations: [Confirmation::Confirmed; 3],
-            airspeed_confirmation: Confirmation::Confirmed,
-            incidence_confirmation: Confirmation::Confirmed,
+            confirmations: [Confirmation::Confirmed; Confirmation::CHANNELS.len()],
             noise: SignalNoise::NONE,
             doubt: None,
         }

@@ -196,16 +196,24 @@ pub struct Instrumentation {
     pub vanes_contradict: [bool; 2],
     /// Whether each control has stood, clipped or frozen, in the order of `Channel::CONTROLS`.
     pub controls_stood: [bool; 4],
-    /// What is known about sign and unit of ax ay az.
-    pub confirmations: [Confirmation; 3],
-    /// What is known about the sign of the incidence.
-    pub incidence_confirmation: Confirmation,
-    /// What is known about the unit of the airspeed.
-    pub airspeed_confirmation: Confirmation,
+    /// What is known about sign and unit, by `Confirmation::CHANNELS`.
+    pub confirmations: [Confirmation; Confirmation::CHANNELS.len()],
     /// Noise of the smoothed signals, as of the last instant of the grid.
     pub noise: SignalNoise,
     /// Why no instrument can be relied on, where the screening has found a reason.
     pub doubt: Option<Doubt>,
+}
+
+impl Instrumentation {
+    /// What is known about sign and unit of a channel; `None` of one that needs no confirmation.
+    pub fn confirmation(&self, channel: Channel) -> Option<Confirmation> {
+        Confirmation::place(channel).and_then(|place| self.confirmations.get(place)).copied()
+    }
+
+    /// Whether sign and unit of a channel are confirmed, or need no confirmation.
+    pub fn is_confirmed(&self, channel: Channel) -> bool {
+        self.confirmation(channel).is_none_or(|confirmation| confirmation == Confirmation::Confirmed)
+    }
 }
 
 /// What the estimator noticed. Repeats are counted by whoever keeps them.

@@ -18,7 +18,7 @@ use super::frequency::transforms::Transforms;
 use super::information::{Information, LAGS};
 use super::instrumental::Instruments;
 use super::record::{DerivativesRecord, EquationRecord, FrequencyTerm, RegressionEvent, SixAxisDerivatives, Status, TermRecord};
-use super::required_aids::{needs, observed};
+use super::required_aids::{accelerometer, needs, observed};
 use super::status::Settling;
 use super::stepwise::{Fit, Offer, Thresholds, fit};
 use crate::flight::channel::Channel;
@@ -70,11 +70,8 @@ pub struct Recursive {
     statuses: [Status; AXES],
     six_axis: Option<SixAxisDerivatives>,
     curvature_std: [[f32; VARIABLES]; AXES],
-    /// Accelerometers whose sign or unit is in doubt.
-    doubted: [bool; 3],
-    /// The same of airspeed and incidence.
-    airspeed_doubted: bool,
-    incidence_doubted: bool,
+    /// Instruments whose sign or unit is in doubt, by `Confirmation::CHANNELS`.
+    doubted: [bool; Confirmation::CHANNELS.len()],
     /// Axes in which another method of estimation gives other numbers.
     contradicted: [bool; AXES],
     /// Instrumental variables of the record up to `instruments_of_s` of excited time; `None` where there are none.
@@ -115,9 +112,7 @@ impl Recursive {
             statuses: [Status::Waiting; AXES],
             six_axis: None,
             curvature_std: [[f32::NAN; VARIABLES]; AXES],
-            doubted: [true; 3],
-            airspeed_doubted: true,
-            incidence_doubted: true,
+            doubted: [true; Confirmation::CHANNELS.len()],
             contradicted: [false; AXES],
             instruments: None,
             instruments_of_s: f64::NEG_INFINITY,
@@ -370,12 +365,12 @@ impl Recursive {
         let noise = noise_variances(&instruments.noise);
         endogeneity::account_for_attenuation(&mut fit, &noise, self.information.weight());
         self.account_for_disturbance(axis, &mut fit, residual[0], &noise);
-        let mut equation = self.written(axis, &fit, &offer, residual[0], &self.withheld(axis, instruments));
+        let mut equation = self.written(axis, &fit, &offer, residual[0], instruments);
         let doubtful = self.unobserved_motion(instruments)
             || instruments.vanes_disagree[usize::from(axis.is_lateral())]
-            || instruments.airspeed_confirmation != Confirmation::Confirmed
+            || !instruments.is_confirmed(Channel::Tas)
             || needs(axis).into_iter().any(|aid| !instruments.as_expected[aid.index()])
-            || axis.is_force() && instruments.confirmations[axis.index()] != Confirmation::Confirmed;
+            || accelerometer(axis).is_some_and(|channel| !instruments.is_confirmed(channel));
         equation.status = match self.status(&equation, time_s) {
             // Settled, about a motion that may not be the aircraft's.
             Status::Converged if doubtful => Status::Converging,

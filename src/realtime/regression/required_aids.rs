@@ -1,5 +1,6 @@
 //! Which aids an equation, and a velocity among its regressors, rest on.
 
+use crate::flight::channel::Channel;
 use crate::flight::derivative::{Axis, Variable};
 use crate::realtime::estimation::record::{Aid, Instrumentation};
 
@@ -14,5 +15,15 @@ pub fn observed(variable: Variable, instruments: &Instrumentation) -> bool {
         Variable::V => instruments.aids[Aid::Sideslip.index()],
         Variable::W => instruments.aids[Aid::Incidence.index()],
         _ => true,
+    }
+}
+
+/// The accelerometer that measures the response of a force equation.
+pub const fn accelerometer(axis: Axis) -> Option<Channel> {
+    match axis {
+        Axis::X => Some(Channel::Ax),
+        Axis::Y => Some(Channel::Ay),
+        Axis::Z => Some(Channel::Az),
+        Axis::L | Axis::M | Axis::N => None,
     }
 }

@@ -14,6 +14,7 @@ use super::gross_error::GrossError;
 use super::kinematic_agreement::{AccelerationIncrements, Increments, OUTPUTS};
 use super::kinematic_slope::{KinematicSlope, Slope};
 use crate::flight::channel::Channel;
+use crate::flight::unit::STANDARD_GRAVITY;
 
 /// Time constant of forgetting, s.
 const MEMORY_S: f64 = 30.0;
@@ -53,19 +54,37 @@ const FOLLOWS_AIR: f64 = -0.4;
 /// Standard errors below it, and above 1, of a slope that contradicts.
 const BELOW: f64 = 1.5;
 const ABOVE: f64 = 2.5;
+/// Relative error of what is derived from an ay in g, and from an airspeed in knots.
+const BY_STANDARD_GRAVITY: f64 = STANDARD_GRAVITY - 1.0;
+const BY_KNOTS: f64 = 0.944;
 /// Squared correlation of increments in air that hardly moves.
 const STILL_AIR: f64 = 0.5;
 
 /// What the kinematics tell about sign and unit of an instrument.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Confirmation {
     /// They contradict, or tell too little where only they could.
     #[default]
     Doubted,
-    /// They do not contradict, or there is nothing to compare with.
-    Plausible,
+    /// They do not contradict: moving air may hide an error.
+    Plausible {
+        /// How wrong a derivative may be by it, relative to the derivative.
+        relative_error: f64,
+    },
+    /// There is nothing to compare with.
+    NotComparable,
     /// They are right.
     Confirmed,
+}
+
+impl Confirmation {
+    /// The channels that need it, in the order of every list of confirmations.
+    pub const CHANNELS: [Channel; 5] = [Channel::Ax, Channel::Ay, Channel::Az, Channel::Tas, Channel::Alpha];
+
+    /// Its place in a list of confirmations.
+    pub fn place(channel: Channel) -> Option<usize> {
+        Confirmation::CHANNELS.iter().position(|one| *one == channel)
+    }
 }
 
 /// The slopes of one flight.
@@ -106,9 +125,9 @@ impl InstrumentSlopes {
             if ax.slope().is_some_and(|slope| confirms_ax(&slope)) { Confirmation::Confirmed } else { Confirmation::Doubted };
         let ay = match ay.slope() {
             None if ay.has_begun() => Confirmation::Doubted,
-            None => Confirmation::Plausible,
+            None => Confirmation::NotComparable,
             Some(slope) if sideslip_agrees && confirms_ay(&slope) => Confirmation::Confirmed,
-            Some(slope) if is_hidden_by_air(&slope) => Confirmation::Plausible,
+            Some(slope) if is_hidden_by_air(&slope) => Confirmation::Plausible { relative_error: BY_STANDARD_GRAVITY },
             Some(_) => Confirmation::Doubted,
         };
         [ax, ay]
@@ -119,7 +138,7 @@ impl InstrumentSlopes {
     pub fn incidence(&self) -> Confirmation {
         let [incidence, _] = &self.flow_angles;
         match incidence.slope() {
-            None if !incidence.has_begun() => Confirmation::Plausible,
+            None if !incidence.has_begun() => Confirmation::NotComparable,
             Some(slope) if tells(&slope) && slope.correlation_squared > STILL_AIR => Confirmation::Confirmed,
             _ => Confirmation::Doubted,
         }
@@ -129,12 +148,14 @@ impl InstrumentSlopes {
     pub fn airspeed(&self) -> Confirmation {
         let compared = || self.flow_angles.iter().chain([&self.airspeed]);
         if compared().all(|slope| slope.slope().is_none()) {
-            return if compared().any(KinematicSlope::has_begun) { Confirmation::Doubted } else { Confirmation::Plausible };
+            return if compared().any(KinematicSlope::has_begun) { Confirmation::Doubted } else { Confirmation::NotComparable };
         }
         match scale(self.airspeed_slopes(), tells_scale) {
-            None => Confirmation::Plausible,
+            None => Confirmation::Plausible { relative_error: BY_KNOTS },
             Some((scale, std)) if scale + CONFIRMED_BY * std < CONFIRMED => Confirmation::Confirmed,
-            Some((scale, std)) if std > SCALE_KNOWN && scale - CONFIRMED_BY * std < CONTRADICTED[1] => Confirmation::Plausible,
+            Some((scale, std)) if std > SCALE_KNOWN && scale - CONFIRMED_BY * std < CONTRADICTED[1] => {
+                Confirmation::Plausible { relative_error: libm::hypot(scale - 1.0, std) }
+            }
             Some(_) => Confirmation::Doubted,
         }
     }
@@ -239,13 +260,14 @@ mod tests {
     }
 
     const AIR: f64 = 0.2;
+    const HIDDEN: Confirmation = Confirmation::Plausible { relative_error: BY_STANDARD_GRAVITY };
 
     #[test]
     fn a_sign_and_a_unit_are_confirmed_where_they_are_right() {
         use Confirmation::{Confirmed, Doubted};
         let right = after(1.0, 200, AIR);
         assert_eq!(right.accelerometers(true), [Confirmed; 2]);
-        assert_eq!(right.accelerometers(false), [Confirmed, Confirmation::Plausible], "the sideslip does not bear ay out");
+        assert_eq!(right.accelerometers(false), [Confirmed, HIDDEN], "the sideslip does not bear ay out");
         assert!(right.airspeed() == Confirmed && right.incidence() == Confirmed && !right.airspeed_is_contradicted());
         // Reversed, in g, and what the kinematics say hardly appears in the readings: air that moves, or a wrong unit.
         for wrong in [-1.0, 9.8, 0.1] {
@@ -256,12 +278,12 @@ mod tests {
             assert_eq!(after(contradicting, 200, AIR).accelerometers(true), [Doubted; 2], "{contradicting}");
         }
         // As of an aircraft that follows the air.
-        assert_eq!(after(-0.4, 200, AIR).accelerometers(true)[1], Confirmation::Plausible);
+        assert_eq!(after(-0.4, 200, AIR).accelerometers(true)[1], HIDDEN);
         for few in [after(1.0, 40, AIR), after(-1.0, 40, AIR)] {
             assert!(few.accelerometers(true) == [Doubted; 2] && !few.airspeed_is_contradicted(), "too few windows");
         }
         let none = InstrumentSlopes::NEW;
-        assert_eq!((none.airspeed(), none.incidence()), (Confirmation::Plausible, Confirmation::Plausible), "nothing to compare");
+        assert_eq!((none.airspeed(), none.incidence()), (Confirmation::NotComparable, Confirmation::NotComparable));
     }
 
     #[test]

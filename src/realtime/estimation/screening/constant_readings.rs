@@ -38,8 +38,11 @@ struct LastReadings {
     changes: f64,
     change_sum: f64,
     change_min: f64,
+    change_last: f64,
     range: [f64; 2],
     moved_s: f64,
+    /// When it moved again after it had stood for `UNKNOWN_S`, s.
+    began_s: f64,
     /// Whether it is known to stand until its next change, and repeats in such runs before.
     declared: bool,
     set_aside: f64,
@@ -63,8 +66,10 @@ impl ConstantReadings {
             changes: 0.0,
             change_sum: 0.0,
             change_min: f64::INFINITY,
+            change_last: f64::INFINITY,
             range: [f64::INFINITY, f64::NEG_INFINITY],
             moved_s: f64::NEG_INFINITY,
+            began_s: f64::NEG_INFINITY,
             declared: false,
             set_aside: 0.0,
         }; CHANNELS],
@@ -89,6 +94,10 @@ impl ConstantReadings {
                 if let Some(newest) = newest {
                     let change = (value - newest).abs();
                     let span = run.range[1] - run.range[0];
+                    run.change_last = change;
+                    if time_s - run.since_s >= UNKNOWN_S {
+                        run.began_s = time_s;
+                    }
                     if change > ROUNDING * span {
                         run.moved_s = time_s;
                         run.changes += 1.0;
@@ -113,11 +122,11 @@ impl ConstantReadings {
             return run.declared;
         }
         let run = *run;
-        let (least, least_s) = if known { (LEAST, LEAST_S) } else { (LEAST, UNKNOWN_S) };
-        if channel == Channel::Altitude || run.equal < least || stands_s < least_s || in_steps(&run) {
+        let least_s = if known && !came_to_rest(&run) { LEAST_S } else { UNKNOWN_S };
+        if channel == Channel::Altitude || run.equal < LEAST || stands_s < least_s || in_steps(&run) {
             return false;
         }
-        is_improbable(run.count, run.repeats, run.equal) && self.another_moves(channel, run.since_s)
+        is_improbable(run.count, run.repeats, run.equal) && self.others_move(channel, run.since_s, time_s - least_s)
     }
 
     /// Other instruments say that the channel moves: it stands until its readings change.
@@ -132,9 +141,11 @@ impl ConstantReadings {
         core::array::from_fn(|channel| self.runs.get(channel).map_or(f64::INFINITY, |run| run.change_min))
     }
 
-    fn another_moves(&self, channel: Channel, since_s: f64) -> bool {
+    /// Whether two others have moved since then, and did not begin after `began_s`: of an aircraft at rest, as one simulated
+    /// without noise is, not all begin at once.
+    fn others_move(&self, channel: Channel, since_s: f64, began_s: f64) -> bool {
         let others = Channel::ALL.into_iter().zip(&self.runs).filter(|(other, _)| *other != channel);
-        others.filter(|(_, run)| run.moved_s > since_s).count() >= 2
+        others.filter(|(_, run)| run.moved_s > since_s && run.began_s <= began_s).count() >= 2
     }
 }
 
@@ -148,6 +159,12 @@ pub fn is_improbable(count: f64, repeats: f64, repeated: f64) -> bool {
 fn elsewhere(run: &LastReadings) -> f64 {
     let left_out = run.equal + run.set_aside;
     (run.repeats - left_out) / (run.count - left_out).max(1.0)
+}
+
+/// Whether the readings ended their motion slowly, as those without noise do at the turn of a motion; a frozen instrument stops
+/// from one reading to the next.
+fn came_to_rest(run: &LastReadings) -> bool {
+    run.change_last < FINE * run.change_min
 }
 
 fn in_steps(run: &LastReadings) -> bool {
@@ -228,6 +245,22 @@ mod tests {
         };
         assert!(clipped(0.03, false) > 300, "{}", clipped(0.03, false));
         assert_eq!((clipped(1.0, false), clipped(1.0, true)), (0, 0));
+    }
+
+    /// A simulation without noise: two seconds of trim, then all channels move by the same input, one after the other as it
+    /// reaches them, and come to rest, written with nine digits.
+    #[test]
+    fn an_aircraft_without_noise_that_begins_to_move_and_comes_to_rest_does_not_stand() {
+        let mut readings = ConstantReadings::NEW;
+        for k in 0..3000 {
+            let time_s = 0.01 * f64::from(k);
+            for (channel, late_s, size) in [(Channel::R, 0.0, 0.1), (Channel::P, 0.02, 0.05), (Channel::Q, 0.3, 1e-3)] {
+                let t = (time_s - 2.0 - late_s).max(0.0);
+                let value = 0.01 + size * libm::exp(-0.5 * t) * libm::sin(1.3 * t);
+                let written = libm::round(value * 1e9) / 1e9;
+                assert!(!readings.take(channel, time_s, written), "{channel:?} at {time_s} s");
+            }
+        }
     }
 
     #[test]

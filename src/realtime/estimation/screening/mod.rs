@@ -90,11 +90,9 @@ pub struct Screening {
     likely: Option<(&'static GrossError, u32)>,
     /// Sum of az over bins of upright flight, and their number.
     az: (f64, u32),
-    /// Whether the kinematics confirm ax, ay and az; what was confirmed stays so until an instrument is in doubt.
-    accelerometers: [Confirmation; 3],
-    /// The same of the airspeed's unit, and how many of the last tests contradicted it.
-    airspeed: Confirmation,
-    incidence: Confirmation,
+    /// By `Confirmation::CHANNELS`; what was confirmed stays so until an instrument is in doubt.
+    confirmations: [Confirmation; Confirmation::CHANNELS.len()],
+    /// How many of the last tests contradicted the airspeed's unit.
     airspeed_contradicted: u32,
 }
 
@@ -113,9 +111,10 @@ impl Screening {
         doubt: None,
         likely: None,
         az: (0.0, 0),
-        accelerometers: [Confirmation::Doubted, Confirmation::Plausible, Confirmation::Plausible],
-        airspeed: Confirmation::Plausible,
-        incidence: Confirmation::Plausible,
+        confirmations: {
+            use Confirmation::{Doubted, NotComparable};
+            [Doubted, NotComparable, NotComparable, NotComparable, NotComparable]
+        },
         airspeed_contradicted: 0,
     };
 
@@ -202,9 +201,8 @@ impl Screening {
             _ => None,
         };
         let [ax, ay] = self.test.accelerometers();
-        let az = if self.mean_az().is_some_and(weighs_g) { Confirmation::Confirmed } else { Confirmation::Plausible };
-        let all = self.accelerometers.iter_mut().chain([&mut self.airspeed, &mut self.incidence]);
-        for (kept, now) in all.zip([ax, ay, az, airspeed, self.test.incidence()]) {
+        let az = if self.mean_az().is_some_and(weighs_g) { Confirmation::Confirmed } else { Confirmation::NotComparable };
+        for (kept, now) in self.confirmations.iter_mut().zip([ax, ay, az, airspeed, self.test.incidence()]) {
             // Sign and unit do not change in flight: once confirmed is enough, unless something is wrong after all.
             if *kept != Confirmation::Confirmed || self.doubt.is_some() {
                 *kept = now;
@@ -254,19 +252,9 @@ impl Screening {
         Channel::CONTROLS.map(|channel| self.controls_stood & (1 << channel.index()) != 0)
     }
 
-    /// What is known about sign and unit of ax ay az; the weight tells those of az.
-    pub fn accelerometers(&self) -> [Confirmation; 3] {
-        self.accelerometers
-    }
-
-    /// What is known about the unit of the airspeed.
-    pub fn airspeed(&self) -> Confirmation {
-        self.airspeed
-    }
-
-    /// What is known about the sign of the incidence.
-    pub fn incidence(&self) -> Confirmation {
-        self.incidence
+    /// What is known about sign and unit, by `Confirmation::CHANNELS`; the weight tells those of az.
+    pub fn confirmations(&self) -> [Confirmation; Confirmation::CHANNELS.len()] {
+        self.confirmations
     }
 
     /// Whether the channel stands still.

@@ -10,10 +10,8 @@ use crate::flight::derivative::{Axis, Variable};
 use crate::realtime::estimation::record::{Aid, Confirmation, Instrumentation};
 use crate::realtime::regression::candidate::{REGRESSORS, STILL, is_primary, regressor};
 use crate::realtime::regression::record::{EquationRecord, Reason, TermRecord};
-use crate::realtime::regression::required_aids::{needs, observed};
+use crate::realtime::regression::required_aids::{accelerometer, needs, observed};
 
-/// Place of ay among the accelerometers.
-const AY: usize = 1;
 /// Standard errors of Y_v above zero from which on the side force is along the sideslip.
 const ALONG_SIDESLIP: f64 = 2.0;
 
@@ -55,19 +53,18 @@ impl Recursive {
     /// Takes up what the kinematics tell about accelerometers and airspeed. Without excitation gusts alone speak, which may
     /// confirm but do not put in doubt.
     pub(super) fn judge_confirmations(&mut self, instruments: &Instrumentation) {
-        let all = self.doubted.iter_mut().chain([&mut self.airspeed_doubted, &mut self.incidence_doubted]);
-        let air_data = [instruments.airspeed_confirmation, instruments.incidence_confirmation];
-        let confirmations = instruments.confirmations.into_iter().chain(air_data);
         let by_input = [Control::LatCyclic, Control::Pedal].into_iter().any(|control| self.excitation.has_moved(control));
-        for (place, (doubted, confirmation)) in all.zip(confirmations).enumerate() {
+        for ((doubted, confirmation), channel) in
+            self.doubted.iter_mut().zip(instruments.confirmations).zip(Confirmation::CHANNELS)
+        {
             match confirmation {
                 // Sideways motion that no lateral input caused is of gusts, which hide what ay reads.
-                Confirmation::Plausible if place == AY && !by_input => *doubted = true,
-                Confirmation::Confirmed => *doubted = false,
-                Confirmation::Plausible | Confirmation::Doubted if self.excited => {
-                    *doubted = confirmation == Confirmation::Doubted
+                Confirmation::Plausible { .. } | Confirmation::NotComparable if channel == Channel::Ay && !by_input => {
+                    *doubted = true
                 }
-                Confirmation::Plausible | Confirmation::Doubted => {}
+                Confirmation::Confirmed => *doubted = false,
+                _ if self.excited => *doubted = confirmation == Confirmation::Doubted,
+                _ => {}
             }
         }
     }
@@ -90,11 +87,27 @@ impl Recursive {
         if axis == Axis::Y && equation.term(Variable::V).is_some_and(along_sideslip) {
             return Some(Reason::NotConfirmed { channel: Channel::Ay });
         }
-        let accelerometer = self.doubted.get(axis.index()).zip(Channel::ACCELEROMETERS.get(axis.index()));
-        let doubted = accelerometer.filter(|(doubted, _)| **doubted).map(|(_, channel)| *channel);
-        let airspeed = self.airspeed_doubted.then_some(Channel::Tas);
-        let incidence = (self.incidence_doubted && !axis.is_lateral()).then_some(Channel::Alpha);
-        doubted.or(airspeed).or(incidence).map(|channel| Reason::NotConfirmed { channel })
+        let incidence = (!axis.is_lateral()).then_some(Channel::Alpha);
+        let needed = [accelerometer(axis), Some(Channel::Tas), incidence];
+        let doubted = needed.into_iter().flatten().find(|&channel| self.is_doubted(channel));
+        doubted.map(|channel| Reason::NotConfirmed { channel })
+    }
+
+    fn is_doubted(&self, channel: Channel) -> bool {
+        Confirmation::place(channel).and_then(|place| self.doubted.get(place)).is_some_and(|doubted| *doubted)
+    }
+
+    /// By how much the term may be wrong because moving air hides an error of ay, which a side force follows, or of the
+    /// airspeed, which every velocity is made of. Modes have no such part: the product of a velocity's derivative and the
+    /// speed, which they rest on, is right all the same.
+    pub(super) fn hidden_error(axis: Axis, variable: Variable, value: f64, instruments: &Instrumentation) -> f64 {
+        let of = |channel: Channel| match instruments.confirmation(channel) {
+            Some(Confirmation::Plausible { relative_error }) => relative_error * value,
+            _ => 0.0,
+        };
+        let by_force = if axis == Axis::Y { of(Channel::Ay) } else { 0.0 };
+        let by_speed = if matches!(variable, Variable::U | Variable::V | Variable::W) { of(Channel::Tas) } else { 0.0 };
+        libm::hypot(by_force, by_speed)
     }
 
     /// Whether an unobserved velocity must have moved: its terms are in no equation and bias the others.
@@ -111,7 +124,7 @@ impl Recursive {
         for control in Control::ALL {
             withheld[regressor(control.variable())] = !self.excitation.has_moved(control);
         }
-        withheld[regressor(Variable::W)] = self.incidence_doubted;
+        withheld[regressor(Variable::W)] = self.is_doubted(Channel::Alpha);
         if !observed(if axis.is_lateral() { Variable::W } else { Variable::V }, instruments) {
             for variable in Variable::ALL {
                 withheld[regressor(variable)] |= !is_primary(axis, variable);

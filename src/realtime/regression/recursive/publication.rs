@@ -6,7 +6,8 @@
 use super::Recursive;
 use crate::flight::derivative::{Axis, Variable};
 use crate::num::eigen::condition_index;
-use crate::realtime::regression::candidate::{self, BIAS, REGRESSORS, is_primary, regressor, response};
+use crate::realtime::estimation::record::Instrumentation;
+use crate::realtime::regression::candidate::{self, BIAS, is_primary, regressor, response};
 use crate::realtime::regression::record::{EquationRecord, Reason, Status, TermRecord};
 use crate::realtime::regression::stepwise::{Fit, Offer};
 use crate::realtime::regression::{coloured_errors, endogeneity};
@@ -35,8 +36,9 @@ impl Recursive {
         fit: &Fit,
         offer: &Offer,
         residual_var: f64,
-        withheld: &[bool; REGRESSORS],
+        instruments: &Instrumentation,
     ) -> EquationRecord {
+        let withheld = self.withheld(axis, instruments);
         let information = &self.information;
         let parameters = fit.order.len();
         let cov_white = coloured_errors::white_covariance(information, &fit.dispersion, residual_var);
@@ -50,10 +52,12 @@ impl Recursive {
         equation.residual_std = libm::sqrt(residual_var);
         equation.condition_index = condition_index(information.sums(), &fit.order);
         for (step, &place) in fit.order.iter().enumerate() {
+            let (variable, value) = (candidate::variable(place), fit.theta[place]);
+            let hidden = variable.map_or(0.0, |variable| Recursive::hidden_error(axis, variable, value, instruments));
             let term = TermRecord {
-                variable: candidate::variable(place),
-                value: fit.theta[place],
-                std: libm::sqrt(fit.cov[place][place]),
+                variable,
+                value,
+                std: libm::hypot(libm::sqrt(fit.cov[place][place]), hidden),
                 std_white: libm::sqrt(cov_white[place][place]),
                 step: step as u8,
                 primary: offer.primary[place],
