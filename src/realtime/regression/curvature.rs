@@ -79,8 +79,8 @@ const LATERAL: [Product; CURVATURES] = [
 /// Flow angle over which a derivative may change by its own size, rad.
 const DOUBLING_RAD: f64 = 0.2;
 
-/// Change of speed, relative, over which one may.
-const DOUBLING_SPEED: f64 = 0.5;
+/// Change of speed, relative, over which one may: by 1 it is in proportion to the speed.
+const DOUBLING_SPEED: f64 = 1.0;
 
 /// Shift of a primary term, in standard errors without it and as part of the value, above which it depends on the amplitude.
 const LARGE_SHIFT: (f64, f64) = (3.0, 0.1);

@@ -54,8 +54,9 @@ const FOLLOWS_AIR: f64 = -0.4;
 /// Standard errors below it, and above 1, of a slope that contradicts.
 const BELOW: f64 = 1.5;
 const ABOVE: f64 = 2.5;
-/// Relative error of what is derived from an ay in g, and from an airspeed in knots.
+/// Relative error of what is derived from an ay in g, a reversed one, and an airspeed in knots.
 const BY_STANDARD_GRAVITY: f64 = STANDARD_GRAVITY - 1.0;
+const BY_REVERSAL: f64 = 2.0;
 const BY_KNOTS: f64 = 0.944;
 /// Squared correlation of increments in air that hardly moves.
 const STILL_AIR: f64 = 0.5;
@@ -127,7 +128,7 @@ impl InstrumentSlopes {
             None if ay.has_begun() => Confirmation::Doubted,
             None => Confirmation::NotComparable,
             Some(slope) if sideslip_agrees && confirms_ay(&slope) => Confirmation::Confirmed,
-            Some(slope) if is_hidden_by_air(&slope) => Confirmation::Plausible { relative_error: BY_STANDARD_GRAVITY },
+            Some(slope) if is_hidden_by_air(&slope) => Confirmation::Plausible { relative_error: hidden_error_of_ay(&slope) },
             Some(_) => Confirmation::Doubted,
         };
         [ax, ay]
@@ -217,6 +218,18 @@ fn is_hidden_by_air(slope: &Slope) -> bool {
         && value < 1.0 + ABOVE * std
 }
 
+/// The largest relative error by ay that its slope leaves. Moving air lowers the slope: to around 1 that of an ay in g, 9.81,
+/// where the increments hardly correlate; that of a reversed one is none above that of an aircraft which follows the air.
+fn hidden_error_of_ay(slope: &Slope) -> f64 {
+    if slope.correlation_squared < STILL_AIR {
+        BY_STANDARD_GRAVITY
+    } else if slope.value - ABOVE * slope.std < -FOLLOWS_AIR {
+        BY_REVERSAL
+    } else {
+        0.0
+    }
+}
+
 /// Whether a slope is known to be positive: one of air that moves is not.
 fn tells(slope: &Slope) -> bool {
     slope.value > TELLS * slope.std
@@ -267,7 +280,11 @@ mod tests {
         use Confirmation::{Confirmed, Doubted};
         let right = after(1.0, 200, AIR);
         assert_eq!(right.accelerometers(true), [Confirmed; 2]);
-        assert_eq!(right.accelerometers(false), [Confirmed, HIDDEN], "the sideslip does not bear ay out");
+        assert_eq!(
+            right.accelerometers(false),
+            [Confirmed, Confirmation::Plausible { relative_error: 0.0 }],
+            "the sideslip does not bear ay out"
+        );
         assert!(right.airspeed() == Confirmed && right.incidence() == Confirmed && !right.airspeed_is_contradicted());
         // Reversed, in g, and what the kinematics say hardly appears in the readings: air that moves, or a wrong unit.
         for wrong in [-1.0, 9.8, 0.1] {

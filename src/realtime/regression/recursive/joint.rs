@@ -83,7 +83,8 @@ pub(super) fn lateral(
     Some(LateralDerivatives { values, cov, u0, w0, trim_std, phi0, theta0 })
 }
 
-/// The derivatives of every equation, where each has numbers, or lacks them only because ax is not confirmed, and the longitudinal ones that the coupling needs are among them.
+/// The derivatives of every equation, where each has numbers, or lacks them only because ax is not confirmed, and the
+/// longitudinal ones that the coupling needs are among them.
 pub(super) fn six_axis(
     trim: &TrimRecord,
     fits: &[Option<Fit>; AXES],
