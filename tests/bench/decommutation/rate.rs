@@ -115,10 +115,7 @@ fn by_recording(file: &[u8]) -> (u64, u64) {
         let pcm = PcmPacket::parse(packet).unwrap();
         let map = layout.map(pcm.word.mode, pcm.word.alignment, UnpackedForm::default()).unwrap();
         for frame in pcm.frames(&map, &mut scratch).unwrap() {
-            for word in frame.words() {
-                count += 1;
-                sum += word;
-            }
+            (count, sum) = frame.words().fold((count, sum), |(count, sum), word| (count + 1, sum + word));
         }
     };
     while !rest.is_empty() {
