@@ -8,6 +8,7 @@ use sideslip::flight::derivative::Axis;
 use sideslip::flight::file::run_file::RecordingTarget;
 use sideslip::io::outputs::number::decimals;
 use sideslip::io::telemetry::alignment::dropout::Dropout;
+use sideslip::io::telemetry::alignment::reorder::events::ReorderTally;
 use sideslip::io::telemetry::alignment::row_alignment::RowAlignment;
 use sideslip::io::telemetry::recording::Recording;
 use sideslip::simulation::flight_model::CONDITION;
@@ -96,8 +97,10 @@ fn time_lines(survey: &Survey) -> Vec<String> {
 /// Samples whose times are out of order, and samples that are missing at the rate of their channel.
 fn dropout_lines(recording: &Recording, order: &RowAlignment) -> Vec<String> {
     let tally = order.tally();
-    let mut lines: Vec<String> =
-        tally.losses().iter().chain(&tally.notes()).map(|what| format!("  put in order by latency_s: {what}")).collect();
+    let (reordered, rest) = (tally.reordered, ReorderTally { reordered: 0, ..tally });
+    let disorder = format!("{reordered} of {} samples are out of order; latency_s in the run puts them in order", tally.taken);
+    let found = Some(disorder).filter(|_| reordered > 0).into_iter().chain(rest.losses()).chain(rest.notes());
+    let mut lines: Vec<String> = found.map(|what| format!("  times: {what}")).collect();
     let mut dropouts: Vec<&Dropout> = order.dropouts().iter().collect();
     if dropouts.is_empty() {
         return lines;
