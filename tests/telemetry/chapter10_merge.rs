@@ -142,7 +142,7 @@ fn two_pcm_channels_of_one_recording_and_two_recordings_are_one_flight() {
     let mut air = AIR.packets(&samples, air_rtc).into_iter();
     for (k, packet) in MOTION.packets(&samples, FIRST_RTC).into_iter().enumerate() {
         packets.push(packet);
-        if k >= air_start && (k - air_start) % 2 == 0 {
+        if k >= air_start && (k - air_start).is_multiple_of(2) {
             packets.extend(air.next());
         }
     }

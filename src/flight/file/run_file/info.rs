@@ -42,7 +42,7 @@ const BLADES_MAX: u32 = 32;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RunInfo {
     geometry: RunGeometry,
-    latencies: Option<ChannelLatencies>,
+    latencies: Option<Box<ChannelLatencies>>,
     document: Table,
 }
 
@@ -115,7 +115,7 @@ impl RunInfo {
                 let wrong = || format!("{key}: expected a whole number from 1 to {BLADES_MAX}, found {}", described(&value));
                 self.geometry.blades = Some(blades.ok_or_else(wrong)?);
             }
-            Some(Kind::Latencies) => self.latencies = Some(ChannelLatencies::from_value(&value)?),
+            Some(Kind::Latencies) => self.latencies = Some(Box::new(ChannelLatencies::from_value(&value)?)),
             Some(Kind::Text) | None => {}
         }
         self.document.insert(key.into(), value);
@@ -141,13 +141,13 @@ impl RunInfo {
 
     /// How late channels were stamped; `None` where the run does not say, and rows are taken as they stand.
     pub fn latencies(&self) -> Option<&ChannelLatencies> {
-        self.latencies.as_ref()
+        self.latencies.as_deref()
     }
 
     /// The same for rows that are aligned by it from here on: the document says afterwards that it was subtracted, so that
     /// nobody who reads these rows subtracts it again.
     pub fn take_latencies(&mut self) -> Option<ChannelLatencies> {
-        let taken = self.latencies.take()?;
+        let taken = *self.latencies.take()?;
         if let Some(Value::Table(latencies)) = self.document.remove(LATENCY) {
             let sum = latency::added(self.document.get(LATENCY_SUBTRACTED), &latencies);
             self.document.insert(LATENCY_SUBTRACTED.into(), Value::Table(sum));
