@@ -4,6 +4,7 @@ mod chapter10_link;
 mod demo;
 mod ground_station;
 mod kills;
+mod latencies;
 mod latency;
 mod links;
 mod payload;

@@ -8,12 +8,13 @@ use crate::support::allocations::during;
 use crate::support::chapter10::{Recorder, Storage};
 use line::{Random, add_errors, format, sent};
 use sideslip::flight::channel::Channel;
-use sideslip::flight::file::run_file::RecordingColumn;
+use sideslip::flight::file::run_file::{RecordingColumn, RunInfo};
 use sideslip::flight::sample::Sample;
 use sideslip::io::telemetry::alignment::clock_relation::ClockRelation;
 use sideslip::io::telemetry::alignment::merge::{Merge, MergeRule, RowSource};
 use sideslip::io::telemetry::alignment::reorder::Reorder;
 use sideslip::io::telemetry::alignment::reorder::config::{RawStamp, ReorderConfig, StampUnit};
+use sideslip::io::telemetry::alignment::row_alignment::RowAlignment;
 use sideslip::io::telemetry::chapter10::channel_decoder::ChannelDecoder;
 use sideslip::io::telemetry::chapter10::packet::Chapter10Reader;
 use sideslip::io::telemetry::pcm::decoder::PcmDecoder;
@@ -109,6 +110,26 @@ fn sorting_by_time_allocates_nothing_after_the_start() {
     assert!(tally.jumps_back >= 1 && tally.wraps >= 1 && tally.repeated > 1000 && tally.strays > 10 && tally.beyond_tables > 0);
     let lost = tally.late + tally.repeated + tally.contradicting + tally.strays + tally.no_time;
     assert_eq!((tally.put, tally.put + lost), (put, tally.taken), "every sample is handed on or counted");
+}
+
+#[test]
+fn rows_with_late_channels_are_aligned_without_allocation() {
+    let _turn = crate::alone();
+    let info = RunInfo::from_toml("latency_s = { tas = 0.25, beta = 0.103 }").unwrap();
+    let mut alignment = RowAlignment::new(info.latencies().unwrap(), 3, 0.0).unwrap();
+    let (mut random, mut rows) = (Random(78), 0_u64);
+    let mut push = |k: u64| {
+        let stray_s = if random.next().is_multiple_of(300) { 500.0 } else { 0.0 };
+        let back_s = if k > 30_000 { 200.0 } else { 0.0 };
+        let mut sample = Sample::new(0.01 * k as f64 + stray_s - back_s);
+        [Channel::P, Channel::Tas, Channel::Beta].iter().for_each(|channel| sample.set(*channel, 1.0));
+        alignment.push(k, &sample, &[Some(1.0), None, Some(2.0)], &mut |_| rows += 1);
+    };
+    let allocated = during(|| (0..60_000).for_each(&mut push));
+    let tally = alignment.tally();
+    eprintln!("{tally:?}");
+    assert_eq!((allocated, tally.jumps_back), (0, 1));
+    assert!(rows > 110_000 && tally.strays > 500);
 }
 
 /// Rows at equal intervals, made in place.

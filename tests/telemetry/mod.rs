@@ -3,11 +3,13 @@
 mod chapter10;
 mod chapter10_damage;
 mod chapter10_flight;
+mod chapter10_merge;
 mod chapter10_rows;
 mod chapter10_setup;
 mod clock_pairs;
 mod clock_relation;
 mod derivatives;
+mod latencies;
 mod line;
 mod logs_damage;
 mod logs_expected;

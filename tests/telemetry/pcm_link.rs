@@ -52,7 +52,7 @@ pub(crate) struct ChannelWord {
     pub(crate) channel: Channel,
     /// In every so many minor frames.
     pub(crate) every: u32,
-    span: f64,
+    pub(crate) span: f64,
     step: f64,
 }
 

@@ -43,7 +43,8 @@ pub(crate) struct CheckArgs {
     /// Recordings, a run each; their format is recognised by their content
     #[arg(required = true, value_name = "RUN")]
     files: Vec<PathBuf>,
-    /// Override a key of every run, such as vane_position_m=[13.08,0,0]; repeatable
+    /// Override a key of every run, such as vane_position_m=[13.08,0,0] or latency_s={tas=0.25} (channels stamped late, s);
+    /// repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Which message (MAVLink) or measurement (IRIG 106 Chapter 10) carries which channel, or the format of PCM frames in Chapter

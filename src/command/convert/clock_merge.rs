@@ -3,15 +3,16 @@
 
 use crate::command::message;
 use crate::command::options::telemetry_source::RecordingSource;
+use crate::command::recordings::run_head::aligned_by_its_own;
 use sideslip::error::Failure;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::file::run_file::{RecordingColumn, RecordingTarget};
 use sideslip::flight::signal::series::Series;
+use sideslip::io::telemetry::alignment::aligned_recording::AlignedRecording;
 use sideslip::io::telemetry::alignment::clock_estimation::estimate_clock_relation;
 use sideslip::io::telemetry::alignment::clock_estimation::record::ClockSearch;
 use sideslip::io::telemetry::alignment::clock_relation::ClockRelation;
 use sideslip::io::telemetry::alignment::merge::{Merge, MergeRule};
-use sideslip::io::telemetry::recording::Recording;
 use sideslip::io::telemetry::recording_config::RecordingConfig;
 use std::path::PathBuf;
 
@@ -49,14 +50,14 @@ pub(super) enum SecondRecording {
 /// A recording and the relation of its clock to the first one's.
 pub(super) struct RelatedRecording {
     pub(super) file: PathBuf,
-    pub(super) recording: Recording,
+    pub(super) recording: AlignedRecording,
     relation: ClockRelation,
 }
 
 impl RelatedRecording {
     /// Its rows into those of a recording with these columns.
     pub(super) fn merge(&self, first: &[RecordingColumn]) -> Merge {
-        Merge::new(first, self.recording.columns(), self.relation, TOLERANCE_S, |_| MergeRule::First)
+        Merge::new(first, self.recording.recording.columns(), self.relation, TOLERANCE_S, |_| MergeRule::First)
     }
 }
 
@@ -98,7 +99,7 @@ impl ClockOptions {
                 .ok_or_else(|| Failure::Input("--clock-offset, --clock-drift: expected finite numbers".to_owned()))?,
             _ => return Err(Failure::Input("--merge: expected --shared CHANNEL or --clock-offset S beside it".to_owned())),
         };
-        let recording = source.open(mapping)?;
+        let recording = aligned_by_its_own(&source.file, source.open(mapping)?)?;
         Ok(SecondRecording::Related(Box::new(RelatedRecording { file: source.file.clone(), recording, relation })))
     }
 }
@@ -110,7 +111,8 @@ fn shared_channel(
     name: &str,
     channel: Option<Channel>,
 ) -> Result<Series, Failure> {
-    let mut recording = source.open(mapping)?;
+    let mut aligned = aligned_by_its_own(&source.file, source.open(mapping)?)?;
+    let recording = &aligned.recording;
     let is_shared = |column: &&RecordingColumn| match (column.target, channel) {
         (RecordingTarget::Known { channel, .. }, Some(wanted)) => channel == wanted,
         (RecordingTarget::Other, None) => column.name == name,
@@ -122,7 +124,7 @@ fn shared_channel(
     let others = recording.columns().iter().filter(|column| column.target == RecordingTarget::Other);
     let place = others.enumerate().find(|(_, column)| column.name == name).map(|(place, _)| place);
     let mut samples = Vec::new();
-    while let Some(row) = recording.next_row()? {
+    while let Some(row) = aligned.next_row()? {
         let value = match (channel, place) {
             (Some(channel), _) => row.sample.get(channel),
             (None, Some(place)) => row.others.get(place).copied().flatten(),

@@ -5,15 +5,15 @@ mod row_writer;
 
 use super::options::mapping_input::read_mapping;
 use super::options::telemetry_source::RecordingSource;
-use super::recordings::run_head::{head_of, head_with};
+use super::recordings::run_head::{HeadedRecording, head_of, head_with};
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder};
 use crate::command::message;
 use clock_merge::{ClockOptions, SecondRecording};
 use row_writer::RowWriter;
 use sideslip::error::{Failure, Outcome};
+use sideslip::io::telemetry::alignment::aligned_recording::AlignedRecording;
 use sideslip::io::telemetry::record::RecordingRow;
-use sideslip::io::telemetry::recording::Recording;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 const EXAMPLE: &str = "\
 Examples:
@@ -46,7 +46,8 @@ pub(crate) struct ConvertArgs {
     /// 10 packets (TOML)
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Override a key of the run, such as vane_position_m=[13.08,0,0]; repeatable
+    /// Override a key of the run, such as vane_position_m=[13.08,0,0] or latency_s={tas=0.25} (channels stamped late, s);
+    /// repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Leave out what is earlier, s of the recording's time
@@ -72,17 +73,18 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
         return Err(Failure::file(&args.output, "exists already; --force replaces it"));
     }
     let mapping = read_mapping(args.config.as_deref())?;
-    let mut recording = args.input.open(&mapping)?;
+    let recording = args.input.open(&mapping)?;
     let mut second = match args.clock.second(&args.input, &mapping)? {
         SecondRecording::None => None,
         SecondRecording::Related(second) => Some(second),
         SecondRecording::Unknown => return Ok(Outcome::NotGood),
     };
-    let (info, _) = head_of(&args.input.file, &recording, &args.set)?;
+    let HeadedRecording { mut recording, info, .. } = head_of(&args.input.file, recording, &args.set)?;
+    let own_columns = recording.recording.columns();
     let (mut merge, columns) = match &second {
-        None => (None, recording.columns().to_vec()),
+        None => (None, own_columns.to_vec()),
         Some(second) => {
-            let merge = second.merge(recording.columns());
+            let merge = second.merge(own_columns);
             let columns = merge.columns().to_vec();
             (Some(merge), columns)
         }
@@ -116,9 +118,9 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
     }
     writer.end()?;
     message(format_args!("{}: {written} samples", args.output.display()));
-    let mut lost = losses(&args.input.file.display().to_string(), &recording);
+    let mut lost = losses(&args.input.file, &recording);
     if let (Some(merge), Some(second)) = (&merge, &second) {
-        lost.extend(losses(&second.file.display().to_string(), &second.recording));
+        lost.extend(losses(&second.file, &second.recording));
         let tally = merge.tally();
         let refused: u64 = tally.no_time.iter().chain(&tally.not_growing).sum();
         if refused > 0 {
@@ -130,8 +132,10 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
 }
 
 /// What of a recording could not be read, in words.
-fn losses(name: &str, recording: &Recording) -> Vec<String> {
+fn losses(file: &Path, aligned: &AlignedRecording) -> Vec<String> {
+    let (recording, name) = (&aligned.recording, file.display());
     let skipped = recording.skipped().rows();
     let rows = (skipped > 0).then(|| format!("{name}: {skipped} rows skipped"));
-    rows.into_iter().chain(recording.shortfall().map(|what| format!("{name}: {what}"))).collect()
+    let of_times = aligned.tally().unwrap_or_default().losses();
+    rows.into_iter().chain(recording.shortfall().into_iter().chain(of_times).map(|what| format!("{name}: {what}"))).collect()
 }

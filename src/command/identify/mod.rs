@@ -95,7 +95,8 @@ pub(crate) struct IdentifyArgs {
     /// A recording to be predicted and not fitted; repeatable
     #[arg(long, value_name = "RUN")]
     holdout: Vec<PathBuf>,
-    /// Override a key of every run, such as vane_position_m=[13.08,0,0]; repeatable
+    /// Override a key of every run, such as vane_position_m=[13.08,0,0] or latency_s={tas=0.25} (channels stamped late, s);
+    /// repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Length of the window at a run's start whose mean is its trim, s

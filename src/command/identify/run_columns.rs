@@ -1,7 +1,7 @@
 //! A recording as columns.
 
 use crate::command::recordings::recording_losses::losses;
-use crate::command::recordings::run_head::head_of;
+use crate::command::recordings::run_head::{HeadedRecording, head_of};
 use sideslip::error::Failure;
 use sideslip::flight::file::log_head::ColumnTarget;
 use sideslip::io::telemetry::recording::Recording;
@@ -16,8 +16,7 @@ pub(super) fn read_columns(
     mapping: &Mapping,
     trim_window_s: f64,
 ) -> Result<(Columns, Vec<String>), Failure> {
-    let mut recording = Recording::open_with(file, mapping)?;
-    let (info, head) = head_of(file, &recording, overrides)?;
+    let HeadedRecording { mut recording, info, head } = head_of(file, Recording::open_with(file, mapping)?, overrides)?;
     let targets = head.targets();
     let mut columns: Vec<(String, Vec<f64>)> = head.channels.iter().map(|(name, _)| (name.clone(), Vec::new())).collect();
     let mut times_s = Vec::new();

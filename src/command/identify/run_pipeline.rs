@@ -1,7 +1,7 @@
 //! A recording through the real-time pipeline, as fast as it goes.
 
 use crate::command::recordings::recording_losses::recording_notes;
-use crate::command::recordings::run_head::head_of;
+use crate::command::recordings::run_head::{HeadedRecording, head_of};
 use crate::command::recordings::run_result::RunResult;
 use crate::command::terminal::progress_line::ProgressLine;
 use sideslip::error::Failure;
@@ -20,8 +20,7 @@ pub(super) fn through_pipeline(
     mapping: &Mapping,
     stop: &AtomicBool,
 ) -> Result<RunResult, Failure> {
-    let mut recording = Recording::open_with(file, mapping)?;
-    let (info, _) = head_of(file, &recording, overrides)?;
+    let HeadedRecording { mut recording, info, .. } = head_of(file, Recording::open_with(file, mapping)?, overrides)?;
     let pipeline = Pipeline::new(config, *info.geometry()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
     let mut wired = WiredRun::new(pipeline, info.geometry().controls, None, None);
     let name = info.run().unwrap_or_default().to_owned();

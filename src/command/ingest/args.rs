@@ -43,7 +43,8 @@ pub(crate) struct IngestArgs {
     /// How fast a recording comes: 1 is real time, 4 four times as fast, max as fast as the estimator takes it
     #[arg(long, value_name = "1|N|max", default_value = "1")]
     pub(super) speed: Pace,
-    /// Override a key of the run, such as vane_position_m=[13.08,0,0]; repeatable
+    /// Override a key of the run, such as vane_position_m=[13.08,0,0] or latency_s={tas=0.25} (channels stamped late, s);
+    /// repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     pub(super) set: Vec<String>,
     /// End when standard input ends

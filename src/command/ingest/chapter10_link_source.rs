@@ -8,7 +8,7 @@
 
 use super::args::IngestArgs;
 use super::link_source::{PATIENCE, open, until_open};
-use super::recording_source::fitted;
+use super::recording_source::{fitted, other_columns};
 use super::row_publisher::{RowPublisher, host_us};
 use super::sample_publisher::SamplePublisher;
 use super::silence_monitor::SilenceMonitor;
@@ -208,6 +208,8 @@ impl Chapter10Ingest<'_> {
         let mut info = chosen.info;
         info.set_controls(rows.controls());
         override_keys(&mut info, &self.args.set)?;
+        let mut publisher = SamplePublisher::new(self.bus, false)?;
+        publisher.begin_run(&mut info, other_columns(rows.columns()))?;
         write_head(self.bus.root(), self.bus.incarnation(), &fitted(head_with(&info, rows.columns())))?;
         write_setup(self.bus.root(), &self.setup)?;
         if let Some(channel) = chosen.channel {
@@ -215,7 +217,7 @@ impl Chapter10Ingest<'_> {
         }
         self.run = Some(PublishedRun {
             rows: rows.unquestioned(),
-            out: RowPublisher::new(SamplePublisher::new(self.bus, false)?, self.stop),
+            out: RowPublisher::new(publisher, self.stop),
             start_s: None,
             kept: None,
         });
@@ -253,11 +255,12 @@ impl Chapter10Ingest<'_> {
     }
 
     /// What came and what did not.
-    fn answer(&self) -> Outcome {
+    fn answer(&mut self) -> Outcome {
         let (samples, frames) =
             self.run.as_ref().map_or((0, 0), |run| (run.out.samples, run.rows.decoder().tally().minor_frames));
         message(format_args!("sideslip: {samples} samples, {frames} minor frames"));
         let mut losses = self.run.as_ref().map(|run| run.rows.shortfalls()).unwrap_or_default();
+        losses.extend(self.run.as_mut().map(|run| run.out.take_losses()).unwrap_or_default());
         let (tally, segments) = (self.receiver.tally(), self.receiver.segments());
         let skipped: u64 = self.receiver.packets().map(|(_, packets)| packets.skipped_bytes).sum();
         let counted = [

@@ -94,7 +94,8 @@ pub(super) fn listen(args: &IngestArgs, url: &Url, stop: &AtomicBool) -> Result<
     let worked = station.work(stop);
     station.end_run(stop)?;
     worked?;
-    Ok(station.answer())
+    let aligned = station.publisher.take_aligned();
+    Ok(station.answer(aligned))
 }
 
 /// Opens the link; a connection or a line that cannot be opened yet is tried again until that succeeds. `None` where it
@@ -351,6 +352,7 @@ impl LinkIngest<'_> {
         let names = self.names.unwrap_or(ControlNames::Rotorcraft);
         info.set_controls(names);
         override_keys(&mut info, &self.args.set)?;
+        self.publisher.begin_run(&mut info, 0)?;
         write_head(self.bus.root(), self.bus.incarnation(), &LogHead::every_channel(info.to_toml(), names))?;
         self.run = Some(boot);
         self.channels = Some((Instant::now(), 0));
@@ -367,9 +369,10 @@ impl LinkIngest<'_> {
     }
 
     /// What came and what did not.
-    fn answer(&self) -> Outcome {
+    fn answer(&self, (unplaced, noted): (Vec<String>, Vec<String>)) -> Outcome {
         let messages = self.live.accepted();
         message(format_args!("sideslip: {messages} messages of {} senders, {} samples", self.senders(), self.samples));
+        noted.iter().for_each(|what| message(format_args!("sideslip: {what}")));
         let unused = self.live.unused();
         if unused.no_clock > 0 {
             message(format_args!(
@@ -379,6 +382,7 @@ impl LinkIngest<'_> {
         }
         let mut losses: Vec<String> =
             passed_over(self.live.tally(), UnusedMessages { no_clock: 0, ..unused }).into_iter().collect();
+        losses.extend(unplaced);
         for (refusal, count) in self.live.refused().iter() {
             let sentence = format!("refused: {count} messages {}", refusal.words());
             match refusal.is_loss() {

@@ -7,7 +7,7 @@
 
 use super::args::IngestArgs;
 use super::link_source::{open, until_open};
-use super::recording_source::fitted;
+use super::recording_source::{fitted, other_columns};
 use super::row_publisher::{RowPublisher, host_us};
 use super::sample_publisher::SamplePublisher;
 use crate::command::recordings::run_head::{head_with, override_keys};
@@ -48,6 +48,8 @@ pub(super) fn listen(args: &IngestArgs, url: &Url, format: &Path, stop: &AtomicB
         message(format_args!("sideslip: {url}: stopped before it was open"));
         return Ok(Outcome::Done);
     };
+    let mut publisher = SamplePublisher::new(&bus, false)?;
+    publisher.begin_run(&mut info, other_columns(rows.columns()))?;
     write_head(bus.root(), bus.incarnation(), &fitted(head_with(&info, rows.columns())))?;
     let now_ns = monotonic_ns();
     let since_ns = if args.resume { playing_since(bus.root(), now_ns)? } else { now_ns };
@@ -58,7 +60,7 @@ pub(super) fn listen(args: &IngestArgs, url: &Url, format: &Path, stop: &AtomicB
         format,
         rows,
         link,
-        out: RowPublisher::new(SamplePublisher::new(&bus, false)?, stop),
+        out: RowPublisher::new(publisher, stop),
         arrivals: ArrivalWindow::default(),
         gaps: (0, 0.0),
         lost: (0, 0.0),
@@ -193,9 +195,10 @@ impl PcmIngest<'_> {
     }
 
     /// What came and what did not.
-    fn answer(&self) -> Outcome {
+    fn answer(&mut self) -> Outcome {
         message(format_args!("sideslip: {} samples, {} minor frames", self.out.samples, self.frames));
         let mut losses = self.earlier.clone();
+        losses.extend(self.out.take_losses());
         losses.extend(self.rows.unused().words());
         if self.gaps.0 > 0 {
             losses.push(format!("{} gaps of the stream, {:.2} s in all", self.gaps.0, self.gaps.1));

@@ -4,12 +4,13 @@ use super::args::IngestArgs;
 use super::sample_publisher::SamplePublisher;
 use crate::command::options::mapping_input::read_mapping;
 use crate::command::options::telemetry_source::RecordingSource;
-use crate::command::recordings::run_head::head_of;
+use crate::command::recordings::run_head::{HeadedRecording, head_of};
 use crate::command::{message, patience, root_path};
 use ::replay::{MonotonicClock, Pace, Player};
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::Channel;
 use sideslip::flight::file::log_head::LogHead;
+use sideslip::flight::file::run_file::{RecordingColumn, RecordingTarget};
 use sideslip::io::bus::clock::monotonic_ns;
 use sideslip::io::bus::payload::OTHERS;
 use sideslip::io::bus::root::BusRole;
@@ -32,11 +33,16 @@ pub(super) fn fitted(mut head: LogHead) -> LogHead {
     head
 }
 
+/// Columns that are no channels: those that a row carries besides its sample.
+pub(super) fn other_columns(columns: &[RecordingColumn]) -> usize {
+    columns.iter().filter(|column| column.target == RecordingTarget::Other).count()
+}
+
 /// Plays it to its end, or until it is stopped.
 pub(super) fn play(args: &IngestArgs, source: &RecordingSource, stop: &AtomicBool) -> Result<Outcome, Failure> {
     let file = &source.file;
-    let mut recording = source.open(&read_mapping(args.config.as_deref())?)?;
-    let (_, head) = head_of(file, &recording, &args.set)?;
+    let recording = source.open(&read_mapping(args.config.as_deref())?)?;
+    let HeadedRecording { mut recording, head, .. } = head_of(file, recording, &args.set)?;
     let mut bus = Bus::enter(&root_path(args.root.as_ref()))?;
     let _role = bus.take_within(BusRole::Telemetry, patience(args.supervised))?;
     write_head(bus.root(), bus.incarnation(), &fitted(head))?;
@@ -62,14 +68,23 @@ pub(super) fn play(args: &IngestArgs, source: &RecordingSource, stop: &AtomicBoo
         }
     }
     publisher.end(newest_s, stop)?;
-    let skipped = recording.skipped().rows();
+    let recorded = &recording.recording;
+    let skipped = recorded.skipped().rows();
     let mut outcome = Outcome::Done;
     if missed > 0 {
         message(format_args!("sideslip: {missed} samples came while no telemetry was running"));
         outcome = Outcome::DataLost;
     }
-    if skipped > 0 || recording.shortfall().is_some() {
-        let short = recording.shortfall().map(|what| format!("; {what}")).unwrap_or_default();
+    let tally = recording.tally().unwrap_or_default();
+    let (lost, noted) = (tally.losses(), tally.notes());
+    for what in lost.iter().chain(&noted) {
+        message(format_args!("sideslip: {}: {what}", file.display()));
+    }
+    if !lost.is_empty() {
+        outcome = Outcome::DataLost;
+    }
+    if skipped > 0 || recorded.shortfall().is_some() {
+        let short = recorded.shortfall().map(|what| format!("; {what}")).unwrap_or_default();
         message(format_args!("sideslip: {}: {skipped} rows skipped{short}", file.display()));
         outcome = Outcome::DataLost;
     }

@@ -1,6 +1,7 @@
 //! Rows of PCM onto the bus, each as old as the offset of its time to this machine's clock says.
 
 use super::sample_publisher::SamplePublisher;
+use crate::command::message;
 use sideslip::error::Failure;
 use sideslip::io::bus::clock::monotonic_ns;
 use sideslip::io::telemetry::mavlink::host_time::HostOffset;
@@ -58,6 +59,13 @@ impl<'s> RowPublisher<'s> {
     /// Whether everything went out.
     pub(super) fn published(&mut self) -> Result<(), Failure> {
         self.failed.take().map_or(Ok(()), Err)
+    }
+
+    /// What the alignment dropped, in words; what it put right is said.
+    pub(super) fn take_losses(&mut self) -> Vec<String> {
+        let (lost, noted) = self.publisher.take_aligned();
+        noted.iter().for_each(|what| message(format_args!("sideslip: {what}")));
+        lost
     }
 
     /// Says that the run has ended.

@@ -2,14 +2,23 @@
 
 use super::estimable::{EstimableQuantities, Feasibility};
 use super::survey::{ColumnSurvey, Survey};
+use super::table::column_name;
 use serde_json::{Map, Value, json};
 use sideslip::flight::file::run_file::RecordingTarget;
+use sideslip::io::telemetry::alignment::dropout::Dropout;
+use sideslip::io::telemetry::alignment::row_alignment::RowAlignment;
 use sideslip::io::telemetry::mavlink::recording::Traffic;
 use sideslip::io::telemetry::mavlink::senders::{Sender, SenderTally};
 use sideslip::io::telemetry::recording::Recording;
 use std::path::Path;
 
-pub(super) fn document(file: &Path, recording: &Recording, survey: &Survey, estimable: &EstimableQuantities) -> Value {
+pub(super) fn document(
+    file: &Path,
+    recording: &Recording,
+    survey: &Survey,
+    order: &RowAlignment,
+    estimable: &EstimableQuantities,
+) -> Value {
     let controls = recording.info().geometry().controls;
     let times = &survey.times;
     let skipped = recording.skipped();
@@ -44,10 +53,38 @@ pub(super) fn document(file: &Path, recording: &Recording, survey: &Survey, esti
             "went_back": times.went_back,
             "not_finite": times.not_finite,
             "gaps": gaps,
+            "order": times_in_order(recording, order),
         },
         "channels": survey.columns.iter().map(channel).collect::<Vec<_>>(),
         "messages": recording.traffic().map(messages),
         "estimable": {"state": state, "axes": axes, "by": by, "dutch_roll": answer(&estimable.dutch_roll)},
+    })
+}
+
+/// How the samples are put in order of time, counted by single channels, and what is missing at their own rates.
+fn times_in_order(recording: &Recording, order: &RowAlignment) -> Value {
+    let tally = order.tally();
+    let dropout = |dropout: &Dropout| {
+        json!({
+            "channel": column_name(recording, dropout.channel),
+            "from": dropout.from_s,
+            "to": dropout.to_s,
+            "missing": dropout.missing,
+        })
+    };
+    json!({
+        "samples": tally.taken,
+        "reordered": tally.reordered,
+        "late": tally.late,
+        "repeated": tally.repeated,
+        "contradicting": tally.contradicting,
+        "strays": tally.strays,
+        "no_time": tally.no_time,
+        "jumps_back": tally.jumps_back,
+        "jumps_forward": tally.jumps_forward,
+        "rate_changes": tally.rate_changes,
+        "dropouts": order.dropouts().iter().map(dropout).collect::<Vec<_>>(),
+        "missing": tally.missing,
     })
 }
 

@@ -5,6 +5,7 @@ use super::survey::Survey;
 use super::{json, table};
 use crate::command::message;
 use sideslip::error::Outcome;
+use sideslip::io::telemetry::alignment::row_alignment::RowAlignment;
 use sideslip::io::telemetry::record::RecordingError;
 use sideslip::io::telemetry::recording::Recording;
 use std::path::Path;
@@ -21,12 +22,17 @@ impl SeenRows {
     /// Reads it.
     pub(super) fn read(file: &Path, mut recording: Recording) -> Result<Self, RecordingError> {
         let mut survey = Survey::new(recording.columns());
+        let latencies = recording.info().latencies().copied().unwrap_or_default();
+        let order = RowAlignment::of_recording(&recording, &latencies);
+        let mut order = order.map_err(|wrong| RecordingError::Whole { path: file.into(), what: wrong.to_string() })?;
         while let Some(row) = recording.next_row()? {
             survey.add(row);
+            order.push(row.number, &row.sample, &row.others, &mut |_| ());
         }
+        order.finish(&mut |_| ());
         let estimable = EstimableQuantities::of(&survey, recording.info().geometry().controls);
-        let text = table::text(file, &recording, &survey, &estimable);
-        let document = json::document(file, &recording, &survey, &estimable);
+        let text = table::text(file, &recording, &survey, &order, &estimable);
+        let document = json::document(file, &recording, &survey, &order, &estimable);
         Ok(SeenRows { recording, rows: survey.rows, text, document })
     }
 

@@ -7,6 +7,9 @@ use sideslip::flight::channel::Channel;
 use sideslip::flight::derivative::Axis;
 use sideslip::flight::file::run_file::RecordingTarget;
 use sideslip::io::outputs::number::decimals;
+use sideslip::io::telemetry::alignment::dropout::Dropout;
+use sideslip::io::telemetry::alignment::reorder::events::ReorderTally;
+use sideslip::io::telemetry::alignment::row_alignment::RowAlignment;
 use sideslip::io::telemetry::recording::Recording;
 use sideslip::simulation::flight_model::CONDITION;
 use std::fmt::Write;
@@ -14,10 +17,17 @@ use std::path::Path;
 
 const GAPS_SHOWN: usize = 5;
 
-pub(super) fn text(file: &Path, recording: &Recording, survey: &Survey, estimable: &EstimableQuantities) -> String {
+pub(super) fn text(
+    file: &Path,
+    recording: &Recording,
+    survey: &Survey,
+    order: &RowAlignment,
+    estimable: &EstimableQuantities,
+) -> String {
     let mut lines = vec![format!("{}: {}, {}", file.display(), recording.format(), counted(survey.rows, "row"))];
     lines.extend(run_lines(recording));
     lines.extend(time_lines(survey));
+    lines.extend(dropout_lines(recording, order));
     lines.extend(row_lines(recording));
     lines.extend(recording.traffic().into_iter().flat_map(traffic::lines));
     lines.push(String::new());
@@ -82,6 +92,35 @@ fn time_lines(survey: &Survey) -> Vec<String> {
         lines.push(format!("  further gaps: {}", gaps.len() - GAPS_SHOWN));
     }
     lines
+}
+
+/// Samples whose times are out of order, and samples that are missing at the rate of their channel.
+fn dropout_lines(recording: &Recording, order: &RowAlignment) -> Vec<String> {
+    let tally = order.tally();
+    let (reordered, rest) = (tally.reordered, ReorderTally { reordered: 0, ..tally });
+    let disorder = format!("{reordered} of {} samples are out of order; latency_s in the run puts them in order", tally.taken);
+    let found = Some(disorder).filter(|_| reordered > 0).into_iter().chain(rest.losses()).chain(rest.notes());
+    let mut lines: Vec<String> = found.map(|what| format!("  times: {what}")).collect();
+    let mut dropouts: Vec<&Dropout> = order.dropouts().iter().collect();
+    if dropouts.is_empty() {
+        return lines;
+    }
+    lines.push(format!("  {} with {} missing", counted(tally.dropouts, "dropout"), counted(tally.missing, "sample")));
+    dropouts.sort_by(|one, other| other.missing.cmp(&one.missing).then(one.from_s.total_cmp(&other.from_s)));
+    for dropout in dropouts.iter().take(GAPS_SHOWN) {
+        let name = column_name(recording, dropout.channel);
+        lines.push(format!("    {} of {name}, {} to {} s", dropout.missing, number(dropout.from_s), number(dropout.to_s)));
+    }
+    lines
+}
+
+/// The name of a column by its place among channels, then other columns.
+pub(super) fn column_name(recording: &Recording, place: usize) -> String {
+    if let Some(channel) = Channel::ALL.get(place) {
+        return channel.name(recording.info().geometry().controls).to_owned();
+    }
+    let others = recording.columns().iter().filter(|column| column.target == RecordingTarget::Other);
+    others.map(|column| column.name.clone()).nth(place - Channel::ALL.len()).unwrap_or_default()
 }
 
 fn row_lines(recording: &Recording) -> Vec<String> {

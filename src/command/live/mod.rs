@@ -74,7 +74,8 @@ pub(crate) struct LiveArgs {
     /// How fast a recording comes: 1 is real time
     #[arg(long, value_name = "1|N|max", default_value = "1")]
     speed: Pace,
-    /// Override a key of the run, such as vane_position_m=[13.08,0,0]; repeatable
+    /// Override a key of the run, such as vane_position_m=[13.08,0,0] or latency_s={tas=0.25} (channels stamped late, s);
+    /// repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
     #[command(flatten)]

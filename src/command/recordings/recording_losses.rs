@@ -1,28 +1,33 @@
 //! What of a recording was lost on the way in, a sentence each, for commands that read it whole.
 
-use sideslip::io::telemetry::recording::Recording;
+use sideslip::io::telemetry::alignment::aligned_recording::AlignedRecording;
 use std::fmt::Write;
 use std::path::Path;
 
 /// Rows skipped beside those that were read, and what of the file could not be read; complete after the last row.
-pub(crate) fn losses(file: &Path, recording: &Recording, read: usize) -> Vec<String> {
+pub(crate) fn losses(file: &Path, aligned: &AlignedRecording, read: usize) -> Vec<String> {
+    let recording = &aligned.recording;
     let (file, skipped) = (file.display(), recording.skipped().rows());
     let rows = (skipped > 0).then(|| format!("{file}: {skipped} of {} rows skipped", skipped + read as u64));
-    rows.into_iter().chain(recording.shortfall().map(|shortfall| format!("{file}: {shortfall}"))).collect()
+    let of_times = aligned.tally().unwrap_or_default().losses();
+    let whole = recording.shortfall().into_iter().chain(of_times).map(|what| format!("{file}: {what}"));
+    rows.into_iter().chain(whole).collect()
 }
 
 /// The same in detail, and then what else a reader should know of the file: sentences, of which so many first ones are losses.
-pub(crate) fn recording_notes(recording: &Recording, read: u64, interrupted: bool) -> (Vec<String>, usize) {
-    let mut notes = detailed_losses(recording, read);
+pub(crate) fn recording_notes(aligned: &AlignedRecording, read: u64, interrupted: bool) -> (Vec<String>, usize) {
+    let mut notes = detailed_losses(aligned, read);
     let losses = notes.len();
-    if recording.ends_abruptly() && losses == 0 && !interrupted {
+    notes.extend(aligned.tally().unwrap_or_default().notes());
+    if aligned.recording.ends_abruptly() && losses == 0 && !interrupted {
         let note = "the last line has no end: the file may have been cut short, and the last value with it";
         notes.push(note.into());
     }
     (notes, losses)
 }
 
-fn detailed_losses(recording: &Recording, rows: u64) -> Vec<String> {
+fn detailed_losses(aligned: &AlignedRecording, rows: u64) -> Vec<String> {
+    let recording = &aligned.recording;
     let skipped = recording.skipped();
     let mut losses = Vec::new();
     if skipped.rows() > 0 {
@@ -34,5 +39,6 @@ fn detailed_losses(recording: &Recording, rows: u64) -> Vec<String> {
         losses.push(sentence);
     }
     losses.extend(recording.shortfall());
+    losses.extend(aligned.tally().unwrap_or_default().losses());
     losses
 }

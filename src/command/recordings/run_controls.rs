@@ -1,5 +1,6 @@
 //! The controls of a recorded run, as `simulate` flies them again.
 
+use crate::command::recordings::run_head::aligned_by_its_own;
 use sideslip::error::Failure;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::control::{CONTROLS, Control};
@@ -54,13 +55,14 @@ fn part<'a>(table: &'a toml::Table, key: &str) -> Option<&'a toml::Table> {
 
 /// Reads the controls of a recording. A row that cannot be read is left out (a straight line goes past it) and counted.
 pub(crate) fn read_controls(path: &Path) -> Result<ControlHistory, Failure> {
-    let mut recording = Recording::open(path)?;
+    let mut aligned = aligned_by_its_own(path, Recording::open(path)?)?;
+    let recording = &aligned.recording;
     let mut times_s: Vec<f64> = Vec::new();
     let mut points: [Vec<(f64, f64)>; CONTROLS + 1] = Default::default();
     let wanted = [Channel::CONTROLS.as_slice(), &[Channel::RotorSpeed]].concat();
     let level1 = part(recording.info().document(), "level1").cloned().unwrap_or_default();
     let (counted_in, controls) = (recording.counted_in(), recording.info().geometry().controls);
-    while let Some(row) = recording.next_row()? {
+    while let Some(row) = aligned.next_row()? {
         let wrong = |what: String| Failure::file(path, format_args!("{counted_in} {}: {what}", row.number));
         let time_s = row.sample.time_s;
         if !time_s.is_finite() || times_s.last().is_some_and(|&last| time_s <= last) {
@@ -75,10 +77,12 @@ pub(crate) fn read_controls(path: &Path) -> Result<ControlHistory, Failure> {
             points.push((time_s, value));
         }
     }
+    let recording = &aligned.recording;
     let skipped = recording.skipped().reasons().iter();
     let losses = skipped
         .map(|rows| format!("{} rows skipped for: {}, first at {counted_in} {}", rows.rows, rows.reason.words(), rows.first))
         .chain(recording.shortfall())
+        .chain(aligned.tally().unwrap_or_default().losses())
         .collect();
     let mut histories = points.into_iter().map(|points| History::through(points).ok());
     let controls = Control::ALL.map(|_| histories.next().flatten());

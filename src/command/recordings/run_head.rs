@@ -1,22 +1,42 @@
-//! The head of a recording's run: its own keys, with those of `--set` in their place.
+//! The head of a recording's run: its own keys, with those of `--set` in their place, and the recording aligned by them.
 
 use sideslip::error::Failure;
 use sideslip::flight::file::log_head::LogHead;
-use sideslip::flight::file::run_file::{RecordingColumn, RecordingTarget, RunInfo};
+use sideslip::flight::file::run_file::{ChannelLatencies, RecordingColumn, RecordingTarget, RunInfo};
+use sideslip::io::telemetry::alignment::aligned_recording::AlignedRecording;
 use sideslip::io::telemetry::recording::Recording;
 use std::path::Path;
 
+/// A recording with the head of its run.
+pub(crate) struct HeadedRecording {
+    /// Its rows are aligned by the latencies of the run; `info` says so.
+    pub(crate) recording: AlignedRecording,
+    pub(crate) info: RunInfo,
+    pub(crate) head: LogHead,
+}
+
 /// The head of a recording's run, keys overridden, named by its file where it has no name.
-pub(crate) fn head_of(file: &Path, recording: &Recording, overrides: &[String]) -> Result<(RunInfo, LogHead), Failure> {
+pub(crate) fn head_of(file: &Path, recording: Recording, overrides: &[String]) -> Result<HeadedRecording, Failure> {
     let mut info = recording.info().clone();
     override_keys(&mut info, overrides)?;
+    let latencies = info.take_latencies();
     if info.run().is_none() {
         // A log has another name than the recording; the run keeps its own.
         let stem = file.file_stem().unwrap_or_default().to_string_lossy();
         info.set(&format!("run={stem}")).map_err(|what| Failure::file(file, what))?;
     }
     let head = head_with(&info, recording.columns());
-    Ok((info, head))
+    Ok(HeadedRecording { recording: aligned(file, recording, latencies.as_ref())?, info, head })
+}
+
+/// A recording with its own keys, aligned by its own latencies.
+pub(crate) fn aligned_by_its_own(file: &Path, recording: Recording) -> Result<AlignedRecording, Failure> {
+    let latencies = recording.info().latencies().copied();
+    aligned(file, recording, latencies.as_ref())
+}
+
+fn aligned(file: &Path, recording: Recording, latencies: Option<&ChannelLatencies>) -> Result<AlignedRecording, Failure> {
+    AlignedRecording::new(recording, latencies).map_err(|wrong| Failure::file(file, wrong))
 }
 
 /// The head of a run with these columns.

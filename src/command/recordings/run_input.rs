@@ -1,7 +1,7 @@
 //! Recordings read whole, a run each, as commands on samples take them.
 
 use super::recording_losses::losses;
-use crate::command::recordings::run_head::head_of;
+use crate::command::recordings::run_head::{HeadedRecording, head_of};
 use sideslip::error::Failure;
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::file::run_file::RunInfo;
@@ -21,8 +21,7 @@ pub(crate) struct RunInput {
 
 /// Reads a recording; `overrides` are keys of the run.
 pub(crate) fn read_run(file: &Path, overrides: &[String], mapping: &Mapping) -> Result<RunInput, Failure> {
-    let mut recording = Recording::open_with(file, mapping)?;
-    let (info, _) = head_of(file, &recording, overrides)?;
+    let HeadedRecording { mut recording, info, .. } = head_of(file, Recording::open_with(file, mapping)?, overrides)?;
     let mut samples = Vec::new();
     while let Some(row) = recording.next_row()? {
         samples.push(row.sample);

@@ -50,7 +50,8 @@ pub(crate) struct ReplayArgs {
     /// (a run file) or .mcap (the recording with /smoothed); for several FILEs a directory, a CSV for each
     #[arg(long, value_name = "FILE|DIR")]
     smoothed: Option<PathBuf>,
-    /// Override a key of every run, such as vane_position_m=[13.08,0,0]; repeatable
+    /// Override a key of every run, such as vane_position_m=[13.08,0,0] or latency_s={tas=0.25} (channels stamped late, s);
+    /// repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Write the last estimates as JSON to this file, or to standard output with -

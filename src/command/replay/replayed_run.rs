@@ -5,7 +5,7 @@ use super::smoothed_file::{RunToSmooth, SmoothedFile};
 use crate::command::options::estimation_options::OutputErrorSchedule;
 use crate::command::options::live_diagnosis_options::LiveDiagnosisModel;
 use crate::command::recordings::recording_losses::recording_notes;
-use crate::command::recordings::run_head::head_of;
+use crate::command::recordings::run_head::{HeadedRecording, head_of};
 use crate::command::recordings::run_log::{ClosedRunLog, RunLog};
 use crate::command::recordings::run_result::RunResult;
 use crate::command::terminal::progress_line::ProgressLine;
@@ -15,6 +15,7 @@ use sideslip::flight::file::log_head::LogHead;
 use sideslip::flight::file::run_file::RunInfo;
 use sideslip::io::outputs::json::derivatives_json::RunEstimates;
 use sideslip::io::outputs::tables::terminal::Style;
+use sideslip::io::telemetry::alignment::aligned_recording::AlignedRecording;
 use sideslip::io::telemetry::mavlink::recording::Traffic;
 use sideslip::io::telemetry::recording::Recording;
 use sideslip::io::telemetry::recording_config::RecordingConfig as Mapping;
@@ -48,7 +49,7 @@ pub(super) struct ReplayFiles<'a> {
 /// A recording with its pipeline, before the first sample.
 pub(super) struct ReplayRun {
     file: PathBuf,
-    recording: Recording,
+    recording: AlignedRecording,
     info: RunInfo,
     head: LogHead,
     config: PipelineConfig,
@@ -75,8 +76,7 @@ pub(super) struct ReplayedRun {
 impl ReplayRun {
     /// Opens a recording, overrides keys of its run and readies the pipeline.
     pub(super) fn open(file: &Path, overrides: &[String], config: &PipelineConfig, mapping: &Mapping) -> Result<Self, Failure> {
-        let recording = Recording::open_with(file, mapping)?;
-        let (info, head) = head_of(file, &recording, overrides)?;
+        let HeadedRecording { recording, info, head } = head_of(file, Recording::open_with(file, mapping)?, overrides)?;
         let pipeline = Pipeline::new(config, *info.geometry()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
         Ok(ReplayRun { file: file.into(), recording, info, head, config: *config, pipeline, output_error: None, diagnosis: None })
     }
@@ -174,7 +174,7 @@ impl ReplayRun {
 struct EndedReplay<'a> {
     file: PathBuf,
     info: &'a RunInfo,
-    recording: &'a Recording,
+    recording: &'a AlignedRecording,
     name: String,
     interrupted: bool,
 }
@@ -183,7 +183,7 @@ impl ReplayedRun {
     fn new(run: EndedReplay<'_>, finished: FinishedRun, log: Option<ClosedRunLog>) -> Self {
         let EndedReplay { file, info, recording, name, interrupted } = run;
         let about = ["aircraft", "manoeuvre", "flight_path"].iter().filter_map(|key| info.text(key)).map(String::from);
-        let traffic = recording.traffic().map(|traffic| {
+        let traffic = recording.recording.traffic().map(|traffic| {
             let (messages, senders) = (traffic.tally.good, traffic.senders.iter().count());
             let Traffic { vehicle, boots, .. } = traffic;
             format!("MAVLink: {messages} messages of {senders} senders; vehicle {vehicle}, {boots} boots")

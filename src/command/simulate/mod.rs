@@ -142,6 +142,14 @@ fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("expected a whole number from 0 to {}", u64::MAX))
 }
 
+/// Stamps of a simulated recording are not late, unless an effect `sensor_delay` makes them so.
+fn refuse_latencies(of_run: &[String]) -> Result<(), Failure> {
+    match of_run.iter().find(|set| key_of(set) == "latency_s") {
+        Some(set) => Err(Failure::Input(format!("--set: expected latency_s with a command that reads runs, found `{set}`"))),
+        None => Ok(()),
+    }
+}
+
 pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let format = RunFormat::by_name(&args.out)?;
     refuse_without_folder("--out", &args.out)?;
@@ -153,7 +161,9 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let lead_s = within("--lead", args.lead, 0.0, 1e4)?;
     let hand_rate = within("--hand-rate", args.hand_rate, 1e-4, 1e4)?;
     let duration_s = args.duration.map(|duration| within("--duration", duration, 0.0, 1e6)).transpose()?;
-    let (of_run, of_model) = args.condition.set.iter().cloned().partition(|set| RunInfo::is_known(key_of(set)));
+    let (of_run, of_model): (Vec<String>, Vec<String>) =
+        args.condition.set.iter().cloned().partition(|set| RunInfo::is_known(key_of(set)));
+    refuse_latencies(&of_run)?;
     let keys_of_run = format!("; or a key of the run ({})", RunInfo::known_keys());
     let read = args.condition.fly(of_model, &keys_of_run)?;
     let in_trim = read.flight();

@@ -12,7 +12,7 @@ mod processor_clock;
 
 use processor_clock::Clock;
 use sideslip::io::telemetry::chapter10::header::data_type;
-use sideslip::io::telemetry::chapter10::packet::Chapter10Reader;
+use sideslip::io::telemetry::chapter10::packet::{BLOCK, Chapter10Reader};
 use sideslip::io::telemetry::chapter10::pcm_data::PcmPacket;
 use sideslip::io::telemetry::chapter10::pcm_layout::{PcmLayout, UnpackedForm};
 use sideslip::io::telemetry::pcm::decoder::PcmDecoder;
@@ -110,21 +110,22 @@ fn by_stream(format: &PcmFormat, line: &[u8]) -> (u64, u64) {
 /// The same of the recording.
 fn by_recording(file: &[u8]) -> (u64, u64) {
     let layout = PcmLayout::uniform(32, 16, WORDS).unwrap();
-    let (mut reader, mut scratch, mut rest, mut count, mut sum) = (Chapter10Reader::default(), Vec::new(), file, 0, 0);
+    let (mut reader, mut scratch, mut count, mut sum) = (Chapter10Reader::default(), Vec::new(), 0, 0);
     let mut each = |packet: &sideslip::io::telemetry::chapter10::packet::Chapter10Packet<'_>| {
         let pcm = PcmPacket::parse(packet).unwrap();
         let map = layout.map(pcm.word.mode, pcm.word.alignment, UnpackedForm::default()).unwrap();
         for frame in pcm.frames(&map, &mut scratch).unwrap() {
-            for word in frame.words() {
-                count += 1;
-                sum += word;
-            }
+            count += map.words().len() as u64;
+            sum += frame.words().sum::<u64>();
         }
     };
-    while !rest.is_empty() {
-        rest = &rest[reader.take(rest)..];
-        while let Some(packet) = reader.next_packet() {
-            each(&packet);
+    // In blocks, as files are read.
+    for mut rest in file.chunks(BLOCK) {
+        while !rest.is_empty() {
+            rest = &rest[reader.take(rest)..];
+            while let Some(packet) = reader.next_packet() {
+                each(&packet);
+            }
         }
     }
     while let Some(packet) = reader.finish() {

@@ -5,6 +5,7 @@
 //! and the document never differ.
 
 use super::error::{RunFileError, quoted};
+use super::latency::{self, ChannelLatencies};
 use crate::flight::channel::ControlNames;
 use crate::flight::run::RunGeometry;
 use toml::de::DeTable;
@@ -16,9 +17,14 @@ enum Kind {
     Text,
     Position,
     Blades,
+    Latencies,
 }
 
-const KNOWN: [(&str, Kind); 7] = [
+const LATENCY: &str = "latency_s";
+/// What the rows of a recording have had subtracted, for a reader; it has no effect.
+const LATENCY_SUBTRACTED: &str = "latency_subtracted_s";
+
+const KNOWN: [(&str, Kind); 8] = [
     ("run", Kind::Text),
     ("aircraft", Kind::Text),
     ("manoeuvre", Kind::Text),
@@ -26,6 +32,7 @@ const KNOWN: [(&str, Kind); 7] = [
     ("accelerometer_position_m", Kind::Position),
     ("vane_position_m", Kind::Position),
     ("blades", Kind::Blades),
+    (LATENCY, Kind::Latencies),
 ];
 
 /// More blades than any rotor has.
@@ -35,6 +42,7 @@ const BLADES_MAX: u32 = 32;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RunInfo {
     geometry: RunGeometry,
+    latencies: Option<Box<ChannelLatencies>>,
     document: Table,
 }
 
@@ -107,6 +115,7 @@ impl RunInfo {
                 let wrong = || format!("{key}: expected a whole number from 1 to {BLADES_MAX}, found {}", described(&value));
                 self.geometry.blades = Some(blades.ok_or_else(wrong)?);
             }
+            Some(Kind::Latencies) => self.latencies = Some(Box::new(ChannelLatencies::from_value(&value)?)),
             Some(Kind::Text) | None => {}
         }
         self.document.insert(key.into(), value);
@@ -128,6 +137,22 @@ impl RunInfo {
     /// Where instruments stand and how the controls are called.
     pub fn geometry(&self) -> &RunGeometry {
         &self.geometry
+    }
+
+    /// How late channels were stamped; `None` where the run does not say, and rows are taken as they stand.
+    pub fn latencies(&self) -> Option<&ChannelLatencies> {
+        self.latencies.as_deref()
+    }
+
+    /// The same for rows that are aligned by it from here on: the document says afterwards that it was subtracted, so that
+    /// nobody who reads these rows subtracts it again.
+    pub fn take_latencies(&mut self) -> Option<ChannelLatencies> {
+        let taken = *self.latencies.take()?;
+        if let Some(Value::Table(latencies)) = self.document.remove(LATENCY) {
+            let sum = latency::added(self.document.get(LATENCY_SUBTRACTED), &latencies);
+            self.document.insert(LATENCY_SUBTRACTED.into(), Value::Table(sum));
+        }
+        Some(taken)
     }
 
     /// Says how the controls are called, as a header shows it.

@@ -9,9 +9,11 @@
 mod error;
 mod header;
 mod info;
+mod latency;
 mod writer;
 
 pub use error::{RunFileError, quoted};
 pub use header::{RecordingColumn, RecordingHeader, RecordingTarget};
 pub use info::RunInfo;
+pub use latency::{ChannelLatencies, LATENCY_MAX_S};
 pub use writer::RunFileWriter;

@@ -37,9 +37,9 @@ pub trait RowSource {
 }
 
 #[cfg(all(feature = "log", feature = "mavlink"))]
-impl RowSource for crate::io::telemetry::recording::Recording {
+impl RowSource for super::aligned_recording::AlignedRecording {
     fn next_row(&mut self) -> Result<Option<&RecordingRow>, RecordingError> {
-        crate::io::telemetry::recording::Recording::next_row(self)
+        super::aligned_recording::AlignedRecording::next_row(self)
     }
 }
 

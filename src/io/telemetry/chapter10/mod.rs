@@ -20,6 +20,7 @@ pub mod packet;
 mod packet_test;
 pub mod pcm_data;
 pub mod pcm_layout;
+pub mod recorded_words;
 pub mod recording;
 mod recording_start;
 mod rtc_clock;

@@ -20,6 +20,7 @@ use super::error::Chapter10Error;
 use super::header::{PacketHeader, RTC_MODULUS, SecondaryTime, data_type, u16_at, u32_at, u64_at};
 use super::packet::Chapter10Packet;
 pub use super::pcm_layout::{PcmAlignment, PcmMode, WordMap};
+use super::recorded_words::RecordedWords;
 
 /// A frame synchroniser's state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -167,10 +168,8 @@ impl<'a> PcmPacket<'a> {
     pub fn bits(&self, out: &mut Vec<u8>) -> BitRun {
         let before = out.len();
         match self.word.alignment {
-            PcmAlignment::Bits16 => out.extend(self.data.as_chunks::<2>().0.iter().flat_map(|[low, high]| [*high, *low])),
-            PcmAlignment::Bits32 => {
-                out.extend(self.data.as_chunks::<4>().0.iter().flat_map(|[a, b, c, d]| [*d, *c, *b, *a]));
-            }
+            PcmAlignment::Bits16 => extend_reversed::<2>(out, self.data),
+            PcmAlignment::Bits32 => extend_reversed::<4>(out, self.data),
         }
         let bytes = out.len() - before;
         BitRun { time: self.packet_time, bits: 8 * bytes as u64, rest_bytes: self.data.len() - bytes }
@@ -254,9 +253,18 @@ impl RecordedFrame<'_> {
     }
 
     /// The words behind the sync pattern, their first bits the most significant.
-    pub fn words(&self) -> impl Iterator<Item = u64> + '_ {
-        self.map.words.iter().filter_map(|word| word.read(self.bits))
+    pub fn words(&self) -> RecordedWords<'_> {
+        self.map.words_of(self.bits)
     }
+}
+
+/// Appends the whole groups of so many bytes, each in the reverse order.
+fn extend_reversed<const BYTES: usize>(out: &mut Vec<u8>, data: &[u8]) {
+    let before = out.len();
+    let (groups, _) = data.as_chunks::<BYTES>();
+    out.extend_from_slice(groups.as_flattened());
+    let (groups, _) = out.get_mut(before..).unwrap_or_default().as_chunks_mut::<BYTES>();
+    groups.iter_mut().for_each(|group| group.reverse());
 }
 
 #[cfg(test)]

@@ -153,9 +153,10 @@ impl PcmLayout {
             word
         };
         let sync = place(self.sync_bits);
-        let words = self.widths.iter().map(|width| place(*width)).collect();
+        let words: Vec<BitField> = self.widths.iter().map(|width| place(*width)).collect();
+        let whole = WholeWords::of(&words);
         let bytes = usize::try_from(at.next_multiple_of(alignment.bits()) / 8).ok()?;
-        Some(WordMap { sync, words, bytes, mode, alignment })
+        Some(WordMap { sync, words, whole, bytes, mode, alignment })
     }
 }
 
@@ -176,11 +177,38 @@ impl BitField {
     }
 }
 
+/// Words of whole bytes without gaps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct WholeWords {
+    /// The first byte of the first word.
+    pub(super) from: usize,
+    /// Bytes of them all.
+    pub(super) bytes: usize,
+    /// Bytes of each: 1, 2, 4 or 8.
+    pub(super) width: usize,
+}
+
+impl WholeWords {
+    /// Of words in these places; `None` where one of them is otherwise.
+    fn of(words: &[BitField]) -> Option<Self> {
+        let first = words.first()?;
+        let width = u64::from(first.width);
+        let are_whole = matches!(width, 8 | 16 | 32 | 64) && first.at.is_multiple_of(8);
+        let follows = |one: &BitField, next: &BitField| next.at == one.at + width && next.width == one.width;
+        let follow = words.windows(2).all(|two| matches!(two, [one, next] if follows(one, next)));
+        (are_whole && follow).then_some(())?;
+        let width = usize::from(first.width / 8);
+        Some(WholeWords { from: usize::try_from(first.at / 8).ok()?, bytes: width * words.len(), width })
+    }
+}
+
 /// Where the words of a recorded minor frame stand.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WordMap {
     pub(super) sync: BitField,
     pub(super) words: Vec<BitField>,
+    /// Where the words are whole bytes one behind the other.
+    pub(super) whole: Option<WholeWords>,
     pub(super) bytes: usize,
     pub(super) mode: PcmMode,
     pub(super) alignment: PcmAlignment,

@@ -1,6 +1,7 @@
 //! Samples as they arrive, on one axis of time that never goes back, sorted within a bounded delay.
 //!
-//! Consumes samples with the stamps of one clock (seconds, or a counter of few bits), in order of arrival; produces samples in
+//! Consumes samples, one by one or in groups of one stamp, with the stamps of one clock (seconds, or a counter of few bits), in
+//! order of arrival; produces samples in
 //! order of time, [`TimelineEvent`]s, a table of dropouts ([`super::dropout`]) and counters of both. Nothing is repaired in
 //! silence: what is not handed on, or is not where its stamp says, has an event with its place in time.
 //! - Stamps become one axis by `segment`: wraps are counted on, a clock that goes back begins a new segment.
@@ -21,7 +22,7 @@ mod segment;
 use super::dropout::{Dropout, IntervalMonitor};
 use config::{RawStamp, ReorderConfig, ReorderSettingError};
 use events::{ReorderTally, TimelineEvent, TimelineEventKind, TimelineTables};
-use segment::{AxisPlacement, DoubtfulSamples, SegmentedAxis};
+use segment::{AxisPlacement, CONFIRMED, DoubtfulGroups, SegmentedAxis};
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
@@ -87,6 +88,10 @@ pub struct Reorder {
     /// Nothing before is handed on any more, s.
     released_s: f64,
     segment: u32,
+    /// Groups that came.
+    groups: u64,
+    /// Samples of groups whose stamps are in doubt: group, channel, value.
+    in_doubt: Vec<(u64, usize, f64)>,
     tables: TimelineTables,
 }
 
@@ -114,32 +119,55 @@ impl Reorder {
             delay_s: config.window_s + most_s,
             released_s: f64::NEG_INFINITY,
             segment: 0,
+            groups: 0,
+            in_doubt: Vec::with_capacity(CONFIRMED * config.latencies_s.len().max(1)),
             tables: TimelineTables::new(config.rows_max),
         })
     }
 
     /// Takes a sample; `put` gets what is due.
     pub fn push(&mut self, channel: usize, stamp: RawStamp, value: f64, put: &mut impl FnMut(TimedValue)) {
-        self.tables.tally.taken += 1;
-        let axis_s = if channel < self.channels.len() { self.axis.unwrapped_s(stamp) } else { None };
-        let Some(clock_s) = axis_s else {
-            let at_s = self.axis.newest_s().unwrap_or(0.0);
-            self.tables.event(at_s, channel, TimelineEventKind::NoTime);
-            return;
-        };
-        match self.axis.place(clock_s, channel, value) {
+        self.push_group(stamp, std::iter::once((channel, value)), put);
+    }
+
+    /// Takes samples of one stamp, of each channel at most one: together they are one witness of a jump of the clock.
+    pub fn push_group(
+        &mut self,
+        stamp: RawStamp,
+        samples: impl Iterator<Item = (usize, f64)> + Clone,
+        put: &mut impl FnMut(TimedValue),
+    ) {
+        self.groups += 1;
+        let stamp_s = self.axis.unwrapped_s(stamp);
+        let (mut first, channels) = (None, self.channels.len());
+        for (channel, _) in samples.clone() {
+            self.tables.tally.taken += 1;
+            if stamp_s.is_none() || channel >= channels {
+                let at_s = self.axis.newest_s().unwrap_or(0.0);
+                self.tables.event(at_s, channel, TimelineEventKind::NoTime);
+            } else {
+                first.get_or_insert(channel);
+            }
+        }
+        let (Some(clock_s), Some(first)) = (stamp_s, first) else { return };
+        let samples = samples.filter(|(channel, _)| *channel < channels);
+        match self.axis.place(clock_s, self.groups) {
             AxisPlacement::At { strays, wrapped } => {
                 let at_s = self.axis.on_axis_s(clock_s);
-                for stray in strays.iter() {
-                    self.tables.event(at_s, stray.channel, TimelineEventKind::Stray(stray.clock_s - clock_s));
-                }
+                self.strays(&strays, clock_s);
                 if wrapped {
-                    self.tables.event(at_s, channel, TimelineEventKind::Wrap);
+                    self.tables.event(at_s, first, TimelineEventKind::Wrap);
                 }
-                self.place(channel, at_s, value, put);
+                for (channel, value) in samples {
+                    self.place(channel, at_s, value, put);
+                }
             }
-            AxisPlacement::InDoubt { strays } => self.strays(&strays),
+            AxisPlacement::InDoubt { strays } => {
+                self.strays(&strays, self.axis.newest_clock_s().unwrap_or(0.0));
+                self.hold_in_doubt(samples);
+            }
             AxisPlacement::Jumped { confirmed, by_s, from_axis_s, wrapped } => {
+                self.hold_in_doubt(samples);
                 let begins_s = confirmed.iter().map(|one| one.clock_s).fold(f64::INFINITY, f64::min);
                 let at_s = self.axis.on_axis_s(begins_s);
                 if by_s < 0.0 {
@@ -152,24 +180,33 @@ impl Reorder {
                         past.monitor.restart(&mut |finding| tables.interval(finding));
                         past.newest_s = f64::NEG_INFINITY;
                     }
-                    tables.event(at_s, channel, TimelineEventKind::JumpBack(-by_s));
+                    tables.event(at_s, first, TimelineEventKind::JumpBack(-by_s));
                 } else {
-                    self.tables.event(at_s, channel, TimelineEventKind::JumpForward(by_s));
+                    self.tables.event(at_s, first, TimelineEventKind::JumpForward(by_s));
                 }
                 if wrapped {
-                    self.tables.event(at_s, channel, TimelineEventKind::Wrap);
+                    self.tables.event(at_s, first, TimelineEventKind::Wrap);
                 }
                 for one in confirmed.iter() {
-                    self.place(one.channel, self.axis.on_axis_s(one.clock_s), one.value, put);
+                    let at_s = self.axis.on_axis_s(one.clock_s);
+                    for place in 0..self.in_doubt.len() {
+                        if let Some(&(_, channel, value)) = self.in_doubt.get(place).filter(|(group, ..)| *group == one.group) {
+                            self.place(channel, at_s, value, put);
+                        }
+                    }
                 }
+                self.in_doubt.clear();
             }
+        }
+        if let Some(newest_s) = self.axis.newest_s() {
+            self.release(newest_s - self.delay_s, put);
         }
     }
 
     /// No more will come: what waits is handed on, what was in doubt is not.
     pub fn finish(&mut self, put: &mut impl FnMut(TimedValue)) {
         let strays = self.axis.finish();
-        self.strays(&strays);
+        self.strays(&strays, self.axis.newest_clock_s().unwrap_or(0.0));
         self.release(f64::INFINITY, put);
         let tables = &mut self.tables;
         for past in &mut self.channels {
@@ -190,6 +227,16 @@ impl Reorder {
     /// Counters.
     pub fn tally(&self) -> ReorderTally {
         self.tables.tally
+    }
+
+    /// Nothing before this time on the axis is handed on any more, s.
+    pub fn released_s(&self) -> f64 {
+        self.released_s
+    }
+
+    /// How far the axis is ahead of the clock, s.
+    pub fn shift_s(&self) -> f64 {
+        self.axis.on_axis_s(0.0)
     }
 
     /// The rate of a channel now, Hz; `None` until it is known.
@@ -224,17 +271,26 @@ impl Reorder {
                 self.hand_on(sample, put);
             }
         }
-        if let Some(newest_s) = self.axis.newest_s() {
-            self.release(newest_s - self.delay_s, put);
+    }
+
+    /// Keeps the samples of the group that came last until its stamp is confirmed or not.
+    fn hold_in_doubt(&mut self, samples: impl Iterator<Item = (usize, f64)>) {
+        for (channel, value) in samples {
+            if self.in_doubt.len() < self.in_doubt.capacity() {
+                self.in_doubt.push((self.groups, channel, value));
+            }
         }
     }
 
-    /// Samples whose stamps nothing has confirmed, where the newest stands.
-    fn strays(&mut self, strays: &DoubtfulSamples) {
-        let newest_s = self.axis.newest_clock_s().unwrap_or(0.0);
+    /// Groups whose stamps nothing has confirmed, beside a time of the clock that is right.
+    fn strays(&mut self, strays: &DoubtfulGroups, right_s: f64) {
+        let at_s = self.axis.on_axis_s(right_s);
         for stray in strays.iter() {
-            let kind = TimelineEventKind::Stray(stray.clock_s - newest_s);
-            self.tables.event(self.axis.on_axis_s(newest_s), stray.channel, kind);
+            let kind = TimelineEventKind::Stray(stray.clock_s - right_s);
+            for (_, channel, _) in self.in_doubt.iter().filter(|(group, ..)| *group == stray.group) {
+                self.tables.event(at_s, *channel, kind);
+            }
+            self.in_doubt.retain(|(group, ..)| *group != stray.group);
         }
     }
 

@@ -1,8 +1,9 @@
 //! The clock's own axis: wraps counted on, jumps confirmed, segments one behind the other.
 //!
-//! Consumes stamps in order of arrival; places each, or holds it in doubt. A stamp more than `forward_s` after the newest or more
-//! than `back_s` before it is believed once [`CONFIRMED`] in a row agree with each other, and is a stray otherwise. A clock that
-//! has gone back begins a new segment, set behind the last; one that has gone forward goes on as it says.
+//! Consumes the stamps of groups of samples in order of arrival; places each, or holds it in doubt. A stamp more than
+//! `forward_s` after the newest or more than `back_s` before it is believed once [`CONFIRMED`] in a row agree with each other,
+//! and is a stray otherwise. A clock that has gone back begins a new segment, set behind the last; one that has gone forward
+//! goes on as it says.
 //! A counter's reading means the number nearest to the newest with these bits: a restart from more than half of its range is
 //! taken for a wrap and a step forward, for nothing tells them apart.
 
@@ -14,22 +15,22 @@ pub(super) const CONFIRMED: usize = 3;
 /// No clock counts so far, s (a thousand years): what does is damaged.
 const LONGEST_S: f64 = 3.2e10;
 
-/// A sample whose stamp is in doubt.
+/// Samples of one stamp that is in doubt.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Doubtful {
     pub(super) clock_s: f64,
-    pub(super) channel: usize,
-    pub(super) value: f64,
+    /// Which group of samples.
+    pub(super) group: u64,
 }
 
 /// At most [`CONFIRMED`] of them.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct DoubtfulSamples {
+pub(super) struct DoubtfulGroups {
     held: [Doubtful; CONFIRMED],
     count: usize,
 }
 
-impl DoubtfulSamples {
+impl DoubtfulGroups {
     pub(super) fn iter(&self) -> impl Iterator<Item = &Doubtful> {
         self.held.iter().take(self.count)
     }
@@ -50,11 +51,11 @@ impl DoubtfulSamples {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum AxisPlacement {
     /// On the axis; what was in doubt before were strays.
-    At { strays: DoubtfulSamples, wrapped: bool },
+    At { strays: DoubtfulGroups, wrapped: bool },
     /// Not known yet; others that were in doubt before were strays.
-    InDoubt { strays: DoubtfulSamples },
-    /// The clock has jumped by so much, s, with these samples; before, the newest stood there on the axis.
-    Jumped { confirmed: DoubtfulSamples, by_s: f64, from_axis_s: f64, wrapped: bool },
+    InDoubt { strays: DoubtfulGroups },
+    /// The clock has jumped by so much, s, with these groups; before, the newest stood there on the axis.
+    Jumped { confirmed: DoubtfulGroups, by_s: f64, from_axis_s: f64, wrapped: bool },
 }
 
 /// The axis.
@@ -70,7 +71,7 @@ pub(super) struct SegmentedAxis {
     /// How often the counter has begun again.
     wraps: i64,
     shift_s: f64,
-    doubt: DoubtfulSamples,
+    doubt: DoubtfulGroups,
 }
 
 impl SegmentedAxis {
@@ -84,7 +85,7 @@ impl SegmentedAxis {
             newest_count: None,
             wraps: 0,
             shift_s: 0.0,
-            doubt: DoubtfulSamples::default(),
+            doubt: DoubtfulGroups::default(),
         }
     }
 
@@ -121,23 +122,23 @@ impl SegmentedAxis {
         step_s >= -self.back_s && step_s <= self.forward_s
     }
 
-    /// Places a time of the clock.
-    pub(super) fn place(&mut self, clock_s: f64, channel: usize, value: f64) -> AxisPlacement {
+    /// Places the time of a group of samples.
+    pub(super) fn place(&mut self, clock_s: f64, group: u64) -> AxisPlacement {
         let Some(newest_s) = self.newest_s else {
             self.renew(clock_s);
             self.wraps = self.wraps_at(clock_s);
-            return AxisPlacement::At { strays: DoubtfulSamples::default(), wrapped: false };
+            return AxisPlacement::At { strays: DoubtfulGroups::default(), wrapped: false };
         };
         if self.fits(clock_s - newest_s) {
             let strays = std::mem::take(&mut self.doubt);
             self.renew(newest_s.max(clock_s));
             return AxisPlacement::At { strays, wrapped: self.has_wrapped() };
         }
-        let mut strays = DoubtfulSamples::default();
+        let mut strays = DoubtfulGroups::default();
         if self.doubt.last().is_some_and(|last| !self.fits(clock_s - last.clock_s)) {
             strays = std::mem::take(&mut self.doubt);
         }
-        self.doubt.push(Doubtful { clock_s, channel, value });
+        self.doubt.push(Doubtful { clock_s, group });
         if self.doubt.count < CONFIRMED {
             return AxisPlacement::InDoubt { strays };
         }
@@ -156,7 +157,7 @@ impl SegmentedAxis {
     }
 
     /// What is left in doubt at the end.
-    pub(super) fn finish(&mut self) -> DoubtfulSamples {
+    pub(super) fn finish(&mut self) -> DoubtfulGroups {
         std::mem::take(&mut self.doubt)
     }
 
