@@ -28,7 +28,19 @@ pub(super) struct Reported {
     pub last: [bool; WANTED.len()],
     /// Whether the Dutch roll had one.
     pub dutch_roll: bool,
+    /// Which of N_v, N_r, L_p and the Dutch roll had a number when the test input was over.
+    pub after_input: [bool; 4],
 }
+
+impl Reported {
+    /// Which of N_v, N_r, L_p and the Dutch roll had a number in the end.
+    fn in_the_end(&self) -> [bool; 4] {
+        [self.last[N_V], self.last[N_R], self.last[L_P], self.dutch_roll]
+    }
+}
+
+/// Time by which the test inputs are over and their answer is known, s.
+const AFTER_INPUT_S: f64 = 22.0;
 
 /// What the pipeline reported of a flight, every second.
 pub(super) fn watched(flight: &Flight, model: &LinearModel) -> Reported {
@@ -75,15 +87,25 @@ pub(super) fn watched(flight: &Flight, model: &LinearModel) -> Reported {
             *last = derivatives.equations[axis.index()].term(variable).is_some();
         }
         found.dutch_roll = modes.dutch_roll.is_some();
+        if sample.time_s <= AFTER_INPUT_S {
+            found.after_input = found.in_the_end();
+        }
     }
     found
 }
 
 /// Part of the flights in which N_v, N_r, L_p and the Dutch roll had a number in the end.
 pub(super) fn shares(all: &[Reported]) -> [f64; 4] {
-    let derivatives = [N_V, N_R, L_P].map(|place| all.iter().filter(|one| one.last[place]).count());
-    let [n_v, n_r, l_p] = derivatives;
-    [n_v, n_r, l_p, all.iter().filter(|one| one.dutch_roll).count()].map(|count| count as f64 / all.len() as f64)
+    let count = |place: usize| all.iter().filter(|one| one.in_the_end()[place]).count();
+    std::array::from_fn(|place| count(place) as f64 / all.len() as f64)
+}
+
+/// Of the flights in which they had one after the test input, the part in which they had one in the end.
+pub(super) fn kept(all: &[Reported]) -> [f64; 4] {
+    let count = |place: usize, holds: &dyn Fn(&Reported) -> bool| {
+        all.iter().filter(|one| one.after_input[place] && holds(one)).count() as f64
+    };
+    std::array::from_fn(|place| count(place, &|one| one.in_the_end()[place]) / count(place, &|_| true).max(1.0))
 }
 
 /// Root mean square of the scores of all derivatives that the condition holds for.

@@ -8,32 +8,37 @@ use sideslip::io::telemetry::recording::Recording;
 use std::path::{Path, PathBuf};
 
 /// At 100 Hz whole rows.
-pub(crate) const LATENCIES: &str = "{ tas = 0.25, beta = 0.1 }";
-const LATE_ROWS: [(&str, usize); 2] = [("tas", 25), ("beta", 10)];
+const LATENCIES: &str = "{ tas = 0.25, beta = 0.2 }";
+const LATE_ROWS: [(&str, usize); 2] = [("tas", 25), ("beta", 20)];
 
-/// Flies a flight and writes it twice: as it was, and with these channels late; `head` goes to the preamble of the second.
-fn flown(folder: &Path, head: &str) -> [PathBuf; 2] {
-    let [straight, late] = ["straight.csv", "late.csv"].map(|name| folder.join(name));
+/// Flies a flight and writes it three times: as it was; with these channels late, `head` in its preamble; and as it was but for
+/// the last samples of these channels, which a late recording does not have.
+fn flown(folder: &Path, head: &str) -> [PathBuf; 3] {
+    let [straight, late, shortened] = ["straight.csv", "late.csv", "shortened.csv"].map(|name| folder.join(name));
     let mut call = vec!["simulate", "--model", "puma", "--noise", "--seed", "7", "--rate", "100", "--out", path(&straight)];
-    call.extend(["--input", "pedal:3211:0.02:0.7", "--input", "lat_cyclic:3211:0.008:0.5:7", "--duration", "22"]);
+    call.extend(["--input", "pedal:3211:0.01:0.7", "--input", "lat_cyclic:3211:0.005:0.5:7", "--duration", "22"]);
     let (status, _, said) = ended(&sideslip(&call));
     assert_eq!(status, 0, "{said}");
     let text = std::fs::read_to_string(&straight).unwrap();
     let (preamble, rows): (Vec<&str>, Vec<&str>) = text.lines().partition(|line| line.starts_with('#'));
     let cells: Vec<Vec<&str>> = rows.iter().map(|row| row.split(',').collect()).collect();
     let places = LATE_ROWS.map(|(name, by)| (cells[0].iter().position(|cell| cell.split(' ').next() == Some(name)).unwrap(), by));
-    let mut written = preamble.iter().map(|line| format!("{line}\n")).collect::<String>();
-    written += head;
-    for (number, row) in cells.iter().enumerate() {
-        let cell = |(place, cell): (usize, &&str)| match places.iter().find(|(late, _)| *late == place && number > 0) {
-            None => (*cell).to_owned(),
-            Some((_, by)) if number > *by => cells[number - by][place].to_owned(),
-            Some(_) => String::new(),
-        };
-        written += &(row.iter().enumerate().map(cell).collect::<Vec<_>>().join(",") + "\n");
-    }
-    std::fs::write(&late, written).unwrap();
-    [straight, late]
+    let preamble = preamble.iter().map(|line| format!("{line}\n")).collect::<String>();
+    // The row whose cell stands in a row of a channel that is late by so many; none beyond an end of the flight.
+    let write = |file: &Path, head: &str, taken: &dyn Fn(usize, usize) -> Option<usize>| {
+        let mut written = format!("{preamble}{head}");
+        for (number, row) in cells.iter().enumerate() {
+            let cell = |(place, cell): (usize, &&str)| match places.iter().find(|(late, _)| *late == place && number > 0) {
+                None => (*cell).to_owned(),
+                Some((_, by)) => taken(number, *by).map_or(String::new(), |number| cells[number][place].to_owned()),
+            };
+            written += &(row.iter().enumerate().map(cell).collect::<Vec<_>>().join(",") + "\n");
+        }
+        std::fs::write(file, written).unwrap();
+    };
+    write(&late, head, &|number, by| number.checked_sub(by).filter(|number| *number > 0));
+    write(&shortened, "", &|number, by| Some(number).filter(|number| number + by < cells.len()));
+    [straight, late, shortened]
 }
 
 fn samples(file: &Path) -> Vec<Sample> {
@@ -48,8 +53,8 @@ fn samples(file: &Path) -> Vec<Sample> {
 #[test]
 fn with_latencies_the_derivatives_are_those_of_the_flight_without_lateness() {
     let folder = folder("latencies");
-    let [straight, late] = flown(&folder, "");
-    let as_flown = derivatives(&samples(&straight));
+    let [_, late, shortened] = flown(&folder, "");
+    let as_flown = derivatives(&samples(&shortened));
     let set = format!("latency_s={LATENCIES}");
     let aligned = folder.join("aligned.csv");
     for ending in ["csv", "mcap"] {
@@ -74,7 +79,7 @@ fn with_latencies_the_derivatives_are_those_of_the_flight_without_lateness() {
 #[test]
 fn the_key_in_the_head_and_in_set_give_the_same_answer_of_replay_and_identify() {
     let folder = folder("latencies-head");
-    let [straight, late] = flown(&folder, &format!("# latency_s = {LATENCIES}\n"));
+    let [_, late, shortened] = flown(&folder, &format!("# latency_s = {LATENCIES}\n"));
     let numbers = |file: &Path, name: &str, more: &[&str]| {
         let json = folder.join(name);
         let (status, _, said) = ended(&sideslip(&[&["replay", path(file), "--json", path(&json)], more].concat()));
@@ -86,7 +91,7 @@ fn the_key_in_the_head_and_in_set_give_the_same_answer_of_replay_and_identify() 
     assert!(by_head.as_array().is_some_and(|terms| terms.len() > 2), "{by_head}");
     assert_eq!(by_head, numbers(&late, "bus.json", &["--bus", "--speed", "max"]));
     let other = ["--set", "latency_s={ tas = 0.25 }"];
-    assert_ne!(by_head, numbers(&late, "other.json", &other), "--set stands in the place of the head's");
+    assert_ne!(by_head, numbers(&late, "other.json", &other), "--set overrides the head");
     let lateral = |file: &Path, name: &str, more: &[&str]| {
         let out = folder.join(name);
         let call = ["identify", path(file), "--states", "v,p,phi,r", "--inputs", "lat_cyclic,pedal", "--out", path(&out)];
@@ -98,7 +103,7 @@ fn the_key_in_the_head_and_in_set_give_the_same_answer_of_replay_and_identify() 
         let of = |name: &str| all.iter().find(|one| one["name"] == name).unwrap().clone();
         ["N_v", "N_r", "L_v"].map(|name| (of(name)["value"].as_f64().unwrap(), of(name)["std"].as_f64().unwrap()))
     };
-    let truth = lateral(&straight, "straight", &[]);
+    let truth = lateral(&shortened, "shortened", &[]);
     let errors = |found: [(f64, f64); 3]| -> f64 {
         let apart = truth.iter().zip(found).map(|((own, std), (value, _))| (value - own).abs() / std);
         apart.fold(0.0, f64::max)
@@ -106,13 +111,14 @@ fn the_key_in_the_head_and_in_set_give_the_same_answer_of_replay_and_identify() 
     let (by_head, without) =
         (errors(lateral(&late, "by-head", &[])), errors(lateral(&late, "without", &["--set", "latency_s={}"])));
     eprintln!("identify: {by_head} and {without} standard errors");
-    assert!(by_head < 0.05 && without > 0.2, "{by_head} {without}");
+    // Output error iterates to some hundredths of a standard error.
+    assert!(by_head < 0.1 && without > 1.0, "{by_head} {without}");
 }
 
 #[test]
 fn wrong_latencies_are_refused_where_they_stand() {
     let folder = folder("latencies-wrong");
-    let [straight, late] = flown(&folder, "# latency_s = { bta = 0.1 }\n");
+    let [straight, late, _] = flown(&folder, "# latency_s = { bta = 0.1 }\n");
     let out = folder.join("out.csv");
     for (call, wanted) in [
         (vec!["convert", path(&late), path(&out)], "found `bta`; nearest is `beta`"),
@@ -135,7 +141,7 @@ fn wrong_latencies_are_refused_where_they_stand() {
 #[test]
 fn disordered_rows_are_counted_by_inspect_and_put_in_order_by_convert() {
     let folder = folder("latencies-order");
-    let [straight, _] = flown(&folder, "");
+    let [straight, ..] = flown(&folder, "");
     let text = std::fs::read_to_string(&straight).unwrap();
     let mut lines: Vec<&str> = text.lines().collect();
     let first = lines.iter().position(|line| !line.starts_with('#')).unwrap() + 1;

@@ -121,8 +121,8 @@ fn shared_channel(
     if !recording.columns().iter().any(|column| is_shared(&column)) {
         return Err(Failure::file(&source.file, format_args!("--shared: expected a column `{name}`, found none")));
     }
-    let others = recording.columns().iter().filter(|column| column.target == RecordingTarget::Other);
-    let place = others.enumerate().find(|(_, column)| column.name == name).map(|(place, _)| place);
+    let place =
+        RecordingColumn::others(recording.columns()).enumerate().find(|(_, column)| column.name == name).map(|(place, _)| place);
     let mut samples = Vec::new();
     while let Some(row) = aligned.next_row()? {
         let value = match (channel, place) {

@@ -133,9 +133,7 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
 
 /// What of a recording could not be read, in words.
 fn losses(file: &Path, aligned: &AlignedRecording) -> Vec<String> {
-    let (recording, name) = (&aligned.recording, file.display());
-    let skipped = recording.skipped().rows();
+    let (skipped, name) = (aligned.recording.skipped().rows(), file.display());
     let rows = (skipped > 0).then(|| format!("{name}: {skipped} rows skipped"));
-    let of_times = aligned.tally().unwrap_or_default().losses();
-    rows.into_iter().chain(recording.shortfall().into_iter().chain(of_times).map(|what| format!("{name}: {what}"))).collect()
+    rows.into_iter().chain(aligned.losses().iter().map(|what| format!("{name}: {what}"))).collect()
 }

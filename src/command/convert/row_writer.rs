@@ -59,8 +59,7 @@ impl RowWriter {
                     _ => None,
                 };
                 let channels: Vec<Channel> = columns.iter().filter_map(known).collect();
-                let others: Vec<&RecordingColumn> =
-                    columns.iter().filter(|column| column.target == RecordingTarget::Other).collect();
+                let others: Vec<&RecordingColumn> = RecordingColumn::others(columns).collect();
                 let writer = RunFileWriter::with_others(BufWriter::new(file), info, &channels, &others);
                 Sink::Csv(Box::new(writer.map_err(|error| Failure::file(path, error))?))
             }

@@ -8,7 +8,7 @@
 
 use super::args::IngestArgs;
 use super::link_source::{PATIENCE, open, until_open};
-use super::recording_source::{fitted, other_columns};
+use super::recording_source::fitted;
 use super::row_publisher::{RowPublisher, host_us};
 use super::sample_publisher::SamplePublisher;
 use super::silence_monitor::SilenceMonitor;
@@ -16,7 +16,7 @@ use crate::command::options::mapping_input::read_mapping;
 use crate::command::recordings::run_head::{head_with, override_keys};
 use crate::command::{message, patience, root_path};
 use sideslip::error::{Failure, Outcome};
-use sideslip::flight::file::run_file::RunInfo;
+use sideslip::flight::file::run_file::{RecordingColumn, RunInfo};
 use sideslip::io::bus::clock::monotonic_ns;
 use sideslip::io::bus::root::BusRole;
 use sideslip::io::bus::run_head::{playing_since, read_counter, read_setup, write_counter, write_head, write_setup};
@@ -209,7 +209,7 @@ impl Chapter10Ingest<'_> {
         info.set_controls(rows.controls());
         override_keys(&mut info, &self.args.set)?;
         let mut publisher = SamplePublisher::new(self.bus, false)?;
-        publisher.begin_run(&mut info, other_columns(rows.columns()))?;
+        publisher.begin_run(&mut info, RecordingColumn::others(rows.columns()).count())?;
         write_head(self.bus.root(), self.bus.incarnation(), &fitted(head_with(&info, rows.columns())))?;
         write_setup(self.bus.root(), &self.setup)?;
         if let Some(channel) = chosen.channel {

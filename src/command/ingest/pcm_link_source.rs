@@ -7,12 +7,13 @@
 
 use super::args::IngestArgs;
 use super::link_source::{open, until_open};
-use super::recording_source::{fitted, other_columns};
+use super::recording_source::fitted;
 use super::row_publisher::{RowPublisher, host_us};
 use super::sample_publisher::SamplePublisher;
 use crate::command::recordings::run_head::{head_with, override_keys};
 use crate::command::{message, patience, root_path};
 use sideslip::error::{Failure, Outcome};
+use sideslip::flight::file::run_file::RecordingColumn;
 use sideslip::io::bus::clock::monotonic_ns;
 use sideslip::io::bus::root::BusRole;
 use sideslip::io::bus::run_head::{playing_since, write_head};
@@ -49,7 +50,7 @@ pub(super) fn listen(args: &IngestArgs, url: &Url, format: &Path, stop: &AtomicB
         return Ok(Outcome::Done);
     };
     let mut publisher = SamplePublisher::new(&bus, false)?;
-    publisher.begin_run(&mut info, other_columns(rows.columns()))?;
+    publisher.begin_run(&mut info, RecordingColumn::others(rows.columns()).count())?;
     write_head(bus.root(), bus.incarnation(), &fitted(head_with(&info, rows.columns())))?;
     let now_ns = monotonic_ns();
     let since_ns = if args.resume { playing_since(bus.root(), now_ns)? } else { now_ns };

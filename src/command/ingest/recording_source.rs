@@ -10,7 +10,6 @@ use ::replay::{MonotonicClock, Pace, Player};
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::Channel;
 use sideslip::flight::file::log_head::LogHead;
-use sideslip::flight::file::run_file::{RecordingColumn, RecordingTarget};
 use sideslip::io::bus::clock::monotonic_ns;
 use sideslip::io::bus::payload::OTHERS;
 use sideslip::io::bus::root::BusRole;
@@ -31,11 +30,6 @@ pub(super) fn fitted(mut head: LogHead) -> LogHead {
         message(format_args!("sideslip: {} of {all} columns without meaning here are left out: {OTHERS} fit", all - OTHERS));
     }
     head
-}
-
-/// Columns that are no channels: those that a row carries besides its sample.
-pub(super) fn other_columns(columns: &[RecordingColumn]) -> usize {
-    columns.iter().filter(|column| column.target == RecordingTarget::Other).count()
 }
 
 /// Plays it to its end, or until it is stopped.

@@ -5,7 +5,7 @@ use super::survey::{ColumnSurvey, Survey};
 use crate::command::inspect::traffic;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::derivative::Axis;
-use sideslip::flight::file::run_file::RecordingTarget;
+use sideslip::flight::file::run_file::{RecordingColumn, RecordingTarget};
 use sideslip::io::outputs::number::decimals;
 use sideslip::io::telemetry::alignment::dropout::Dropout;
 use sideslip::io::telemetry::alignment::reorder::events::ReorderTally;
@@ -119,8 +119,10 @@ pub(super) fn column_name(recording: &Recording, place: usize) -> String {
     if let Some(channel) = Channel::ALL.get(place) {
         return channel.name(recording.info().geometry().controls).to_owned();
     }
-    let others = recording.columns().iter().filter(|column| column.target == RecordingTarget::Other);
-    others.map(|column| column.name.clone()).nth(place - Channel::ALL.len()).unwrap_or_default()
+    RecordingColumn::others(recording.columns())
+        .map(|column| column.name.clone())
+        .nth(place - Channel::ALL.len())
+        .unwrap_or_default()
 }
 
 fn row_lines(recording: &Recording) -> Vec<String> {

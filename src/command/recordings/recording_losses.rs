@@ -9,9 +9,7 @@ pub(crate) fn losses(file: &Path, aligned: &AlignedRecording, read: usize) -> Ve
     let recording = &aligned.recording;
     let (file, skipped) = (file.display(), recording.skipped().rows());
     let rows = (skipped > 0).then(|| format!("{file}: {skipped} of {} rows skipped", skipped + read as u64));
-    let of_times = aligned.tally().unwrap_or_default().losses();
-    let whole = recording.shortfall().into_iter().chain(of_times).map(|what| format!("{file}: {what}"));
-    rows.into_iter().chain(whole).collect()
+    rows.into_iter().chain(aligned.losses().iter().map(|what| format!("{file}: {what}"))).collect()
 }
 
 /// The same in detail, and then what else a reader should know of the file: sentences, of which so many first ones are losses.
@@ -38,7 +36,6 @@ fn detailed_losses(aligned: &AlignedRecording, rows: u64) -> Vec<String> {
         }
         losses.push(sentence);
     }
-    losses.extend(recording.shortfall());
-    losses.extend(aligned.tally().unwrap_or_default().losses());
+    losses.extend(aligned.losses());
     losses
 }

@@ -81,8 +81,7 @@ pub(crate) fn read_controls(path: &Path) -> Result<ControlHistory, Failure> {
     let skipped = recording.skipped().reasons().iter();
     let losses = skipped
         .map(|rows| format!("{} rows skipped for: {}, first at {counted_in} {}", rows.rows, rows.reason.words(), rows.first))
-        .chain(recording.shortfall())
-        .chain(aligned.tally().unwrap_or_default().losses())
+        .chain(aligned.losses())
         .collect();
     let mut histories = points.into_iter().map(|points| History::through(points).ok());
     let controls = Control::ALL.map(|_| histories.next().flatten());

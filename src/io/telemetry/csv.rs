@@ -182,7 +182,7 @@ impl CsvRecording {
         }
         let header =
             RecordingHeader::parse(line, &cells).map_err(|place| RecordingError::Place { path: self.path.clone(), place })?;
-        let others = header.columns.iter().filter(|column| column.target == RecordingTarget::Other).count();
+        let others = RecordingColumn::others(&header.columns).count();
         self.row.others.resize(others, None);
         self.info.set_controls(header.controls);
         self.columns = header.columns;

@@ -205,14 +205,10 @@ pub struct Instrumentation {
 }
 
 impl Instrumentation {
-    /// What is known about sign and unit of a channel; `None` of one that needs no confirmation.
-    pub fn confirmation(&self, channel: Channel) -> Option<Confirmation> {
-        Confirmation::place(channel).and_then(|place| self.confirmations.get(place)).copied()
-    }
-
     /// Whether sign and unit of a channel are confirmed, or need no confirmation.
     pub fn is_confirmed(&self, channel: Channel) -> bool {
-        self.confirmation(channel).is_none_or(|confirmation| confirmation == Confirmation::Confirmed)
+        let known = Confirmation::place(channel).and_then(|place| self.confirmations.get(place));
+        known.is_none_or(|confirmation| *confirmation == Confirmation::Confirmed)
     }
 }
 

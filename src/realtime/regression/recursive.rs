@@ -70,8 +70,8 @@ pub struct Recursive {
     statuses: [Status; AXES],
     six_axis: Option<SixAxisDerivatives>,
     curvature_std: [[f32; VARIABLES]; AXES],
-    /// Instruments whose sign or unit is in doubt, by `Confirmation::CHANNELS`.
-    doubted: [bool; Confirmation::CHANNELS.len()],
+    /// What is known about sign and unit, by `Confirmation::CHANNELS`, as of the last excitation.
+    confirmations: [Confirmation; Confirmation::CHANNELS.len()],
     /// Axes in which another method of estimation gives other numbers.
     contradicted: [bool; AXES],
     /// Instrumental variables of the record up to `instruments_of_s` of excited time; `None` where there are none.
@@ -112,7 +112,7 @@ impl Recursive {
             statuses: [Status::Waiting; AXES],
             six_axis: None,
             curvature_std: [[f32::NAN; VARIABLES]; AXES],
-            doubted: [true; Confirmation::CHANNELS.len()],
+            confirmations: [Confirmation::Doubted; Confirmation::CHANNELS.len()],
             contradicted: [false; AXES],
             instruments: None,
             instruments_of_s: f64::NEG_INFINITY,

@@ -55,6 +55,11 @@ impl RecordingColumn {
         Ok(RecordingColumn { name: name.into(), unit_text: unit_text.map(Into::into), target })
     }
 
+    /// Those of the columns that are neither time nor channels: a row carries them beside its sample, in this order.
+    pub fn others(columns: &[RecordingColumn]) -> impl Iterator<Item = &RecordingColumn> {
+        columns.iter().filter(|column| column.target == RecordingTarget::Other)
+    }
+
     /// The unit of the column's values once they are inside the program: SI for a known one, its own text otherwise.
     pub fn inner_unit(&self) -> &str {
         match self.target {

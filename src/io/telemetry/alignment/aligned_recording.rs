@@ -1,12 +1,12 @@
 //! A recording whose rows come at the times at which its channels were measured.
 //!
-//! Consumes a recording and what its run says of latencies (`latency_s`); produces its rows by [`super::row_alignment`]. A
-//! run that says nothing of latencies has its rows as they stand in the file, in its order.
+//! Consumes a recording and what its run says of latencies (`latency_s`); produces its rows by [`super::row_alignment`].
+//! Without the key rows are neither shifted nor reordered.
 
 use super::reorder::config::ReorderSettingError;
 use super::reorder::events::ReorderTally;
 use super::row_alignment::{RowAlignment, WINDOW_S};
-use crate::flight::file::run_file::{ChannelLatencies, RecordingTarget};
+use crate::flight::file::run_file::{ChannelLatencies, RecordingColumn};
 use crate::io::telemetry::record::{RecordingError, RecordingRow};
 use crate::io::telemetry::recording::Recording;
 use crate::io::telemetry::waiting_rows::WaitingRows;
@@ -26,8 +26,7 @@ impl RowAlignment {
     /// # Errors
     /// Never of a run's latencies, which were checked.
     pub fn of_recording(recording: &Recording, latencies: &ChannelLatencies) -> Result<Self, ReorderSettingError> {
-        let others = recording.columns().iter().filter(|column| column.target == RecordingTarget::Other);
-        RowAlignment::new(latencies, others.count(), WINDOW_S)
+        RowAlignment::new(latencies, RecordingColumn::others(recording.columns()).count(), WINDOW_S)
     }
 }
 
@@ -58,6 +57,11 @@ impl AlignedRecording {
             }
         }
         Ok(waiting.next_row())
+    }
+
+    /// What of the file could not be read, and what the alignment dropped, a phrase each. Complete after the last row.
+    pub fn losses(&self) -> Vec<String> {
+        self.recording.shortfall().into_iter().chain(self.tally().unwrap_or_default().losses()).collect()
     }
 
     /// What the alignment dropped and put right; `None` where there is none. Complete after the last row.

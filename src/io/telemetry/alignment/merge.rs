@@ -113,8 +113,7 @@ impl Merge {
     ) -> Self {
         let mut columns: Vec<RecordingColumn> = first.to_vec();
         columns.extend(second.iter().filter(|new| !is_time(new) && !first.iter().any(|old| is_same(old, new))).cloned());
-        let other = |column: &&RecordingColumn| column.target == RecordingTarget::Other;
-        let kept: Vec<&RecordingColumn> = columns.iter().filter(other).collect();
+        let kept: Vec<&RecordingColumn> = RecordingColumn::others(&columns).collect();
         let mut leave_known = [0; 2];
         let mut others = [Vec::new(), Vec::new()];
         for (place, (own, theirs)) in [(first, second), (second, first)].into_iter().enumerate() {

@@ -82,6 +82,14 @@ impl Confirmation {
     /// The channels that need it, in the order of every list of confirmations.
     pub const CHANNELS: [Channel; 5] = [Channel::Ax, Channel::Ay, Channel::Az, Channel::Tas, Channel::Alpha];
 
+    /// Whether it speaks for the instrument more than another one does.
+    pub fn tells_more_than(self, other: Confirmation) -> bool {
+        match (self, other) {
+            (Confirmation::Plausible { relative_error: now }, Confirmation::Plausible { relative_error: before }) => now < before,
+            _ => self == Confirmation::Confirmed,
+        }
+    }
+
     /// Its place in a list of confirmations.
     pub fn place(channel: Channel) -> Option<usize> {
         Confirmation::CHANNELS.iter().position(|one| *one == channel)

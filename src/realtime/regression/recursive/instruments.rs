@@ -50,20 +50,17 @@ impl Recursive {
         Some(Reason::AidRejected { channel: rejected.channel() })
     }
 
-    /// Takes up what the kinematics tell about accelerometers and airspeed. Without excitation gusts alone speak, which may
-    /// confirm but do not put in doubt.
+    /// Takes up what the kinematics tell about sign and unit. Without excitation gusts alone speak, which may confirm but do not
+    /// put in doubt.
     pub(super) fn judge_confirmations(&mut self, instruments: &Instrumentation) {
         let by_input = [Control::LatCyclic, Control::Pedal].into_iter().any(|control| self.excitation.has_moved(control));
-        for ((doubted, confirmation), channel) in
-            self.doubted.iter_mut().zip(instruments.confirmations).zip(Confirmation::CHANNELS)
-        {
-            match confirmation {
+        for ((known, now), channel) in self.confirmations.iter_mut().zip(instruments.confirmations).zip(Confirmation::CHANNELS) {
+            match now {
                 // Sideways motion that no lateral input caused is of gusts, which hide what ay reads.
                 Confirmation::Plausible { .. } | Confirmation::NotComparable if channel == Channel::Ay && !by_input => {
-                    *doubted = true
+                    *known = Confirmation::Doubted
                 }
-                Confirmation::Confirmed => *doubted = false,
-                _ if self.excited => *doubted = confirmation == Confirmation::Doubted,
+                _ if self.excited || now.tells_more_than(*known) => *known = now,
                 _ => {}
             }
         }
@@ -93,15 +90,19 @@ impl Recursive {
         doubted.map(|channel| Reason::NotConfirmed { channel })
     }
 
+    fn confirmation(&self, channel: Channel) -> Option<Confirmation> {
+        Confirmation::place(channel).and_then(|place| self.confirmations.get(place)).copied()
+    }
+
     fn is_doubted(&self, channel: Channel) -> bool {
-        Confirmation::place(channel).and_then(|place| self.doubted.get(place)).is_some_and(|doubted| *doubted)
+        self.confirmation(channel) == Some(Confirmation::Doubted)
     }
 
     /// By how much the term may be wrong because moving air hides an error of ay, which a side force follows, or of the
     /// airspeed, which every velocity is made of. Modes have no such part: the product of a velocity's derivative and the
     /// speed, which they rest on, is right all the same.
-    pub(super) fn hidden_error(axis: Axis, variable: Variable, value: f64, instruments: &Instrumentation) -> f64 {
-        let of = |channel: Channel| match instruments.confirmation(channel) {
+    pub(super) fn hidden_error(&self, axis: Axis, variable: Variable, value: f64) -> f64 {
+        let of = |channel: Channel| match self.confirmation(channel) {
             Some(Confirmation::Plausible { relative_error }) => relative_error * value,
             _ => 0.0,
         };
