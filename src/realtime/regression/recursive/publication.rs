@@ -53,21 +53,18 @@ impl Recursive {
         equation.condition_index = condition_index(information.sums(), &fit.order);
         for (step, &place) in fit.order.iter().enumerate() {
             let (variable, value) = (candidate::variable(place), fit.theta[place]);
-            let std = libm::sqrt(fit.cov[place][place]);
-            // A wrong unit or sign is a factor, which does not make a term zero: it is no part of whether the data tell it.
-            let is_resolved = self.is_resolved(axis, place, value, std);
             let hidden = variable.map_or(0.0, |variable| self.hidden_error(axis, variable, value));
             let term = TermRecord {
                 variable,
                 value,
-                std: libm::hypot(std, hidden),
+                std: libm::hypot(libm::sqrt(fit.cov[place][place]), hidden),
                 std_white: libm::sqrt(cov_white[place][place]),
                 step: step as u8,
                 primary: offer.primary[place],
                 frequency: None,
             };
             match term.variable {
-                Some(variable) if withheld[place] || !is_resolved => {
+                Some(variable) if withheld[place] || !self.is_resolved(axis, place, term.value, term.std) => {
                     equation.unresolved |= 1 << variable.index();
                 }
                 _ => {
