@@ -135,9 +135,9 @@ fn an_answer_is_kept_in_the_gusts_that_follow() {
             "gusts of {gust} m/s, {} flights: rms {score:.2}, numbers in the end {shares:.2?}, of those after the input {kept:.2?}",
             all.len()
         );
-        // How many flights tell anything is of the inputs' test; here it has to be something. N_v and the Dutch roll need ay, whose
-        // sign and unit strong gusts leave in doubt while the response to the input decays: of 96 flights at 1.5 m/s 0.90 and
-        // 0.87 keep them, and 0.97 keep N_r and L_p.
+        // How many flights tell anything is of the inputs' test; here it has to be something. N_v and the Dutch roll need ay,
+        // whose sign and unit strong gusts leave in doubt while the response to the input decays: of 96 flights at 1.5 m/s
+        // 0.90 and 0.87 keep them, and 0.97 keep N_r and L_p.
         let few = |least: [f64; 4], parts: [f64; 4]| parts.into_iter().zip(least).any(|(part, least)| part < least);
         if wrong > 0 || score > 1.3 || few([0.8, 0.9, 0.9, 0.8], kept) || few([0.5; 4], shares) {
             failed.push(gust);
