@@ -3,12 +3,14 @@
 //! A few cases of each sort run always. The whole study, with a confusion table by kind:
 //!     SIDESLIP_HIDDEN=150 cargo nextest run --release --test slow --run-ignored all --no-capture -E 'test(hidden::found::study)'
 //! 150 single causes, 100 healthy aircraft, 40 pairs and 40 causes outside of the library (in that proportion for other numbers),
-//! of seeds from `SIDESLIP_HIDDEN_FROM` on, else from 0.
+//! of seeds from `SIDESLIP_HIDDEN_FROM` on, else from 0; off the model's trim where `SIDESLIP_HIDDEN_OFF_TRIM` is set.
 
 use super::case::{Case, FAMILIES, Sort, case, drawn};
+use super::off_trim::drawn_off_trim;
 use crate::support::manoeuvre::over_seeds;
 use sideslip::flight::effect::{Effect, Family, same_cause};
-use sideslip::postflight::diagnosis::diagnose::{Diagnosis, diagnose, held_out};
+use sideslip::postflight::diagnosis::diagnose::{Diagnosis, diagnose};
+use sideslip::postflight::diagnosis::holdout::holdout_gain::held_out;
 use sideslip::postflight::diagnosis::record::DiagnosisError;
 use sideslip::postflight::diagnosis::search::next_cause::SearchSettings;
 use sideslip::postflight::recorded_run::RecordedRun;
@@ -169,6 +171,22 @@ fn a_healthy_aircraft_is_left_alone() {
     }
 }
 
+/// A difference of trim is no cause, and hides none.
+#[test]
+fn off_the_model_s_trim_causes_are_named_and_a_healthy_aircraft_is_left_alone() {
+    let families = FAMILIES.len() as u64;
+    let scored = over_seeds(families + 2, |place| {
+        let sort = FAMILIES.get(place as usize).map_or(Sort::Healthy, |family| Sort::Single(*family));
+        score_of(sort, 300 + place, &drawn_off_trim(sort, 300 + place).unwrap())
+    });
+    for one in &scored {
+        match one.sort {
+            Sort::Healthy => assert_eq!(one.said, "none"),
+            _ => assert!(one.named && one.only, "{:?} said {}", one.hidden, one.said),
+        }
+    }
+}
+
 #[test]
 #[ignore = "a study"]
 fn a_cause_outside_of_the_library_is_unknown() {
@@ -224,6 +242,7 @@ fn study_of_many_cases() {
     let Some(singles) = std::env::var("SIDESLIP_HIDDEN").ok().and_then(|text| text.parse::<u64>().ok()) else { return };
     let (healthy, doubles) = (singles * 2 / 3, singles * 4 / 15);
     let first = std::env::var("SIDESLIP_HIDDEN_FROM").ok().and_then(|text| text.parse::<u64>().ok()).unwrap_or(0);
+    let off_trim = std::env::var("SIDESLIP_HIDDEN_OFF_TRIM").is_ok();
     let sorts = |place: u64| match place {
         place if place < singles => (Sort::Single(FAMILIES[(place % 6) as usize]), place),
         place if place < singles + healthy => (Sort::Healthy, place - singles),
@@ -232,7 +251,7 @@ fn study_of_many_cases() {
     };
     let all = over_seeds(singles + healthy + 2 * doubles, |place| {
         let (sort, seed) = sorts(place);
-        let case = drawn(sort, first + seed);
+        let case = if off_trim { drawn_off_trim(sort, first + seed) } else { drawn(sort, first + seed) };
         if case.is_none() {
             eprintln!("left out: {sort:?} {}, for which nothing is drawn that is to be seen", first + seed);
         }

@@ -3,6 +3,7 @@
 //! `case` has the sealed case, `draw` what is hidden in it and how large, `outside` the causes that no effect describes,
 //! `flights` what is flown and through which instruments, `motion` how much that moves, `written` the case as files,
 //! `generator` the proof of the generator itself.
+//! `off_trim` puts the model elsewhere than the aircraft flies.
 //! `found` lets the diagnosis look, and scores it; `live` lets it look while the flight goes on; `options` hides what the Level-1
 //! simulation can leave out of itself. Nothing else here imports what looks for causes: the generator shares the vocabulary of
 //! models and effects only.
@@ -14,6 +15,7 @@ mod found;
 mod generator;
 mod live;
 mod motion;
+mod off_trim;
 mod options;
 mod outside;
 mod written;

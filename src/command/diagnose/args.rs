@@ -13,7 +13,8 @@ path of each control to its blade, rotor speed, gusts, the instruments. A score 
 derivative free within the model's own tolerance; the best are fitted with their numbers free, and after each cause that is
 accepted the search continues until the remaining residual is noise. Causes that the data do not distinguish are reported
 together. Where no hypothesis explains the residual, the answer is unknown, with the axis and the band. The improvement is that of
-free runs on hold-out runs; without improvement no model is extended. Runs should begin in the trim of the model. A Level-1 model
+predictions 2 s ahead on hold-out runs; without improvement no model is extended, and a cause that these runs refute is rejected.
+Where runs do not begin in the trim of the model, the difference is reported and is no cause. A Level-1 model
 whose airspeed and climb are left open is trimmed where the runs were flown; runs of several test points are diagnosed at each
 test point, and then over the flight path.
 

@@ -9,7 +9,10 @@ use sideslip::flight::file::effect_file::DeclaredEffect;
 use sideslip::io::outputs::json::effect_json::effect_json;
 use sideslip::io::outputs::words::cause_sentence::{manoeuvre, statement, unknown};
 use sideslip::io::outputs::words::set_aside::reason;
+use sideslip::postflight::diagnosis::data::trim_difference::TrimDifference;
+use sideslip::postflight::diagnosis::diagnose::Finding;
 use sideslip::postflight::diagnosis::evidence::residual_coherence::{AxisSpectrum, CHANCE};
+use sideslip::postflight::diagnosis::holdout::horizon_prediction::HORIZON_S;
 use sideslip::postflight::diagnosis::record::RankedCause;
 use sideslip::postflight::validation::improvement::{Improvement, IntervalEstimate, PooledImprovement};
 
@@ -59,14 +62,35 @@ pub(super) fn document(answer: &Answer) -> Value {
         "verdict": verdict(answer),
         "ranking": ranking,
         "findings": findings,
+        "rejected": rejected(answer),
         "discrepancy": discrepancy,
         "gain": diagnosis.gain.as_ref().map_or(Value::Null, |(gain, _)| gained(answer, gain)),
         "extended_model": answer.extended.as_ref().map(|path| path.display().to_string()),
         "extended_effects": extended,
-        "off_trim": diagnosis.off_trim.iter().map(|channel| channel.name(answer.controls)).collect::<Vec<_>>(),
+        "trim_difference": trim_difference(answer),
         "silent": diagnosis.unmodelled.iter().map(|axis| axis.name()).collect::<Vec<_>>(),
         "set_aside": set_aside,
     })
+}
+
+/// Causes that the hold-out runs refute.
+fn rejected(answer: &Answer) -> Value {
+    let one = |finding: &Finding| {
+        let effect = effect_json(&declared(&finding.cause), answer.controls);
+        let ratio =
+            finding.held_out.as_ref().map_or(Value::Null, |ratio| json!({ "value": ratio.value, "interval": ratio.interval }));
+        json!({ "effect": effect, "why": "refuted by the hold-out runs", "held_out_ratio": ratio })
+    };
+    answer.diagnosis.rejected.iter().map(one).collect()
+}
+
+/// Where trim and model differ.
+fn trim_difference(answer: &Answer) -> Value {
+    let one = |one: &TrimDifference| {
+        let unit = one.channel.si_unit();
+        (one.channel.name(answer.controls).to_owned(), json!({ "value": one.value, "std": one.std, "unit": unit }))
+    };
+    Value::Object(answer.diagnosis.trim_differences.iter().map(one).collect())
 }
 
 /// The strongest lines, not the whole spectrum.
@@ -148,7 +172,12 @@ fn gained(answer: &Answer, gain: &Improvement) -> Value {
             of
         })
     };
+    let ratio = gain.pooled.as_ref().map(|pooled| &pooled.ratio);
     json!({
+        "horizon_s": HORIZON_S,
+        "ratio": ratio.map(|ratio| ratio.value),
+        "interval": ratio.map(|ratio| ratio.interval),
+        "verdict": ratio.map(|ratio| judged(ratio.verdict())),
         "holdout": { "channels": channels, "pooled": pooled(&gain.pooled), "airspeed": pooled(&gain.airspeed),
             "altitude": pooled(&gain.altitude) },
         "dutch_roll": { "model": dutch_roll(answer, &[]), "extended": dutch_roll(answer, &answer.extension) },

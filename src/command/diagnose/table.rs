@@ -6,7 +6,9 @@ use crate::command::diagnose::answer::Answer;
 use sideslip::io::outputs::number::band_text;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::io::outputs::words::cause_sentence::{manoeuvre, statement, unknown};
+use sideslip::io::outputs::words::trim_difference::trim_differences;
 use sideslip::postflight::diagnosis::evidence::residual_coherence::{AxisSpectrum, DominantSignal};
+use sideslip::postflight::diagnosis::holdout::horizon_prediction::HORIZON_S;
 use sideslip::postflight::diagnosis::record::RankedCause;
 use std::fmt::Write;
 
@@ -52,10 +54,13 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
             let _ = writeln!(text, "     to distinguish: {}", manoeuvre(&first.effect, &second.effect));
         }
     }
-    if !diagnosis.off_trim.is_empty() {
-        let names: Vec<&str> = diagnosis.off_trim.iter().map(|channel| channel.name(answer.controls)).collect();
-        let words = "forces are taken about the runs' own trim, and biases of controls are not identifiable";
-        let _ = writeln!(text, "  note: runs do not begin in the model's trim ({}): {words}", names.join(", "));
+    for finding in &diagnosis.rejected {
+        let ratio = finding.held_out.map_or(f64::NAN, |ratio| ratio.value);
+        let _ = writeln!(text, "  rejected: {} (refuted by the hold-out runs: error ratio {ratio:.2})", say(&finding.cause));
+    }
+    if !diagnosis.trim_differences.is_empty() {
+        let words = "runs do not begin in the model's trim, which is no cause; forces are taken about their own trim";
+        let _ = writeln!(text, "  note: {words}: {}", trim_differences(&diagnosis.trim_differences, answer.controls));
     }
     if !diagnosis.unmodelled.is_empty() {
         let names: Vec<&str> = diagnosis.unmodelled.iter().map(|axis| axis.name()).collect();
@@ -86,13 +91,13 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
         if let Some(pooled) = &gain.pooled
             && diagnosis.findings.is_empty()
         {
-            let _ = writeln!(text, "\nHold-out runs, free run: error over noise {:.2}", pooled.rms[0].value);
+            let _ = writeln!(text, "\nHold-out runs, predicted {HORIZON_S} s ahead: error over noise {:.2}", pooled.rms[0].value);
         } else if let Some(pooled) = &gain.pooled {
             let [before, after] = &pooled.rms;
             let [low, high] = pooled.ratio.interval;
             let _ = writeln!(
                 text,
-                "\nHold-out runs, free run: error over noise {:.2} before, {:.2} after; ratio {:.3} [{low:.3} {high:.3}]: {}",
+                "\nHold-out runs, predicted {HORIZON_S} s ahead: error over noise {:.2} before, {:.2} after; ratio {:.3} [{low:.3} {high:.3}]: {}",
                 before.value,
                 after.value,
                 pooled.ratio.value,

@@ -9,10 +9,12 @@
 
 use super::data::instrument_check::{InstrumentCheck, check_instruments};
 use super::data::run_data::RunData;
+use super::data::trim_difference::TrimDifference;
 use super::data::usable_runs::usable_runs;
 use super::evidence::regressor_plot::{RegressorPlot, regressor_plots};
 use super::evidence::residual::{Discrepancy, discrepancy};
 use super::evidence::residual_coherence::{AxisSpectrum, residual_coherence};
+use super::holdout::holdout_gain::{HoldoutImprovement, held_out, moves};
 use super::likelihood::adequacy::{with_observed_noise, without_unidentifiable};
 use super::likelihood::aircraft::Aircraft;
 use super::likelihood::problem::DiagnosisProblem;
@@ -21,15 +23,11 @@ use super::search::forward_search::{SearchResult, search};
 use super::search::joint_derivatives::joint_derivatives;
 use super::search::next_cause::{Rival, SearchSettings};
 use super::search::score_test::acts_on;
-use crate::flight::channel::Channel;
-use crate::flight::control::Control;
 use crate::flight::derivative::Axis;
 use crate::flight::effect::Effect;
 use crate::flight::file::effect_file::DeclaredEffect;
 use crate::postflight::recorded_run::RecordedRun;
-use crate::postflight::validation::free_run;
-use crate::postflight::validation::free_run::FreeRunPrediction;
-use crate::postflight::validation::improvement::{Improvement, ImprovementVerdict, IntervalEstimate, improvement};
+use crate::postflight::validation::improvement::{ImprovementVerdict, IntervalEstimate};
 use crate::simulation::flight_model::FlightModel;
 
 /// T of (1).
@@ -62,6 +60,8 @@ pub struct Finding {
 pub struct Diagnosis {
     /// The causes, the weightiest first.
     pub findings: Vec<Finding>,
+    /// Causes that fitted, and that the hold-out runs refute.
+    pub rejected: Vec<Finding>,
     /// What is there besides.
     pub unknown: Option<UnexplainedAxis>,
     /// Probability that nothing is wrong, and what else was tested where nothing was found.
@@ -72,16 +72,13 @@ pub struct Diagnosis {
     pub unmodelled: Vec<Axis>,
     /// The signals that the residuals correlate with, by axis.
     pub spectra: Vec<AxisSpectrum>,
-    /// Channels that do not begin in the model's trim, where so many are that the runs have another.
-    pub off_trim: Vec<Channel>,
+    /// Where the runs do not begin in the model's trim.
+    pub trim_differences: Vec<TrimDifference>,
     /// Runs that were set aside, and why.
     pub set_aside: Vec<(String, Unusable)>,
     /// The gain over the runs that were not used; with each, the predictions before and after.
     pub gain: Option<HoldoutImprovement>,
 }
-
-/// The gain, and each run's predictions before and after.
-pub type HoldoutImprovement = (Improvement, Vec<(FreeRunPrediction, FreeRunPrediction)>);
 
 /// Less probable rivals are not reported.
 pub const PLAUSIBLE: f64 = 0.05;
@@ -132,7 +129,8 @@ pub fn diagnose(
     let gusty = first.as_ref().is_some_and(|(_, searched, _)| searched.point.gust.0 > 0.0);
     let (apart, same_instruments): (Vec<_>, Vec<_>) =
         records.into_iter().partition(|(place, _)| !gusty && unlike.iter().any(|(there, _)| there == place));
-    let result = if apart.is_empty() && known.is_empty() {
+    // What every run has alike sets none of them aside: it is an error that they share, for the search to find.
+    let result = if (apart.is_empty() && known.is_empty()) || same_instruments.is_empty() {
         first
     } else {
         for (place, record) in apart {
@@ -150,11 +148,12 @@ pub fn diagnose(
     let none = none(&searched);
     let spectra =
         residual_coherence(&problem, &searched).into_iter().filter(|own| !problem.unmodelled[own.axis.index()]).collect();
-    let gain = gained(model, &mut findings, holdout)?;
-    let off_trim = if problem.other_trim { problem.off_trim.clone() } else { Vec::new() };
+    let (gain, rejected) = judge_on_holdout(model, &mut findings, holdout)?;
+    let unknown = unknown.or_else(|| if findings.is_empty() { of_rejected(rejected.first()?, &discrepancy) } else { None });
+    let trim_differences = problem.trim_differences.iter().copied().filter(TrimDifference::is_significant).collect();
     let (unmodelled, said): (Vec<Axis>, Vec<Axis>) = Axis::ALL.into_iter().partition(|axis| problem.unmodelled[axis.index()]);
     let discrepancy = discrepancy.into_iter().filter(|one| said.contains(&one.axis)).collect();
-    Ok(Diagnosis { findings, unknown, none, discrepancy, unmodelled, spectra, off_trim, set_aside, gain })
+    Ok(Diagnosis { findings, rejected, unknown, none, discrepancy, unmodelled, spectra, trim_differences, set_aside, gain })
 }
 
 /// The runs and the model, where there is anything to tell.
@@ -293,57 +292,39 @@ fn none(searched: &SearchResult) -> (f64, Vec<RankedCause>) {
     (1.0 - others.iter().map(|rival| rival.probability).sum::<f64>().min(1.0), others)
 }
 
-/// Hold-out runs predicted before and after, and without each of the causes.
-fn gained(
+/// What the hold-out runs say of each cause, and the gain. A cause that they refute, by an error that is larger with it than
+/// without, is taken out, the worst first, and the others are judged again.
+fn judge_on_holdout(
     model: &FlightModel,
-    findings: &mut [Finding],
+    findings: &mut Vec<Finding>,
     holdout: &[RecordedRun],
-) -> Result<Option<HoldoutImprovement>, DiagnosisError> {
+) -> Result<(Option<HoldoutImprovement>, Vec<Finding>), DiagnosisError> {
+    let mut rejected = Vec::new();
     if holdout.is_empty() {
-        return Ok(None);
+        return Ok((None, rejected));
     }
-    let causes: Vec<Effect> = findings.iter().map(|finding| finding.cause.effect).collect();
-    let (ratios, gained) = held_out(model, &causes, holdout)?;
-    let seen = holdout.iter().filter_map(|run| RunData::of(&run.name, &run.samples, run.geometry).ok());
-    let seen: Vec<RunData> = seen.collect();
-    let moves = |control: Control| seen.iter().any(|run| run.moves(control.index()));
-    for (finding, ratio) in findings.iter_mut().zip(ratios) {
-        // A control that rests there says nothing of what it does.
-        finding.held_out = ratio.filter(|_| finding.cause.effect.acting_control().is_none_or(moves));
+    loop {
+        let causes: Vec<Effect> = findings.iter().map(|finding| finding.cause.effect).collect();
+        let (ratios, gain) = held_out(model, &causes, holdout)?;
+        for (finding, ratio) in findings.iter_mut().zip(ratios) {
+            // A control that rests there says nothing of what it does.
+            let acts = |control| moves(holdout, control);
+            finding.held_out = ratio.filter(|_| finding.cause.effect.acting_control().is_none_or(acts));
+        }
+        let worse = |finding: &Finding| finding.held_out.as_ref().filter(|ratio| ratio.is_refuted()).map(|ratio| ratio.value);
+        let refuted = findings.iter().enumerate().filter_map(|(place, finding)| Some((place, worse(finding)?)));
+        match refuted.max_by(|(_, a), (_, b)| a.total_cmp(b)) {
+            Some((worst, _)) => rejected.push(findings.remove(worst)),
+            None => return Ok((Some(gain), rejected)),
+        }
     }
-    Ok(Some(gained))
 }
 
-/// What causes gain on runs that they were not found in: for each, the pooled error with all of them over that with all but this
-/// one; and the gain of all.
-///
-/// # Errors
-/// [`DiagnosisError::Holdout`] where a run cannot be predicted.
-pub fn held_out(
-    model: &FlightModel,
-    causes: &[Effect],
-    holdout: &[RecordedRun],
-) -> Result<(Vec<Option<IntervalEstimate>>, HoldoutImprovement), DiagnosisError> {
-    let flown: Vec<free_run::ValidationRun<'_>> =
-        holdout.iter().map(|run| free_run::ValidationRun::of(&run.samples, &run.geometry)).collect();
-    let own = model.file.own_effects();
-    let predict = |causes: &[Effect]| -> Result<Vec<FreeRunPrediction>, DiagnosisError> {
-        let effects: Vec<Effect> = own.iter().chain(causes).copied().collect();
-        let all = flown.iter().zip(holdout).map(|(flown, run)| {
-            free_run::predict(model, &effects, flown).map_err(|wrong| DiagnosisError::Holdout(run.name.clone(), wrong))
-        });
-        all.collect()
-    };
-    let gain_of =
-        |before: &[FreeRunPrediction], after: &[FreeRunPrediction]| improvement(&before.iter().zip(after).collect::<Vec<_>>());
-    let (before, after) = (predict(&[])?, predict(causes)?);
-    let mut ratios = Vec::new();
-    for place in 0..causes.len() {
-        let others: Vec<Effect> =
-            causes.iter().enumerate().filter(|(other, _)| *other != place).map(|(_, effect)| *effect).collect();
-        let without = if others.is_empty() { before.clone() } else { predict(&others)? };
-        ratios.push(gain_of(&without, &after).pooled.map(|pooled| pooled.ratio));
-    }
-    let gain = gain_of(&before, &after);
-    Ok((ratios, (gain, before.into_iter().zip(after).collect())))
+/// What is unknown where all that fitted is refuted.
+fn of_rejected(rejected: &Finding, discrepancy: &[Discrepancy]) -> Option<UnexplainedAxis> {
+    let strength = |one: &&Discrepancy| one.rms / one.noise.max(f64::MIN_POSITIVE);
+    let most = discrepancy.iter().max_by(|a, b| strength(a).total_cmp(&strength(b)))?.axis;
+    let axis = acts_on(&rejected.cause.effect).unwrap_or(most);
+    let band_hz = discrepancy.iter().find(|one| one.axis == axis)?.band_hz;
+    Some(UnexplainedAxis { axis, band_hz, worth: rejected.cause.odds })
 }

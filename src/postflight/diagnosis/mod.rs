@@ -10,6 +10,7 @@
 //!   `forward_search` adds causes one by one, `retest` tests earlier causes with the later ones in place; where many derivatives
 //!   are wrong `joint_derivatives` frees all at once, and `substitution` says what would replace each.
 //! - `evidence`: residuals, their spectra and coherence with states and controls, the residual of a cause over its regressor.
+//! - `holdout`: what the causes gain in predictions over a horizon, on runs that they were not found in.
 //!
 //! `diagnose` puts these together; `record` is the vocabulary that other rooms import.
 //! Assumed: body axes, SI; controls in straight lines between samples; a run begins in its own trim.
@@ -19,6 +20,7 @@
 pub mod data;
 pub mod diagnose;
 pub mod evidence;
+pub mod holdout;
 pub mod likelihood;
 pub mod record;
 pub mod search;

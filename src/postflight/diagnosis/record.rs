@@ -6,7 +6,6 @@ use crate::flight::derivative::Axis;
 use crate::flight::effect::Effect;
 use crate::flight::file::effect_file::DeclaredEffect;
 use crate::postflight::reconstruction::record::VerdictReason;
-use crate::postflight::validation::free_run::PredictionError;
 
 /// An effect with how probable it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,7 +98,7 @@ pub enum DiagnosisError {
     #[error("the model cannot be filtered along these runs: it leaves the range of the equations of motion")]
     Diverged,
     #[error("{0}: {1}")]
-    Holdout(String, PredictionError),
+    Holdout(String, Unusable),
 }
 
 /// Bytes of a statement.

@@ -60,6 +60,11 @@ impl IntervalEstimate {
         libm::fabs(self.value - 1.0) < NEGLIGIBLE
     }
 
+    /// Whether a ratio of errors says that what was changed is wrong.
+    pub fn is_refuted(&self) -> bool {
+        self.verdict() == ImprovementVerdict::Loss && !self.is_negligible()
+    }
+
     /// Verdict on a ratio of an error after to one before.
     pub fn verdict(&self) -> ImprovementVerdict {
         let [low, high] = self.interval;

@@ -5,7 +5,9 @@ use crate::command::diagnose::page::parts::words;
 use sideslip::io::outputs::html::page::escaped;
 use sideslip::io::outputs::words::cause_sentence::{manoeuvre, statement, unknown};
 use sideslip::io::outputs::words::set_aside::reason;
+use sideslip::io::outputs::words::trim_difference::trim_differences;
 use sideslip::postflight::diagnosis::diagnose::Finding;
+use sideslip::postflight::diagnosis::holdout::horizon_prediction::HORIZON_S;
 use sideslip::postflight::diagnosis::record::RankedCause;
 use sideslip::postflight::validation::improvement::ImprovementVerdict;
 use std::fmt::Write;
@@ -32,6 +34,9 @@ pub(super) fn section(page: &mut String, answer: &Answer) {
         page.push_str("<ol>\n");
         diagnosis.findings.iter().for_each(|finding| cause(page, answer, finding));
         page.push_str("</ol>\n");
+    }
+    for finding in &diagnosis.rejected {
+        let _ = writeln!(page, "<p>Rejected, for the hold-out runs refute it: {}.</p>", said(answer, &finding.cause));
     }
     worth(page, answer);
     page.push_str("</section>\n");
@@ -67,8 +72,11 @@ fn worth(page: &mut String, answer: &Answer) {
     };
     let [before, after] = &pooled.rms;
     if diagnosis.findings.is_empty() {
-        let _ =
-            writeln!(page, "<p>On the hold-out runs, free run, the model's error is {:.2} times the noise.</p>", before.value);
+        let _ = writeln!(
+            page,
+            "<p>On the hold-out runs, predicted {HORIZON_S} s ahead, the error is {:.2} times the noise.</p>",
+            before.value
+        );
         return;
     }
     let [low, high] = pooled.ratio.interval;
@@ -79,7 +87,7 @@ fn worth(page: &mut String, answer: &Answer) {
     };
     let _ = write!(
         page,
-        "<p>On the hold-out runs, free run, the error over noise changes from {:.2} to {:.2}: ratio {:.3}, 95 % interval \
+        "<p>On the hold-out runs, predicted {HORIZON_S} s ahead, the error over noise changes from {:.2} to {:.2}: ratio {:.3}, 95 % interval \
          {low:.3} to {high:.3}, {judged}.",
         before.value, after.value, pooled.ratio.value
     );
@@ -96,13 +104,12 @@ pub(super) fn limits(page: &mut String, answer: &Answer, flights: &Flights<'_>) 
     for (run, why) in &diagnosis.set_aside {
         let _ = writeln!(page, "<li>{} was set aside: {}.</li>", escaped(run), escaped(&reason(why)));
     }
-    if !diagnosis.off_trim.is_empty() {
-        let names: Vec<&str> = diagnosis.off_trim.iter().map(|channel| channel.name(answer.controls)).collect();
+    if !diagnosis.trim_differences.is_empty() {
         let _ = writeln!(
             page,
             "<li>The runs do not begin in the model's trim ({}): forces are taken about the runs' own trim, and a bias of a control or a \
              constant error of a force is not identifiable.</li>",
-            names.join(", ")
+            escaped(&trim_differences(&diagnosis.trim_differences, answer.controls))
         );
     }
     let tolerance = 100.0 * answer.model.file.tolerance;

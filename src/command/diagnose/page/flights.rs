@@ -35,20 +35,14 @@ pub(super) fn section(page: &mut String, answer: &Answer, flights: &Flights<'_>)
     let all: Vec<Effect> = own.iter().chain(&found).copied().collect();
     let set_aside = |run: &&RecordedRun| !answer.diagnosis.set_aside.iter().any(|(name, _)| *name == run.name);
     let mut not_flown = Vec::new();
-    for run in flights.fit.iter().filter(set_aside) {
+    let fitted = flights.fit.iter().filter(set_aside).map(|run| (run, "fitted"));
+    for (run, how) in fitted.chain(flights.holdout.iter().map(|run| (run, "hold-out"))) {
         let flown = ValidationRun::of(&run.samples, &run.geometry);
         match (predict(&answer.model, &own, &flown), predict(&answer.model, &all, &flown)) {
-            (Ok(before), Ok(after)) => shown.push(Shown { run, how: "fitted", before, after }),
+            (Ok(before), Ok(after)) => shown.push(Shown { run, how, before, after }),
             (Err(why), _) | (_, Err(why)) => not_flown.push((run, why)),
         }
     }
-    let pairs = answer.diagnosis.gain.iter().flat_map(|(_, pairs)| pairs).zip(flights.holdout);
-    shown.extend(pairs.map(|((before, after), run)| Shown {
-        run,
-        how: "hold-out",
-        before: before.clone(),
-        after: after.clone(),
-    }));
     let channels = channels(answer, &shown, !found.is_empty());
     page.push_str(
         "<h2>Flight and simulation</h2>\n<p class=\"faint\">Free runs: the model starts in its trim and flies the measured \

@@ -10,3 +10,4 @@ pub mod noise_text;
 pub mod output_error_text;
 pub mod set_aside;
 pub mod status_text;
+pub mod trim_difference;

@@ -5,5 +5,6 @@ pub(crate) mod blade_passing;
 pub mod instrument_check;
 pub(crate) mod rotor_speed_smoother;
 pub mod run_data;
+pub mod trim_difference;
 pub(crate) mod unit_check;
 pub(crate) mod usable_runs;

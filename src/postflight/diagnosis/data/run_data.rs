@@ -91,8 +91,10 @@ pub struct RunData {
     pub outputs: [Option<Series>; OUTPUTS],
     /// What was moved, by place.
     pub inputs: [Option<Series>; INPUTS],
-    /// Standard deviation of one sample of each output.
+    /// Standard deviation of one sample of each output, as the filter takes it.
     pub output_noise: [f64; OUTPUTS],
+    /// The same by the record alone, from third differences.
+    pub recorded_noise: [f64; OUTPUTS],
     /// Standard deviation of one sample of each input.
     pub input_noise: [f64; INPUTS],
     /// Density of the noise of the rotor's acceleration, rad^2/s^3.
@@ -138,6 +140,7 @@ impl RunData {
             outputs,
             inputs,
             output_noise,
+            recorded_noise: output_noise,
             input_noise,
             rotor_rate_density,
             mesh: Mesh::default(),

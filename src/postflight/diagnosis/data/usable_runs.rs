@@ -19,18 +19,25 @@ pub(crate) type UsableRuns = (Vec<(usize, RunData)>, Vec<(String, Unusable)>);
 
 pub(crate) fn usable_runs(model: &FlightModel, fit: &[RecordedRun]) -> UsableRuns {
     let (mut records, mut set_aside) = (Vec::new(), Vec::new());
-    // A model that knows its blades knows them for runs that do not say: their passing is no motion.
-    let blades = model.blades().map(|blades| blades as u32);
-    let (answering, aircraft) = (answering(model), Aircraft::of(model));
+    let aircraft = Aircraft::of(model);
     for (place, run) in fit.iter().enumerate() {
-        let geometry = RunGeometry { blades: run.geometry.blades.or(blades), ..run.geometry };
-        let record = RunData::of(&run.name, &run.samples, geometry).and_then(|record| with_controls(record, &answering));
-        match record.and_then(|record| in_its_units(model, &aircraft, record)) {
+        match record_of(model, run).and_then(|record| in_its_units(model, &aircraft, record)) {
             Ok(record) => records.push((place, record)),
             Err(unfit) => set_aside.push((run.name.clone(), unfit)),
         }
     }
     (records, set_aside)
+}
+
+/// A run that has what the model asks for.
+///
+/// # Errors
+/// [`Unusable`] where it has not.
+pub(crate) fn record_of(model: &FlightModel, run: &RecordedRun) -> Result<RunData, Unusable> {
+    // A model that knows its blades knows them for runs that do not say: their passing is no motion.
+    let blades = run.geometry.blades.or(model.blades().map(|blades| blades as u32));
+    let geometry = RunGeometry { blades, ..run.geometry };
+    RunData::of(&run.name, &run.samples, geometry).and_then(|record| with_controls(record, &answering(model)))
 }
 
 /// Controls that the model answers to, its own effects with it.

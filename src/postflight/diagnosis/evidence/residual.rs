@@ -29,7 +29,7 @@ pub struct Discrepancy {
     pub rms: f64,
     /// For the extended model.
     pub rms_after: f64,
-    /// What noise alone would make.
+    /// What the instruments' noise alone would make, as the records show it.
     pub noise: f64,
     /// Part of the power that the causes explain.
     pub explained: f64,
@@ -83,7 +83,7 @@ fn noise_power(problem: &DiagnosisProblem, axis: usize) -> f64 {
     let parts = problem.runs.iter().filter_map(|run| {
         let run_residuals = run.outputs.get(axis)?.as_ref()?;
         let count = (run.mesh.step_s / run_residuals.interval_s()?).max(1.0);
-        let one = run.output_noise.get(axis)?;
+        let one = run.recorded_noise.get(axis)?;
         // A step's mean of straight lines between n samples weighs the two at either end by 7/8 and 1/8, the latter those of
         // the step beside, so that neighbours have something in common.
         let (own, beside) = if count > 1.5 { (count - 0.4375, 0.21875) } else { (0.59375, 0.1875) };

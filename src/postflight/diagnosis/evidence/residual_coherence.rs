@@ -211,7 +211,7 @@ fn noise_density(problem: &DiagnosisProblem, axis: Axis, hz: f64) -> f64 {
     let of_run = problem.runs.iter().filter_map(|run| {
         let step_s = run.mesh.step_s;
         let count = (step_s / run.outputs.get(axis.index())?.as_ref()?.interval_s()?).max(1.0);
-        let std = run.output_noise.get(axis.index())?;
+        let std = run.recorded_noise.get(axis.index())?;
         let level = 2.0 * step_s * std * std / count;
         Some(if axis.is_force() { level } else { level * (2.0 - 2.0 * libm::cos(TAU * hz * step_s)) / (step_s * step_s) })
     });

@@ -13,15 +13,13 @@ use super::parameter::RUN_OFFSETS;
 use super::parameter::{difference_steps, with_number_changed};
 use super::parameter_set::ParameterSet;
 use crate::flight::channel::Channel;
-use crate::flight::control::CONTROLS;
+use crate::flight::control::{CONTROLS, Control};
 use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
 use crate::flight::effect::Effect;
-use crate::flight::model::Trim;
-use crate::flight::signal::series::Series;
+use crate::flight::unit::STANDARD_GRAVITY;
 use crate::postflight::diagnosis::data::blade_input::BladeInput;
-use crate::postflight::diagnosis::data::run_data::{
-    ALPHA_OUTPUT, ATTITUDE_OUTPUT, BETA_OUTPUT, MEASURED_FORCE, OUTPUT_CHANNELS, ROTOR, RunData, TAS_OUTPUT, input_channel,
-};
+use crate::postflight::diagnosis::data::run_data::{MEASURED_FORCE, ROTOR, RunData};
+use crate::postflight::diagnosis::data::trim_difference::{TrimDifference, trim_differences};
 
 /// Least spectral density of forces and moments.
 const LEAST_DENSITY: [f64; AXES] = [1e-6, 1e-6, 1e-6, 1e-8, 1e-8, 1e-8];
@@ -34,17 +32,9 @@ const UNMODELLED_DENSITY: (f64, f64, f64) = (1e-2, 1.0, 1e-2);
 const UNMODELLED_STD: (f64, f64, f64) = (0.3, 3.0, 0.05);
 /// Standard deviations of a run's own forces and moments where it begins in the model's trim, m/s^2 and rad/s^2.
 const AT_TRIM_STD: [f64; AXES] = [0.02, 0.02, 0.02, 0.002, 0.002, 0.002];
-/// And where it does not: the model then says how forces change, not what they are.
-const OFF_TRIM_STD: [f64; AXES] = [2.0, 2.0, 2.0, 0.5, 0.5, 0.5];
-/// So many channels are off the trim for one reason each; more are another trim.
-const FEW: usize = 3;
-/// Window at a run's start that is its trim, s.
-const WINDOW_S: f64 = 1.0;
-/// A channel is off the trim by more than this: m/s, and rad of attitude, flow and controls.
-const OFF_SPEED: f64 = 1.0;
-const OFF_ANGLE: f64 = 0.006;
-/// An airspeed so far off, m/s, is another trim by itself: aerodynamic forces vary with its square.
-const FAR_SPEED: f64 = 5.0;
+/// Where it does not, so many times what the model makes of each difference: the model says how forces change, not what they
+/// are.
+const OF_TRIM_DIFFERENCE: f64 = 2.0;
 /// Of a uniform distribution, half width to standard deviation.
 const UNIFORM: f64 = 0.577_350_269_189_625_8;
 
@@ -63,10 +53,8 @@ pub struct DiagnosisProblem {
     pub noise_floor: [f64; AXES],
     /// Axes without a model.
     pub unmodelled: [bool; AXES],
-    /// What of each run does not begin in the model's trim.
-    pub off_trim: Vec<Channel>,
-    /// Whether that makes another trim.
-    pub other_trim: bool,
+    /// Where runs do not begin in the model's trim.
+    pub trim_differences: Vec<TrimDifference>,
     /// Standard deviations of a run's own forces and moments about the model's trim.
     pub constant_std: [f64; AXES],
 }
@@ -95,31 +83,15 @@ impl DiagnosisProblem {
                 *noise_floor += by * by * input_density(&runs, place);
             }
         }
-        let off_trim = off_trim(aircraft.trim(), &runs);
-        let speed = aircraft.trim().airspeed();
-        let far = runs
-            .iter()
-            .filter_map(|run| begins(run.outputs[TAS_OUTPUT].as_ref()))
-            .any(|mean| libm::fabs(mean - speed) > FAR_SPEED);
-        let other_trim = far || off_trim.len() >= FEW;
-        let mut constant_std = if other_trim { OFF_TRIM_STD } else { AT_TRIM_STD };
+        let trim_differences = trim_differences(aircraft.trim(), &runs);
+        let mut constant_std = about_trim(&aircraft, &trim_differences);
         for axis in (0..AXES).filter(|&axis| unmodelled[axis]) {
             constant_std[axis] = of_unmodelled(axis, has_measured_force(&runs, axis), UNMODELLED_STD);
             if axis < 3 && has_measured_force(&runs, axis) {
                 noise_floor[axis] += input_density(&runs, MEASURED_FORCE + axis);
             }
         }
-        DiagnosisProblem {
-            aircraft,
-            fixed,
-            runs,
-            derivative_tolerances,
-            noise_floor,
-            unmodelled,
-            off_trim,
-            other_trim,
-            constant_std,
-        }
+        DiagnosisProblem { aircraft, fixed, runs, derivative_tolerances, noise_floor, unmodelled, trim_differences, constant_std }
     }
 
     /// Nothing is wrong.
@@ -236,37 +208,30 @@ fn of_unmodelled(axis: usize, felt: bool, (felt_one, force, moment): (f64, f64, 
     }
 }
 
-/// Mean over a channel's first second.
-fn begins(series: Option<&Series>) -> Option<f64> {
-    let series = series?;
-    let (from_s, _) = series.range_s()?;
-    Some(series.mean(from_s, from_s + WINDOW_S))
-}
-
-/// Channels that do not begin where the model's trim has them, in any run.
-fn off_trim(trim: &Trim, runs: &[RunData]) -> Vec<Channel> {
-    let airspeed = trim.airspeed().max(1.0);
-    let outputs = [
-        (ATTITUDE_OUTPUT, trim.phi, OFF_ANGLE),
-        (ATTITUDE_OUTPUT + 1, trim.theta, OFF_ANGLE),
-        (TAS_OUTPUT, airspeed, OFF_SPEED),
-        (ALPHA_OUTPUT, trim.incidence(), OFF_ANGLE),
-        (BETA_OUTPUT, trim.sideslip(), OFF_ANGLE),
+/// Standard deviations of a run's own forces and moments, by what the model makes of the runs' differences of trim:
+///     sigma_a^2 = s_a^2 + sum_j (k F_aj d_j)^2
+/// with s = [`AT_TRIM_STD`], k = [`OF_TRIM_DIFFERENCE`], F the model's derivatives, weight's along X and Y by attitude among
+/// them, and d_j the largest difference of a variable. Without a cliff: a small difference widens them by a little.
+fn about_trim(aircraft: &Aircraft, differences: &[TrimDifference]) -> [f64; AXES] {
+    let of = |channel: Channel| differences.iter().find(|one| one.channel == channel).map_or(0.0, |one| one.largest);
+    let trim = aircraft.trim();
+    let speed = trim.airspeed();
+    let mut by_variable = vec![
+        (Variable::U, libm::hypot(of(Channel::Tas), of(Channel::Alpha) * trim.w)),
+        (Variable::V, speed * of(Channel::Beta)),
+        (Variable::W, libm::hypot(speed * of(Channel::Alpha), of(Channel::Tas) * libm::sin(trim.incidence()))),
     ];
-    let mut off = Vec::new();
-    for (output, at_trim, most) in outputs {
-        if runs.iter().filter_map(|run| begins(run.outputs.get(output)?.as_ref())).any(|mean| libm::fabs(mean - at_trim) > most) {
-            off.push(OUTPUT_CHANNELS[output]);
-        }
+    by_variable.extend(Control::ALL.into_iter().map(|control| (control.variable(), of(control.channel()))));
+    let weight = |axis: Axis| match axis {
+        Axis::X => STANDARD_GRAVITY * of(Channel::Theta),
+        Axis::Y => STANDARD_GRAVITY * of(Channel::Phi),
+        _ => 0.0,
+    };
+    let mut stds = AT_TRIM_STD;
+    for (axis, std) in Axis::ALL.into_iter().zip(&mut stds) {
+        let by = by_variable.iter().map(|(variable, difference)| aircraft.linear.derivative(axis, *variable) * difference);
+        let squares = by.chain([weight(axis)]).map(|force| force * force).sum::<f64>();
+        *std = libm::hypot(*std, OF_TRIM_DIFFERENCE * libm::sqrt(squares));
     }
-    for (input, at_trim) in trim.controls.into_iter().enumerate() {
-        if runs
-            .iter()
-            .filter_map(|run| begins(run.inputs.get(input)?.as_ref()))
-            .any(|mean| libm::fabs(mean - at_trim) > OFF_ANGLE)
-        {
-            off.push(input_channel(input));
-        }
-    }
-    off
+    stds
 }

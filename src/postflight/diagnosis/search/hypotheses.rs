@@ -165,11 +165,8 @@ pub fn hypotheses(problem: &DiagnosisProblem, present: &[Effect]) -> Vec<Library
             continue;
         }
         let channel = input_channel(input);
-        // Off the model's trim a control's bias is what its trim is, and of one that rests a factor is a bias.
-        if !problem.other_trim {
-            linear_entry(problem, present, Effect::SensorBias { channel, value: 0.0 }, &mut entries);
-        }
-        if !problem.other_trim || range(problem, input) > 0.0 {
+        // A control's bias is a difference of trim, and its factor about the trim its effectiveness.
+        if input == ROTOR {
             linear_entry(problem, present, Effect::SensorScale { channel, factor: 1.0 }, &mut entries);
         }
         linear_entry(problem, present, Effect::SensorDelay { channel, delay: 0.0 }, &mut entries);

@@ -1,0 +1,192 @@
+//! Predictions over a short horizon: a run cut into windows, each predicted from the state at its beginning as the filter of the
+//! diagnosis has it by then.
+//!
+//! Consumes a model, effects and a run on its mesh; produces, for each channel at the nodes of the mesh, the measured mean z and
+//! the predicted y. Nothing of model or effects is fitted to the run; its own offsets of forces, moments and instruments are, for
+//! no run is flown in exactly the model's trim, and noise of the recorded controls over the first second would become a drift.
+//! From the beginning of a window on, without any reading, over n steps,
+//!     x_k+1 = x_k + dt f(x_k + f dt/2, u_k)     y_k = h(x_k)                                          (1)
+//! with u the mean recorded controls over each step and f, h those of `run_model`. Both models of a comparison are served alike:
+//! each by its own filter, with its own noise of forces.
+//! A free run over the whole record, which a small difference of trim leads away, is `free_run`.
+
+use crate::flight::channel::Channel;
+use crate::flight::derivative::AXES;
+use crate::flight::effect::Effect;
+use crate::flight::signal::readings::Reading;
+use crate::postflight::diagnosis::data::blade_input::InputVector;
+use crate::postflight::diagnosis::data::run_data::{OUTPUT_CHANNELS, OUTPUTS, RunData};
+use crate::postflight::diagnosis::likelihood::aircraft::Aircraft;
+use crate::postflight::diagnosis::likelihood::maximise::{Effort, maximise};
+use crate::postflight::diagnosis::likelihood::normal_equations::{Detail, linearise};
+use crate::postflight::diagnosis::likelihood::parameter::RunInstrumentErrors;
+use crate::postflight::diagnosis::likelihood::parameter_set::ParameterSet;
+use crate::postflight::diagnosis::likelihood::problem::DiagnosisProblem;
+use crate::postflight::diagnosis::likelihood::run_model::{RunModel, force_rate};
+use crate::postflight::diagnosis::likelihood::state::{FilterState, LAG};
+use crate::postflight::validation::free_run::{FreeRunPrediction, PredictedChannel};
+use crate::simulation::flight_model::FlightModel;
+
+/// Length of a window, s.
+pub const HORIZON_S: f64 = 2.0;
+
+/// A run predicted window by window. Where the model cannot be filtered along the run, it diverges at its start.
+pub fn predict_over_horizon(model: &FlightModel, effects: &[Effect], run: &RunData) -> FreeRunPrediction {
+    let flown: Vec<Effect> = effects.iter().copied().filter(|effect| !matches!(effect, Effect::Turbulence { .. })).collect();
+    let mut problem =
+        DiagnosisProblem::new(Aircraft::of(model), flown.clone(), vec![run.clone()], model.file.tolerance, &model.file.stds);
+    // The model as it is, without what it may be off by.
+    problem.derivative_tolerances.clear();
+    let (first_s, last_s) = (run.mesh.time_s(0), run.mesh.time_s(run.mesh.nodes.saturating_sub(1)));
+    let unpredicted = FreeRunPrediction {
+        channels: Vec::new(),
+        not_predicted: Vec::new(),
+        effects: flown,
+        diverged_at_s: Some(first_s),
+        range_s: [first_s, last_s],
+    };
+    let Some((point, states)) = filtered(&problem) else { return unpredicted };
+    let said = |output: usize| axes_of(output).iter().all(|&axis| !problem.unmodelled[axis]);
+    let Predictions { of_output, diverged_at_s } = windows(&problem, &point, &states);
+    let channels = of_output.into_iter().enumerate().filter(|(output, pairs)| said(*output) && !pairs.is_empty());
+    FreeRunPrediction {
+        channels: channels.filter_map(|(output, pairs)| channel(run, output, pairs)).collect(),
+        diverged_at_s,
+        ..unpredicted
+    }
+}
+
+/// The run's own offsets where they settle, and the states of the filter there.
+fn filtered(problem: &DiagnosisProblem) -> Option<(ParameterSet, Vec<FilterState>)> {
+    let start = problem.null_hypothesis();
+    let point = maximise(problem, start.clone(), Effort::SETTLED).map_or(start, |(point, _)| point);
+    let local = linearise(problem, &point, &[], Detail::Traces)?;
+    let states = local.runs.into_iter().next()?.states;
+    Some((point, states))
+}
+
+/// Axes that an output is a prediction of: where the model is silent on one, the output is measured motion.
+fn axes_of(output: usize) -> &'static [usize] {
+    match OUTPUT_CHANNELS.get(output) {
+        Some(Channel::Ax | Channel::Tas) => &[0],
+        Some(Channel::Ay | Channel::Beta) => &[1],
+        Some(Channel::Az | Channel::Alpha | Channel::Altitude) => &[2],
+        Some(Channel::P | Channel::Phi) => &[3],
+        Some(Channel::Q | Channel::Theta) => &[4],
+        _ => &[5],
+    }
+}
+
+/// Of one output at one node: time, reading, prediction.
+type Pair = (f64, Reading, f64);
+
+#[derive(Default)]
+struct Predictions {
+    of_output: [Vec<Pair>; OUTPUTS],
+    diverged_at_s: Option<f64>,
+}
+
+/// (1) from the beginning of every window.
+fn windows(problem: &DiagnosisProblem, point: &ParameterSet, states: &[FilterState]) -> Predictions {
+    let mut predictions = Predictions::default();
+    let (Some(record), Some(own)) = (problem.runs.first(), point.run_offsets.first()) else { return predictions };
+    let effects = problem.effects(point);
+    let model = problem.aircraft.changed(&effects, &point.derivative_errors);
+    let blade_input = problem.blade_input(record, &effects);
+    let instruments = RunInstrumentErrors::of(record, own, &effects);
+    let readings = record.readings(&instruments.late_s);
+    let mut constant = [0.0; AXES];
+    constant.copy_from_slice(&own[..AXES]);
+    let run = RunModel {
+        record,
+        model: &model,
+        trim: problem.aircraft.trim(),
+        blade_input: &blade_input,
+        blade_input_changes: &[],
+        readings: &readings,
+        constant,
+        bias: instruments.bias,
+        factor: instruments.factor,
+        accelerometer_m: instruments.accelerometer_m,
+        vane_m: instruments.vane_m,
+        lag: instruments.lag,
+    };
+    let steps = (libm::round(HORIZON_S / record.mesh.step_s) as usize).max(1);
+    for begin in (0..states.len()).step_by(steps) {
+        let Some(&start) = states.get(begin) else { break };
+        if let Err(node) = window(&run, start, (begin, steps), &mut predictions.of_output) {
+            predictions.diverged_at_s.get_or_insert(record.mesh.time_s(node));
+        }
+    }
+    predictions
+}
+
+/// One window; the node where the motion leaves what the kinematics can carry.
+fn window(
+    run: &RunModel<'_>,
+    mut x: FilterState,
+    (begin, steps): (usize, usize),
+    of_output: &mut [Vec<Pair>; OUTPUTS],
+) -> Result<(), usize> {
+    let dt = run.record.mesh.step_s;
+    // Gusts to come are none.
+    x.iter_mut().skip(LAG + 1).for_each(|gust| *gust = 0.0);
+    let mut lag_before = None;
+    for node in begin..(begin + steps).min(run.record.mesh.nodes) {
+        let Some(&moved) = run.blade_input.nodes.get(node) else { break };
+        if node > begin {
+            let Some(over) = run.blade_input.steps.get(node - 1) else { break };
+            let rate = |x: &FilterState| run.rate(x, &run.force(x, over), f64::INFINITY);
+            let first = rate(&x).ok_or(node)?;
+            let middle: FilterState = core::array::from_fn(|i| x[i] + 0.5 * dt * first[i]);
+            let second = rate(&middle).ok_or(node)?;
+            x.iter_mut().zip(&second).for_each(|(x, rate)| *x += dt * rate);
+        }
+        let here = run.operating_point(&x, &moved);
+        if let Some((output, tau)) = run.lag {
+            let (now, ..) = run.predict(output, &x, &here).ok_or(node)?;
+            let before = lag_before.replace(now).unwrap_or(now);
+            if node > begin {
+                x[LAG] += (1.0 - libm::exp(-dt / tau.max(1e-4))) * (0.5 * (before + now) - x[LAG]);
+            }
+        }
+        // The beginning's own readings are in its state.
+        if node == begin {
+            continue;
+        }
+        let flow = run.rate(&x, &here.force, f64::INFINITY).ok_or(node)?;
+        let around = |node: usize| run.blade_input.nodes.get(node).copied().unwrap_or(moved);
+        let (earlier, later) = (around(node - 1), around(node + 1));
+        let turning: InputVector = core::array::from_fn(|i| (later[i] - earlier[i]) / (2.0 * dt));
+        for reading in run.readings.at(node) {
+            let (value, slopes, by_force) = run.predict(reading.output, &x, &here).ok_or(node)?;
+            let lagged = run.lag.is_some_and(|(output, _)| output == reading.output);
+            let pushed = by_force.iter().enumerate().filter(|(_, weight)| **weight != 0.0);
+            let slope = slopes.iter().zip(&flow).map(|(h, rate)| h * rate).sum::<f64>()
+                + pushed.map(|(axis, weight)| weight * force_rate(&here, axis, &turning)).sum::<f64>();
+            let value = if lagged { x[LAG] } else { value } + reading.late_s * slope;
+            let predicted = run.factor[reading.output] * value + run.bias[reading.output];
+            if !predicted.is_finite() {
+                return Err(node);
+            }
+            of_output[reading.output].push((run.record.mesh.time_s(node) + reading.late_s, *reading, predicted));
+        }
+    }
+    Ok(())
+}
+
+/// A channel's pairs as a prediction, its noise that of the means.
+fn channel(run: &RunData, output: usize, pairs: Vec<Pair>) -> Option<PredictedChannel> {
+    let count = pairs.iter().map(|(_, reading, _)| reading.count).sum::<f64>() / pairs.len() as f64;
+    let noise_std = run.recorded_noise.get(output)? / libm::sqrt(count.max(1.0));
+    let predicted: Vec<f64> = pairs.iter().map(|(.., predicted)| *predicted).collect();
+    Some(PredictedChannel {
+        channel: *OUTPUT_CHANNELS.get(output)?,
+        times_s: pairs.iter().map(|(time_s, ..)| *time_s).collect(),
+        measured: pairs.iter().map(|(_, reading, _)| reading.value).collect(),
+        at_trim: *predicted.first()?,
+        predicted,
+        offset: 0.0,
+        noise_std,
+    })
+}
