@@ -26,7 +26,7 @@ pub(crate) fn level1(case: &mut Case) {
     let flight =
         "simulate --model puma --speed 51.44 --density 1.024 --set actuators=first_order --noise flight --rate 50 --duration 12";
     case.prepare(&format!("{flight} --input pedal:3211:0.01:0.7 --seed 1 --out a.csv"));
-    case.prepare(&format!("{flight} --input lat_cyclic:doublet:0.006:0.8 --seed 2 --out h.csv"));
+    case.prepare(&format!("{flight} --input pedal:doublet:0.01:0.8 --seed 2 --out h.csv"));
     case.run("diagnose --model puma --density 1.024 --fit a.csv --holdout h.csv --causes 1 --json answer.json --extended extended.toml");
     case.json("answer.json");
     case.keys("extended.toml");

@@ -28,12 +28,14 @@ pub struct TrimDifference {
     pub std: f64,
     /// The largest of any run, without its sign.
     pub largest: f64,
+    /// Standard deviation of one sample's noise.
+    pub noise_std: f64,
 }
 
 impl TrimDifference {
-    /// Whether it is known from zero.
+    /// Whether it is known from zero, and more than a sample's noise.
     pub fn is_significant(&self) -> bool {
-        libm::fabs(self.value) > SIGNIFICANT * self.std
+        libm::fabs(self.value) > (SIGNIFICANT * self.std).max(self.noise_std)
     }
 }
 
@@ -48,19 +50,25 @@ pub fn trim_differences(trim: &Trim, runs: &[RunData]) -> Vec<TrimDifference> {
     ];
     let of_output = outputs.into_iter().filter_map(|(output, at_trim)| {
         let begins = runs.iter().filter_map(|run| begins(run.outputs.get(output)?.as_ref()?, *run.output_noise.get(output)?));
-        difference(*OUTPUT_CHANNELS.get(output)?, at_trim, begins.collect())
+        difference(*OUTPUT_CHANNELS.get(output)?, at_trim, &begins.collect::<Vec<_>>())
     });
     let controls = trim.controls.into_iter().enumerate().take(CONTROLS);
     let inputs = controls.chain(trim.rotor_speed.map(|speed| (ROTOR, speed)));
     let of_input = inputs.filter_map(|(input, at_trim)| {
         let begins = runs.iter().filter_map(|run| begins(run.inputs.get(input)?.as_ref()?, *run.input_noise.get(input)?));
-        difference(input_channel(input), at_trim, begins.collect())
+        difference(input_channel(input), at_trim, &begins.collect::<Vec<_>>())
     });
     of_output.chain(of_input).collect()
 }
 
-/// Mean over a channel's first second, and its standard error.
-fn begins(series: &Series, noise_std: f64) -> Option<(f64, f64)> {
+/// A run's beginning: mean over a channel's first second, its standard error, and the noise of a sample.
+struct Beginning {
+    mean: f64,
+    std: f64,
+    noise_std: f64,
+}
+
+fn begins(series: &Series, noise_std: f64) -> Option<Beginning> {
     let (from_s, _) = series.range_s()?;
     let values: Vec<f64> =
         series.samples().take_while(|(time_s, _)| *time_s <= from_s + WINDOW_S).map(|(_, value)| value).collect();
@@ -68,18 +76,21 @@ fn begins(series: &Series, noise_std: f64) -> Option<(f64, f64)> {
     let mean = values.iter().sum::<f64>() / count;
     let variance = values.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / count;
     let wander = (variance - noise_std * noise_std).max(0.0);
-    mean.is_finite().then(|| (mean, libm::sqrt(wander + noise_std * noise_std / count)))
+    let std = libm::sqrt(wander + noise_std * noise_std / count);
+    mean.is_finite().then_some(Beginning { mean, std, noise_std })
 }
 
 /// (1) over the runs' means and standard errors.
-fn difference(channel: Channel, at_trim: f64, begins: Vec<(f64, f64)>) -> Option<TrimDifference> {
+fn difference(channel: Channel, at_trim: f64, begins: &[Beginning]) -> Option<TrimDifference> {
     let count = begins.len() as f64;
-    let value = begins.iter().map(|(mean, _)| mean - at_trim).sum::<f64>() / count;
-    let within = begins.iter().map(|(_, std)| std * std).sum::<f64>() / (count * count);
-    let squares = begins.iter().map(|(mean, _)| (mean - at_trim - value) * (mean - at_trim - value)).sum::<f64>();
+    let value = begins.iter().map(|run| run.mean - at_trim).sum::<f64>() / count;
+    let within = begins.iter().map(|run| run.std * run.std).sum::<f64>() / (count * count);
+    let squares = begins.iter().map(|run| (run.mean - at_trim - value) * (run.mean - at_trim - value)).sum::<f64>();
     let between = if count > 1.0 { squares / (count - 1.0) / count } else { 0.0 };
-    let largest = begins.iter().map(|(mean, _)| libm::fabs(mean - at_trim)).fold(0.0, f64::max);
-    value.is_finite().then(|| TrimDifference { channel, value, std: libm::sqrt(within.max(between)), largest })
+    let largest = begins.iter().map(|run| libm::fabs(run.mean - at_trim)).fold(0.0, f64::max);
+    let noise_std = begins.iter().map(|run| run.noise_std).fold(0.0, f64::max);
+    let std = libm::sqrt(within.max(between));
+    value.is_finite().then_some(TrimDifference { channel, value, std, largest, noise_std })
 }
 
 #[cfg(test)]
@@ -93,14 +104,15 @@ mod tests {
     #[test]
     fn a_difference_of_trim_has_the_error_of_noise_of_wander_and_of_the_runs() {
         let still = begins(&line((0..200).map(|k| 0.003 + if k % 2 == 0 { 1e-4 } else { -1e-4 })), 1e-4).unwrap();
-        assert!((still.0 - 0.003).abs() < 1e-5 && (still.1 - 1e-4 / libm::sqrt(51.0)).abs() < 2e-6, "{still:?}");
+        assert!((still.mean - 0.003).abs() < 1e-5 && (still.std - 1e-4 / libm::sqrt(51.0)).abs() < 2e-6);
         let wandering = begins(&line((0..200).map(|k| 0.003 + 0.002 * libm::sin(0.1 * f64::from(k)))), 1e-4).unwrap();
-        assert!(wandering.1 > 5e-4, "{wandering:?}");
-        let one = difference(Channel::Pedal, 0.001, vec![still]).unwrap();
+        assert!(wandering.std > 5e-4, "{}", wandering.std);
+        let one = difference(Channel::Pedal, 0.001, &[still]).unwrap();
         assert!(one.is_significant() && (one.value - 0.002).abs() < 1e-5 && (one.largest - one.value).abs() < 1e-12);
-        let apart = difference(Channel::Pedal, 0.0, vec![(0.004, 1e-5), (-0.002, 1e-5)]).unwrap();
+        let apart =
+            difference(Channel::Pedal, 0.0, &[0.004, -0.002].map(|mean| Beginning { mean, std: 1e-5, noise_std: 1e-4 })).unwrap();
         assert!(!apart.is_significant() && (apart.value - 0.001).abs() < 1e-12 && (apart.std - 0.003).abs() < 1e-12);
-        assert_eq!(apart.largest, 0.004);
-        assert!(difference(Channel::Pedal, 0.0, Vec::new()).is_none());
+        assert!((apart.largest - 0.004).abs() < 1e-15);
+        assert!(difference(Channel::Pedal, 0.0, &[]).is_none());
     }
 }
