@@ -1,5 +1,5 @@
-//! The same cases off the model's trim, as every flight is: controls by up to 3 mrad, attitude and flow by up to 4 mrad, u by up to
-//! 1 m/s. The aircraft flies in its own trim, so that the forces of both balance.
+//! The same cases off the model's trim, as every flight is: controls by up to 3 mrad, attitude and flow by up to 4 mrad, u by
+//! up to 1 m/s. The aircraft flies in its own trim, so that the forces of both balance.
 
 use super::case::{Case, Sort, drawn};
 use super::draw::stream;

@@ -9,11 +9,10 @@ use sideslip::flight::file::effect_file::DeclaredEffect;
 use sideslip::io::outputs::json::effect_json::effect_json;
 use sideslip::io::outputs::words::cause_sentence::{manoeuvre, statement, unknown};
 use sideslip::io::outputs::words::set_aside::reason;
-use sideslip::postflight::diagnosis::data::trim_difference::TrimDifference;
 use sideslip::postflight::diagnosis::diagnose::Finding;
 use sideslip::postflight::diagnosis::evidence::residual_coherence::{AxisSpectrum, CHANCE};
 use sideslip::postflight::diagnosis::holdout::horizon_prediction::HORIZON_S;
-use sideslip::postflight::diagnosis::record::RankedCause;
+use sideslip::postflight::diagnosis::record::{RankedCause, TrimDifference};
 use sideslip::postflight::validation::improvement::{Improvement, IntervalEstimate, PooledImprovement};
 
 pub(super) fn document(answer: &Answer) -> Value {

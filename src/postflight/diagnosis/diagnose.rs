@@ -9,7 +9,6 @@
 
 use super::data::instrument_check::{InstrumentCheck, check_instruments};
 use super::data::run_data::RunData;
-use super::data::trim_difference::TrimDifference;
 use super::data::usable_runs::usable_runs;
 use super::evidence::regressor_plot::{RegressorPlot, regressor_plots};
 use super::evidence::residual::{Discrepancy, discrepancy};
@@ -18,7 +17,7 @@ use super::holdout::holdout_gain::{HoldoutImprovement, held_out, moves};
 use super::likelihood::adequacy::{with_observed_noise, without_unidentifiable};
 use super::likelihood::aircraft::Aircraft;
 use super::likelihood::problem::DiagnosisProblem;
-use super::record::{DiagnosisError, RankedCause, UnexplainedAxis, Unusable};
+use super::record::{DiagnosisError, RankedCause, TrimDifference, UnexplainedAxis, Unusable};
 use super::search::forward_search::{SearchResult, search};
 use super::search::joint_derivatives::joint_derivatives;
 use super::search::next_cause::{Rival, SearchSettings};

@@ -31,6 +31,31 @@ pub struct UnexplainedAxis {
     pub worth: f64,
 }
 
+/// Standard errors from zero beyond which a difference of trim is reported.
+const TRIM_DIFFERENCE_SIGNIFICANT: f64 = 3.0;
+
+/// Where the runs begin, less the model's trim; of one channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrimDifference {
+    /// The channel.
+    pub channel: Channel,
+    /// Mean over the runs, the channel's SI unit.
+    pub value: f64,
+    /// Standard error of that.
+    pub std: f64,
+    /// The largest of any run, without its sign.
+    pub largest: f64,
+    /// Standard deviation of one sample's noise.
+    pub noise_std: f64,
+}
+
+impl TrimDifference {
+    /// Whether it is known from zero, and more than a sample's noise.
+    pub fn is_significant(&self) -> bool {
+        libm::fabs(self.value) > (TRIM_DIFFERENCE_SIGNIFICANT * self.std).max(self.noise_std)
+    }
+}
+
 /// Shorter runs are not used, s.
 pub const LENGTH_MIN_S: f64 = 3.0;
 

@@ -2,7 +2,7 @@
 
 use crate::flight::channel::ControlNames;
 use crate::io::outputs::number::estimate_text;
-use crate::postflight::diagnosis::data::trim_difference::TrimDifference;
+use crate::postflight::diagnosis::record::TrimDifference;
 
 /// Each with its sign, standard error and SI unit.
 pub fn trim_differences(differences: &[TrimDifference], naming: ControlNames) -> String {

@@ -11,34 +11,10 @@ use crate::flight::channel::Channel;
 use crate::flight::control::CONTROLS;
 use crate::flight::model::Trim;
 use crate::flight::signal::series::Series;
+use crate::postflight::diagnosis::record::TrimDifference;
 
 /// Window at a run's start that is its trim, s.
 const WINDOW_S: f64 = 1.0;
-/// Standard errors from zero beyond which a difference is reported.
-const SIGNIFICANT: f64 = 3.0;
-
-/// Difference (1) of one channel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TrimDifference {
-    /// The channel.
-    pub channel: Channel,
-    /// Mean over the runs, the channel's SI unit.
-    pub value: f64,
-    /// Standard error of that.
-    pub std: f64,
-    /// The largest of any run, without its sign.
-    pub largest: f64,
-    /// Standard deviation of one sample's noise.
-    pub noise_std: f64,
-}
-
-impl TrimDifference {
-    /// Whether it is known from zero, and more than a sample's noise.
-    pub fn is_significant(&self) -> bool {
-        libm::fabs(self.value) > (SIGNIFICANT * self.std).max(self.noise_std)
-    }
-}
-
 /// Of every channel of the trim that any run has.
 pub fn trim_differences(trim: &Trim, runs: &[RunData]) -> Vec<TrimDifference> {
     let outputs = [

@@ -78,11 +78,11 @@ fn axes_of(output: usize) -> &'static [usize] {
 }
 
 /// Of one output at one node: time, reading, prediction.
-type Pair = (f64, Reading, f64);
+type PredictedReading = (f64, Reading, f64);
 
 #[derive(Default)]
 struct Predictions {
-    of_output: [Vec<Pair>; OUTPUTS],
+    of_output: [Vec<PredictedReading>; OUTPUTS],
     diverged_at_s: Option<f64>,
 }
 
@@ -126,7 +126,7 @@ fn window(
     run: &RunModel<'_>,
     mut x: FilterState,
     (begin, steps): (usize, usize),
-    of_output: &mut [Vec<Pair>; OUTPUTS],
+    of_output: &mut [Vec<PredictedReading>; OUTPUTS],
 ) -> Result<(), usize> {
     let dt = run.record.mesh.step_s;
     // Gusts to come are none.
@@ -176,7 +176,7 @@ fn window(
 }
 
 /// A channel's pairs as a prediction, its noise that of the means.
-fn channel(run: &RunData, output: usize, pairs: Vec<Pair>) -> Option<PredictedChannel> {
+fn channel(run: &RunData, output: usize, pairs: Vec<PredictedReading>) -> Option<PredictedChannel> {
     let count = pairs.iter().map(|(_, reading, _)| reading.count).sum::<f64>() / pairs.len() as f64;
     let noise_std = run.recorded_noise.get(output)? / libm::sqrt(count.max(1.0));
     let predicted: Vec<f64> = pairs.iter().map(|(.., predicted)| *predicted).collect();

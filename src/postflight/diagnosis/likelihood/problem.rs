@@ -19,7 +19,8 @@ use crate::flight::effect::Effect;
 use crate::flight::unit::STANDARD_GRAVITY;
 use crate::postflight::diagnosis::data::blade_input::BladeInput;
 use crate::postflight::diagnosis::data::run_data::{MEASURED_FORCE, ROTOR, RunData};
-use crate::postflight::diagnosis::data::trim_difference::{TrimDifference, trim_differences};
+use crate::postflight::diagnosis::data::trim_difference::trim_differences;
+use crate::postflight::diagnosis::record::TrimDifference;
 
 /// Least spectral density of forces and moments.
 const LEAST_DENSITY: [f64; AXES] = [1e-6, 1e-6, 1e-6, 1e-8, 1e-8, 1e-8];
