@@ -6,3 +6,4 @@ pub mod bus;
 pub mod ground_station;
 pub mod outputs;
 pub mod telemetry;
+pub mod text_file;

@@ -16,11 +16,10 @@ use crate::flight::run::RunGeometry;
 use crate::flight::sample::Sample;
 use crate::io::outputs::words::cause_sentence::{statement, unknown};
 use crate::postflight::diagnosis::diagnose::{Diagnosis, Finding, diagnose};
-use crate::postflight::diagnosis::holdout::holdout_gain::held_out;
+use crate::postflight::diagnosis::holdout::holdout_gain::{HoldoutEvidence, held_out};
 use crate::postflight::diagnosis::record::{FindingRecord, FindingStatus};
 use crate::postflight::diagnosis::search::next_cause::SearchSettings;
 use crate::postflight::recorded_run::RecordedRun;
-use crate::postflight::validation::improvement::IntervalEstimate;
 use crate::simulation::flight_model::FlightModel;
 
 /// Largest number of manoeuvres in a diagnosis.
@@ -144,7 +143,7 @@ impl LiveDiagnosis {
         }
         let (model, _) = (self.model_of)(newest).ok()?;
         let (ratios, _) = held_out(&model, &causes, newest).ok()?;
-        let worse = |ratio: &Option<IntervalEstimate>| ratio.as_ref().is_some_and(IntervalEstimate::is_refuted);
+        let worse = |own: &Option<HoldoutEvidence>| own.as_ref().is_some_and(|own| own.ratio.is_refuted());
         let others = reported.into_iter().zip(&ratios).filter(|(_, ratio)| !worse(ratio)).map(|(one, _)| one);
         ratios.iter().any(worse).then(|| others.collect())
     }

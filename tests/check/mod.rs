@@ -4,6 +4,7 @@
 mod coarse;
 mod errors;
 mod flown;
+mod gaps;
 mod injected;
 mod odd;
 mod recordings;

@@ -145,6 +145,23 @@ fn score_of(sort: Sort, seed: u64, case: &Case) -> Scored {
         "{mark} {sort:?} {seed}: {:?}{words} -> {said} {causes:?}, size {:?}, hold-out {:?}",
         case.hidden, scored.size, scored.ratio,
     );
+    for one in &diagnosis.rejected {
+        eprintln!("  rejected {:?} {:?} {:?}", one.reason, one.finding.cause.effect, one.finding.held_out);
+    }
+    for one in found {
+        let own =
+            one.held_out.map(|own| (own.ratio.value, own.expected, own.channel, own.channel_ratio.value, own.channel_expected));
+        eprintln!(
+            "  size {:?} motion {:.3?} error {:.3} {own:.3?} odds {:.0}",
+            one.cause.effect.kind(),
+            one.motion_share,
+            one.error_share,
+            one.cause.odds
+        );
+    }
+    if let Some(one) = diagnosis.unknown {
+        eprintln!("  unknown {one:?} {:?}", diagnosis.discrepancy.iter().find(|left| left.axis == one.axis));
+    }
     if let Some(ratio) = scored.at_best {
         eprintln!("  hold-out with what is hidden: {ratio}");
     }

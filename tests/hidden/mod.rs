@@ -3,11 +3,14 @@
 //! `case` has the sealed case, `draw` what is hidden in it and how large, `outside` the causes that no effect describes,
 //! `flights` what is flown and through which instruments, `motion` how much that moves, `written` the case as files,
 //! `generator` the proof of the generator itself.
-//! `off_trim` puts the model elsewhere than the aircraft flies.
+//! `off_trim` puts the model elsewhere than the aircraft flies, `background` makes much a little wrong besides,
+//! `background_study` scores the diagnosis there.
 //! `found` lets the diagnosis look, and scores it; `live` lets it look while the flight goes on; `options` hides what the Level-1
 //! simulation can leave out of itself. Nothing else here imports what looks for causes: the generator shares the vocabulary of
 //! models and effects only.
 
+mod background;
+mod background_study;
 mod case;
 mod draw;
 mod flights;

@@ -16,8 +16,13 @@ const ROTOR: f64 = 0.05;
 /// The case of that sort and seed, its model in another trim; `None` where nothing that is drawn is to be seen.
 pub(crate) fn drawn_off_trim(sort: Sort, seed: u64) -> Option<Case> {
     let case = drawn(sort, seed)?;
+    Some(Case { model_text: off_trim(&case.model_text, seed), ..case })
+}
+
+/// That model in another trim, which the seed draws.
+pub(crate) fn off_trim(model_text: &str, seed: u64) -> String {
     let mut uniform = Uniform(stream(seed, 7));
-    let mut file: Table = case.model_text.parse().unwrap();
+    let mut file: Table = model_text.parse().unwrap();
     let trim = file["trim"].as_table_mut().unwrap();
     let mut shift = |table: &mut Table, key: &str, most: f64| {
         let at_trim = table[key].as_float().unwrap();
@@ -30,5 +35,5 @@ pub(crate) fn drawn_off_trim(sort: Sort, seed: u64) -> Option<Case> {
     for key in ["collective", "lon_cyclic", "lat_cyclic", "pedal"] {
         shift(controls, key, CONTROL);
     }
-    Some(Case { model_text: toml::to_string(&file).unwrap(), ..case })
+    toml::to_string(&file).unwrap()
 }

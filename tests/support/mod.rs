@@ -19,3 +19,4 @@ pub(crate) mod program;
 pub(crate) mod puma;
 pub(crate) mod short_period;
 pub(crate) mod uniform;
+pub(crate) mod wilson;

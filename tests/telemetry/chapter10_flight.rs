@@ -53,6 +53,19 @@ fn packets(samples: &[Sample], storage: Storage) -> Vec<Vec<u8>> {
     packets
 }
 
+/// The setup of a recording of the flight.
+pub(super) fn setup_of() -> String {
+    setup(CHANNEL, &format(Guard::None), Storage::Packed, unit)
+}
+
+/// So many samples of the flight behind that setup.
+pub(super) fn with_setup(text: &str, count: usize) -> Vec<u8> {
+    let samples: Vec<Sample> = flown(11).into_iter().take(count).collect();
+    let mut packets = packets(&samples, Storage::Packed);
+    packets[0] = setup_packet(text);
+    packets.concat()
+}
+
 /// The rows of a recording, and what of it was lost.
 fn read(file: &Path) -> (Vec<Sample>, Option<String>) {
     let mut recording = Recording::open(file).unwrap();

@@ -23,3 +23,4 @@ mod pcm_link;
 mod pcm_noise;
 mod pcm_recordings;
 mod simulated_logs;
+mod sources;

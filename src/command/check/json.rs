@@ -27,6 +27,7 @@ fn run(verdict: &RunVerdict, controls: ControlNames) -> Value {
         "corrections": verdict.corrections.iter().map(|one| correction(one, controls)).collect::<Vec<_>>(),
         "consistency": consistency,
         "not_observable": verdict.not_observable.iter().map(not_observable).collect::<Vec<_>>(),
+        "gaps": verdict.long_gaps.iter().map(|[from_s, to_s]| json!({ "from_s": from_s, "to_s": to_s })).collect::<Vec<_>>(),
         "not_used": verdict.screened.iter().map(|one| screened(one, controls)).collect::<Vec<_>>(),
     })
 }

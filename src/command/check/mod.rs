@@ -6,8 +6,9 @@ mod read_run;
 mod table;
 
 use super::options::mapping_input::read_mapping;
+use super::options::telemetry_source::RecordingSource;
 use super::recordings::run_input::screened;
-use super::terminal::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json};
+use super::terminal::output_file::{print, refuse_to_overwrite, refuse_without_folder, write_json};
 use crate::command::message;
 use read_run::read;
 use sideslip::error::{Failure, Outcome};
@@ -40,9 +41,10 @@ standard error.";
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct CheckArgs {
-    /// Recordings, a run each; their format is recognised by their content
-    #[arg(required = true, value_name = "RUN")]
-    files: Vec<PathBuf>,
+    /// Recordings, a run each; their format is recognised by their content; a stream of PCM is
+    /// pcm+file://PATH?format=FRAME.toml, Chapter 10 whose setup does not name the channels ch10+file://PATH?format=FILE.toml
+    #[arg(required = true, value_name = "RUN", value_parser = RecordingSource::parser())]
+    files: Vec<RecordingSource>,
     /// Override a key of every run, such as vane_position_m=[13.08,0,0] or latency_s={tas=0.25} (channels stamped late, s);
     /// repeatable
     #[arg(long, value_name = "KEY=VALUE")]
@@ -59,17 +61,17 @@ pub(crate) struct CheckArgs {
 /// Reads every run, checks them together and reports the verdicts.
 pub(crate) fn run(args: &CheckArgs) -> Result<Outcome, Failure> {
     if let Some(json) = args.json.as_ref().filter(|json| json.as_os_str() != "-") {
-        refuse_to_overwrite("--json", json, &args.files)?;
+        refuse_to_overwrite("--json", json, &args.files.iter().flat_map(RecordingSource::files).collect::<Vec<_>>())?;
         refuse_without_folder("--json", json)?;
     }
-    for (place, file) in args.files.iter().enumerate() {
-        if args.files.iter().take(place).any(|other| same_place(other, file)) {
-            return Err(Failure::file(file, "expected each run once, found the same file twice"));
+    for (place, source) in args.files.iter().enumerate() {
+        if args.files.iter().take(place).any(|other| other.is_same(source)) {
+            return Err(Failure::file(&source.file, "expected each run once, found the same file twice"));
         }
     }
     let mapping = read_mapping(args.config.as_deref())?;
-    let read = args.files.iter().map(|file| read(file, &args.set, &mapping)).collect::<Result<Vec<_>, _>>()?;
-    let mut named = read.iter().zip(&args.files).filter_map(|(one, file)| Some((one.info.aircraft()?, file)));
+    let read = args.files.iter().map(|source| read(source, &args.set, &mapping)).collect::<Result<Vec<_>, _>>()?;
+    let mut named = read.iter().zip(&args.files).filter_map(|(one, source)| Some((one.info.aircraft()?, &source.file)));
     if let Some((first, _)) = named.next()
         && let Some((other, file)) = named.find(|(other, _)| *other != first)
     {
@@ -98,7 +100,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Outcome, Failure> {
     let screened = verdicts
         .iter()
         .zip(&args.files)
-        .flat_map(|(verdict, file)| verdict.screened.iter().map(move |one| screened(file, one, controls)));
+        .flat_map(|(verdict, source)| verdict.screened.iter().map(move |one| screened(&source.file, one, controls)));
     let losses: Vec<String> = read.iter().flat_map(|one| one.losses.clone()).chain(screened).collect();
     for loss in &losses {
         message(format_args!("sideslip: {loss}"));

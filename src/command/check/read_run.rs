@@ -1,11 +1,11 @@
 //! A recording as the check of its instruments takes it.
 
+use crate::command::options::telemetry_source::RecordingSource;
 use crate::command::recordings::run_input::{RunInput, read_run};
 use sideslip::error::Failure;
 use sideslip::flight::file::run_file::RunInfo;
 use sideslip::io::telemetry::recording_config::RecordingConfig as Mapping;
 use sideslip::postflight::recorded_run::RecordedRun;
-use std::path::Path;
 
 /// A recording as it was read.
 pub(super) struct ReadRun {
@@ -15,11 +15,11 @@ pub(super) struct ReadRun {
 }
 
 /// Reads a recording with the overrides of its keys; where time does not increase is a loss.
-pub(super) fn read(file: &Path, overrides: &[String], mapping: &Mapping) -> Result<ReadRun, Failure> {
-    let RunInput { name, info, samples, mut losses } = read_run(file, overrides, mapping)?;
+pub(super) fn read(source: &RecordingSource, overrides: &[String], mapping: &Mapping) -> Result<ReadRun, Failure> {
+    let RunInput { name, info, samples, mut losses } = read_run(source, overrides, mapping)?;
     let backwards = samples.array_windows().filter(|[before, after]| !(after.time_s > before.time_s)).count();
     if backwards > 0 {
-        losses.push(format!("{}: time does not increase at {backwards} of {} rows", file.display(), samples.len()));
+        losses.push(format!("{}: time does not increase at {backwards} of {} rows", source.file.display(), samples.len()));
     }
     Ok(ReadRun { candidate: RecordedRun { name, samples, geometry: *info.geometry(), screened: false }, info, losses })
 }

@@ -24,6 +24,9 @@ pub(super) fn text(verdicts: &[RunVerdict], infos: &[&RunInfo], controls: Contro
         }
         let heading = format!("{}: {}", verdict.run, verdict.fitness.words());
         let _ = writeln!(text, "{}\n  {}", style.bold(heading), verdict_reason(&verdict.reason));
+        if let Some(gaps) = long_gaps(&verdict.long_gaps) {
+            let _ = writeln!(text, "  {gaps}");
+        }
         for one in &verdict.corrections {
             correction(&mut text, one, info, controls);
         }
@@ -48,6 +51,15 @@ pub(super) fn text(verdicts: &[RunVerdict], infos: &[&RunInfo], controls: Contro
         }
     }
     text
+}
+
+fn long_gaps(gaps: &[[f64; 2]]) -> Option<String> {
+    let [from_s, to_s] = gaps.iter().copied().max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))?;
+    let count = gaps.len();
+    let (gap, longest) = if count == 1 { ("gap", "") } else { ("gaps", ", the longest") };
+    Some(format!(
+        "{count} {gap} without any sample{longest} from {from_s:.2} to {to_s:.2} s: the stretches between are followed each from a new start"
+    ))
 }
 
 fn correction(text: &mut String, one: &Correction, info: &RunInfo, controls: ControlNames) {

@@ -7,8 +7,9 @@ mod table;
 
 use super::options::flight_condition::{FlightCondition, read_model};
 use super::options::mapping_input::read_mapping;
+use super::options::telemetry_source::RecordingSource;
 use super::recordings::run_input::{RunInput, read_run, refuse_two_aircraft};
-use super::terminal::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json, write_whole};
+use super::terminal::output_file::{print, refuse_to_overwrite, refuse_without_folder, write_json, write_whole};
 use crate::command::message;
 use comparison::{ComparedRun, Comparison};
 use sideslip::error::{Failure, Outcome};
@@ -40,9 +41,10 @@ done, rows were skipped. With --json the table goes to standard error.";
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct CompareArgs {
-    /// Recordings, a run each; their format is recognised by their content
-    #[arg(required = true, value_name = "RUN")]
-    files: Vec<PathBuf>,
+    /// Recordings, a run each; their format is recognised by their content; a stream of PCM is
+    /// pcm+file://PATH?format=FRAME.toml, Chapter 10 whose setup does not name the channels ch10+file://PATH?format=FILE.toml
+    #[arg(required = true, value_name = "RUN", value_parser = RecordingSource::parser())]
+    files: Vec<RecordingSource>,
     #[command(flatten)]
     condition: FlightCondition,
     /// Another model beside it, such as the extended one: its errors, and the improvement by it
@@ -81,11 +83,11 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome, Failure> {
         args.condition.set.iter().cloned().partition(|set| RunInfo::is_known(set.split('=').next().unwrap_or_default().trim()));
     let model = args.condition.fly(of_model, &format!("; or a key of the run ({})", RunInfo::known_keys()))?;
     let beside = args.beside.as_ref().map(|path| read_model(path, &FlightRequest::default(), "")).transpose()?;
-    let read = args.files.iter().map(|file| read_run(file, &of_run, &mapping)).collect::<Result<Vec<_>, _>>()?;
+    let read = args.files.iter().map(|source| read_run(source, &of_run, &mapping)).collect::<Result<Vec<_>, _>>()?;
     refuse_two_aircraft(read.iter().zip(&args.files))?;
     let losses: Vec<String> = read.iter().flat_map(|one| one.losses.clone()).collect();
     let mut runs = Vec::new();
-    for (one, file) in read.into_iter().zip(&args.files) {
+    for (one, RecordingSource { file, .. }) in read.into_iter().zip(&args.files) {
         let RunInput { name, info, samples, .. } = one;
         let run = ValidationRun { trim_window_s: args.trim_window, still, ..ValidationRun::of(&samples, info.geometry()) };
         let fly = |model: &FlightModel| predict(model, &model.file.own_effects(), &run).map_err(|why| Failure::file(file, why));
@@ -144,7 +146,10 @@ fn file_name(answer: &Comparison, place: usize) -> String {
 }
 
 fn refuse_wrong_outputs(args: &CompareArgs) -> Result<(), Failure> {
-    let inputs: Vec<PathBuf> = args.files.iter().chain([&args.condition.model]).chain(&args.beside).cloned().collect();
+    let inputs: Vec<PathBuf> = {
+        let read = args.files.iter().flat_map(RecordingSource::files);
+        read.chain([args.condition.model.clone()]).chain(args.beside.clone()).collect()
+    };
     let json = args.json.as_ref().filter(|json| json.as_os_str() != "-");
     for (option, output) in [("--json", json), ("--svg", args.svg.as_ref())] {
         if let Some(output) = output {
@@ -155,9 +160,9 @@ fn refuse_wrong_outputs(args: &CompareArgs) -> Result<(), Failure> {
     if let Some(folder) = args.out.as_ref().filter(|folder| folder.exists() && !folder.is_dir()) {
         return Err(Failure::file(folder, "--out: expected a folder, found a file"));
     }
-    for (place, file) in args.files.iter().enumerate() {
-        if args.files.iter().take(place).any(|other| same_place(other, file)) {
-            return Err(Failure::file(file, "expected each run once, found the same file twice"));
+    for (place, source) in args.files.iter().enumerate() {
+        if args.files.iter().take(place).any(|other| other.is_same(source)) {
+            return Err(Failure::file(&source.file, "expected each run once, found the same file twice"));
         }
     }
     Ok(())

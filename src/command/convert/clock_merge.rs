@@ -21,12 +21,14 @@ const TOLERANCE_S: f64 = 0.1e-3;
 /// Samples of the shared channel that are read at most.
 const SAMPLES_MAX: usize = 20_000_000;
 const PPM: f64 = 1e-6;
+/// No clock drifts more, ppm.
+const DRIFT_MAX_PPM: f64 = 1e5;
 
 /// `--merge` and what belongs to it.
 #[derive(clap::Args)]
 pub(super) struct ClockOptions {
     /// A second recording of the flight, with another clock, whose channels are added
-    #[arg(long, value_name = "RECORDING", value_parser = RecordingSource::of_path_or_url)]
+    #[arg(long, value_name = "RECORDING", value_parser = RecordingSource::parser())]
     merge: Option<RecordingSource>,
     /// The channel of both recordings by which their clocks are compared
     #[arg(long, value_name = "CHANNEL", requires = "merge", conflicts_with = "clock_offset")]
@@ -70,6 +72,9 @@ impl ClockOptions {
     /// Opens the second recording and finds the relation of its clock to that of `first`.
     pub(super) fn second(&self, first: &RecordingSource, mapping: &RecordingConfig) -> Result<SecondRecording, Failure> {
         let Some(source) = &self.merge else { return Ok(SecondRecording::None) };
+        if let Some(ppm) = self.clock_drift.filter(|ppm| !(libm::fabs(*ppm) <= DRIFT_MAX_PPM)) {
+            return Err(Failure::Input(format!("--clock-drift: expected {DRIFT_MAX_PPM} ppm at most, found {ppm}")));
+        }
         let drift = self.clock_drift.map(|ppm| ppm * PPM);
         let relation = match (&self.shared, self.clock_offset) {
             (Some(shared), None) => {
@@ -96,10 +101,10 @@ impl ClockOptions {
                 }
             }
             (None, Some(offset_s)) => ClockRelation::given(offset_s, drift.unwrap_or(0.0))
-                .ok_or_else(|| Failure::Input("--clock-offset, --clock-drift: expected finite numbers".to_owned()))?,
+                .ok_or_else(|| Failure::Input("--clock-offset: expected a finite number of seconds".to_owned()))?,
             _ => return Err(Failure::Input("--merge: expected --shared CHANNEL or --clock-offset S beside it".to_owned())),
         };
-        let recording = aligned_by_its_own(&source.file, source.open(mapping)?)?;
+        let recording = aligned_by_its_own(&source.file, source.open_with_note(mapping)?)?;
         Ok(SecondRecording::Related(Box::new(RelatedRecording { file: source.file.clone(), recording, relation })))
     }
 }

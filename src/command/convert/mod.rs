@@ -37,7 +37,7 @@ or skipped (said how much); 4 the relation of the clocks is not known.";
 pub(crate) struct ConvertArgs {
     /// The recording; its format is recognised by its content. A stream of PCM is pcm+file://PATH?format=FRAME.toml,
     /// IRIG 106 Chapter 10 whose setup does not name the channels ch10+file://PATH?format=FILE.toml
-    #[arg(value_name = "IN", value_parser = RecordingSource::of_path_or_url)]
+    #[arg(value_name = "IN", value_parser = RecordingSource::parser())]
     input: RecordingSource,
     /// Where it goes: a run file (.csv) or a log (.mcap), by the name
     #[arg(value_name = "OUT")]
@@ -73,7 +73,7 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
         return Err(Failure::file(&args.output, "exists already; --force replaces it"));
     }
     let mapping = read_mapping(args.config.as_deref())?;
-    let recording = args.input.open(&mapping)?;
+    let recording = args.input.open_with_note(&mapping)?;
     let mut second = match args.clock.second(&args.input, &mapping)? {
         SecondRecording::None => None,
         SecondRecording::Related(second) => Some(second),
@@ -91,10 +91,15 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
     };
     let mut writer = RowWriter::begin(format, &args.output, &info, head_with(&info, &columns), &columns)?;
     let within = |time_s: f64| args.from.is_none_or(|from| time_s >= from) && args.to.is_none_or(|to| time_s <= to);
-    let (mut written, mut left_out) = (0_u64, 0_u64);
+    let (mut written, mut left_out, mut no_time) = (0_u64, 0_u64, 0_u64);
+    let mut order = TimeOrder::default();
     let mut each = |row: &RecordingRow| {
-        if within(row.sample.time_s) {
+        if !row.sample.time_s.is_finite() {
+            no_time += 1;
+            Ok(())
+        } else if within(row.sample.time_s) {
             written += 1;
+            order.put(row.sample.time_s);
             writer.row(row)
         } else {
             left_out += 1;
@@ -119,6 +124,10 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
     writer.end()?;
     message(format_args!("{}: {written} samples", args.output.display()));
     let mut lost = losses(&args.input.file, &recording);
+    if no_time > 0 {
+        lost.push(format!("{}: {no_time} rows without a time left out", args.input.file.display()));
+    }
+    lost.extend(order.said(&args.output));
     if let (Some(merge), Some(second)) = (&merge, &second) {
         lost.extend(losses(&second.file, &second.recording));
         let tally = merge.tally();
@@ -129,6 +138,30 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
     }
     lost.iter().for_each(|loss| message(format_args!("sideslip: {loss}")));
     Ok(if lost.is_empty() { Outcome::Done } else { Outcome::DataLost })
+}
+
+/// Whether the rows that are written are in order of time.
+#[derive(Debug, Default)]
+struct TimeOrder {
+    newest_s: Option<f64>,
+    not_growing: u64,
+}
+
+impl TimeOrder {
+    fn put(&mut self, time_s: f64) {
+        self.not_growing += u64::from(self.newest_s.is_some_and(|newest_s| time_s <= newest_s));
+        self.newest_s = Some(self.newest_s.map_or(time_s, |newest_s| newest_s.max(time_s)));
+    }
+
+    /// Rows as they came, where they are not: nothing is put in order unasked.
+    fn said(&self, output: &Path) -> Option<String> {
+        let (count, output) = (self.not_growing, output.display());
+        (count > 0).then(|| {
+            format!(
+                "{output}: {count} rows whose time does not grow, as in the recording; --set 'latency_s={{}}' puts them in order"
+            )
+        })
+    }
 }
 
 /// What of a recording could not be read, in words.

@@ -1,6 +1,7 @@
 //! The call of `sideslip diagnose`.
 
 use crate::command::options::flight_condition::FlightCondition;
+use crate::command::options::telemetry_source::RecordingSource;
 use std::path::PathBuf;
 
 const EXAMPLE: &str = "\
@@ -27,12 +28,13 @@ skipped or a run was set aside. With --json - the table goes to standard error."
 pub(crate) struct DiagnoseArgs {
     #[command(flatten)]
     pub(super) condition: FlightCondition,
-    /// Recordings that are fitted, a run each
-    #[arg(long, value_name = "RUN", num_args = 1.., required = true)]
-    pub(super) fit: Vec<PathBuf>,
+    /// Recordings that are fitted, a run each; a stream of PCM is pcm+file://PATH?format=FRAME.toml, Chapter 10 whose setup does
+    /// not name the channels ch10+file://PATH?format=FILE.toml
+    #[arg(long, value_name = "RUN", num_args = 1.., required = true, value_parser = RecordingSource::parser())]
+    pub(super) fit: Vec<RecordingSource>,
     /// Hold-out recordings: the improvement is measured on them, they are not fitted
-    #[arg(long, value_name = "RUN", num_args = 1..)]
-    pub(super) holdout: Vec<PathBuf>,
+    #[arg(long, value_name = "RUN", num_args = 1.., value_parser = RecordingSource::parser())]
+    pub(super) holdout: Vec<RecordingSource>,
     /// Largest number of causes that is searched for
     #[arg(long, value_name = "N", default_value_t = 3)]
     pub(super) causes: usize,

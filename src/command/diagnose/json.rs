@@ -1,15 +1,17 @@
 //! The answer as a JSON document; what is no number is null.
 
 use super::roots::dutch_roll;
-use super::verdict::{borne_out, judged};
+use super::verdict::judged;
 use crate::command::diagnose::answer::Answer;
 use serde_json::{Map, Value, json};
 use sideslip::flight::effect::Effect;
 use sideslip::flight::file::effect_file::DeclaredEffect;
 use sideslip::io::outputs::json::effect_json::effect_json;
 use sideslip::io::outputs::words::cause_sentence::{manoeuvre, statement, unknown};
+use sideslip::io::outputs::words::rejection::{holdout_word, rejection};
 use sideslip::io::outputs::words::set_aside::reason;
 use sideslip::postflight::diagnosis::diagnose::Finding;
+use sideslip::postflight::diagnosis::evidence::reliance::RejectedCause;
 use sideslip::postflight::diagnosis::evidence::residual_coherence::{AxisSpectrum, CHANCE};
 use sideslip::postflight::diagnosis::holdout::horizon_prediction::HORIZON_S;
 use sideslip::postflight::diagnosis::record::{RankedCause, TrimDifference};
@@ -26,11 +28,9 @@ pub(super) fn document(answer: &Answer) -> Value {
         .iter()
         .map(|finding| {
             let mut document = cause(answer, &finding.cause);
-            if let Some(ratio) = &finding.held_out {
-                document.insert("held_out".to_owned(), json!(borne_out(ratio)));
-                document.insert("held_out_ratio".to_owned(), json!(ratio.value));
-                document.insert("held_out_ratio_interval".to_owned(), json!(ratio.interval));
-            }
+            document.insert("share".to_owned(), json!(finding.error_share));
+            document.insert("motion_share".to_owned(), json!(finding.motion_share));
+            holdout(&mut document, answer, finding);
             let class = finding.plausible();
             if let [first, second, ..] = class.as_slice() {
                 document.insert("class".to_owned(), class.iter().map(|one| ranked(answer, one)).collect());
@@ -45,7 +45,7 @@ pub(super) fn document(answer: &Answer) -> Value {
         .map(|one| {
             let unit = if one.axis.is_force() { "m/s^2" } else { "rad/s^2" };
             let mut of = json!({ "rms": one.rms, "unit": unit, "explained": one.explained, "rms_after": one.rms_after,
-                "noise": one.noise, "band_hz": [one.band_hz.0, one.band_hz.1] });
+                "noise": one.noise, "motion": one.motion, "band_hz": [one.band_hz.0, one.band_hz.1] });
             if let Some(own) = diagnosis.spectra.iter().find(|own| own.axis == one.axis) {
                 of["spectrum"] = spectrum(own, unit);
                 of["coherence"] = json!({ "before": together(answer, own, false), "after": together(answer, own, true),
@@ -72,13 +72,26 @@ pub(super) fn document(answer: &Answer) -> Value {
     })
 }
 
-/// Causes that the hold-out runs refute.
+/// What the hold-out runs say of a cause.
+fn holdout(document: &mut Map<String, Value>, answer: &Answer, finding: &Finding) {
+    let Some(own) = &finding.held_out else { return };
+    document.insert("holdout".to_owned(), json!(holdout_word(own)));
+    document.insert("holdout_ratio".to_owned(), json!(own.ratio.value));
+    document.insert("holdout_ratio_interval".to_owned(), json!(own.ratio.interval));
+    let (channel, ratio) = (own.channel.name(answer.controls), &own.channel_ratio);
+    let of = json!({ "channel": channel, "ratio": ratio.value, "interval": ratio.interval, "predicted": own.channel_expected });
+    document.insert("holdout_channel".to_owned(), of);
+}
+
+/// Causes that fit and are not relied upon.
 fn rejected(answer: &Answer) -> Value {
-    let one = |finding: &Finding| {
-        let effect = effect_json(&declared(&finding.cause), answer.controls);
-        let ratio =
-            finding.held_out.as_ref().map_or(Value::Null, |ratio| json!({ "value": ratio.value, "interval": ratio.interval }));
-        json!({ "effect": effect, "why": "refuted by the hold-out runs", "held_out_ratio": ratio })
+    let one = |one: &RejectedCause| {
+        let mut document = Map::new();
+        document.insert("effect".to_owned(), Value::Object(effect_json(&declared(&one.finding.cause), answer.controls)));
+        document.insert("why".to_owned(), json!(rejection(one, answer.controls)));
+        document.insert("share".to_owned(), json!(one.finding.error_share));
+        holdout(&mut document, answer, &one.finding);
+        Value::Object(document)
     };
     answer.diagnosis.rejected.iter().map(one).collect()
 }
@@ -164,19 +177,20 @@ fn gained(answer: &Answer, gain: &Improvement) -> Value {
         pooled.as_ref().map_or(Value::Null, |pooled| {
             let names: Vec<&str> = pooled.channels.iter().map(|channel| channel.name(answer.controls)).collect();
             let [before, after] = &pooled.rms;
-            let mut of = json!({ "channels": names, "judged": judged(pooled.ratio.verdict()) });
+            let mut of = json!({ "channels": names, "judged": judged(pooled) });
             put(&mut of, "over_noise_before", before);
             put(&mut of, "over_noise_after", after);
             put(&mut of, "ratio", &pooled.ratio);
             of
         })
     };
-    let ratio = gain.pooled.as_ref().map(|pooled| &pooled.ratio);
+    let all = gain.pooled.as_ref();
+    let ratio = all.map(|pooled| &pooled.ratio);
     json!({
         "horizon_s": HORIZON_S,
         "ratio": ratio.map(|ratio| ratio.value),
         "interval": ratio.map(|ratio| ratio.interval),
-        "verdict": ratio.map(|ratio| judged(ratio.verdict())),
+        "verdict": all.map(judged),
         "holdout": { "channels": channels, "pooled": pooled(&gain.pooled), "airspeed": pooled(&gain.airspeed),
             "altitude": pooled(&gain.altitude) },
         "dutch_roll": { "model": dutch_roll(answer, &[]), "extended": dutch_roll(answer, &answer.extension) },

@@ -10,9 +10,10 @@ mod table;
 mod verdict;
 
 use super::options::mapping_input::read_mapping;
+use super::options::telemetry_source::RecordingSource;
 use super::recordings::run_condition::condition_of;
 use super::recordings::run_input::{RunInput, read_screened, refuse_two_aircraft};
-use super::terminal::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json};
+use super::terminal::output_file::{print, refuse_to_overwrite, refuse_without_folder, write_json};
 use crate::command::message;
 use answer::{Answer, Flights};
 pub(crate) use args::DiagnoseArgs;
@@ -32,14 +33,16 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome, Failure> {
     let (of_run, of_model): (Vec<String>, Vec<String>) =
         args.condition.set.iter().cloned().partition(|set| RunInfo::is_known(set.split('=').next().unwrap_or_default().trim()));
     let model = args.condition.fly(of_model.clone(), &format!("; or a key of the run ({})", RunInfo::known_keys()))?;
-    let read = |files: &[PathBuf]| files.iter().map(|file| read_screened(file, &of_run, &mapping)).collect::<Result<Vec<_>, _>>();
+    let read = |sources: &[RecordingSource]| {
+        sources.iter().map(|source| read_screened(source, &of_run, &mapping)).collect::<Result<Vec<_>, _>>()
+    };
     let (fit, holdout) = (read(&args.fit)?, read(&args.holdout)?);
     refuse_two_aircraft(fit.iter().chain(&holdout).zip(args.fit.iter().chain(&args.holdout)))?;
     let controls = fit.first().map_or(ControlNames::Rotorcraft, |one| one.info.geometry().controls);
     let mut losses: Vec<String> = fit.iter().chain(&holdout).flat_map(|one| one.losses.clone()).collect();
-    let recorded = |runs: Vec<RunInput>, files: &[PathBuf]| -> Vec<RecordedRun> {
-        let named = runs.into_iter().zip(files).map(|(one, file)| RecordedRun {
-            name: name_of(&one.name, file),
+    let recorded = |runs: Vec<RunInput>, sources: &[RecordingSource]| -> Vec<RecordedRun> {
+        let named = runs.into_iter().zip(sources).map(|(one, source)| RecordedRun {
+            name: name_of(&one.name, &source.file),
             geometry: *one.info.geometry(),
             samples: one.samples,
             screened: true,
@@ -80,9 +83,9 @@ fn name_of(name: &str, file: &Path) -> String {
 }
 
 /// A flight that stands in two files is one flight: as a hold-out it would judge itself.
-fn refuse_twice<'r>(runs: impl Iterator<Item = (&'r RunInput, &'r PathBuf)>) -> Result<(), Failure> {
+fn refuse_twice<'r>(runs: impl Iterator<Item = (&'r RunInput, &'r RecordingSource)>) -> Result<(), Failure> {
     let mut seen: Vec<(&RunInput, &PathBuf)> = Vec::new();
-    for (run, file) in runs {
+    for (run, RecordingSource { file, .. }) in runs {
         if let Some((_, first)) = seen.iter().find(|(other, _)| !run.samples.is_empty() && other.samples == run.samples) {
             let first = first.display();
             return Err(Failure::file(file, format!("expected each flight once, found the samples of `{first}` again")));
@@ -120,7 +123,10 @@ fn tell(args: &DiagnoseArgs, answer: &Answer, flights: &Flights<'_>) -> Result<(
 }
 
 fn refuse_wrong_outputs(args: &DiagnoseArgs) -> Result<(), Failure> {
-    let inputs: Vec<PathBuf> = args.fit.iter().chain(&args.holdout).chain([&args.condition.model]).cloned().collect();
+    let inputs: Vec<PathBuf> = {
+        let read = args.fit.iter().chain(&args.holdout).flat_map(RecordingSource::files);
+        read.chain([args.condition.model.clone()]).collect()
+    };
     let json = args.json.as_ref().filter(|json| json.as_os_str() != "-");
     for (option, output) in [("--json", json), ("--extended", args.extended.as_ref()), ("--html", args.html.as_ref())] {
         if let Some(output) = output {
@@ -128,10 +134,10 @@ fn refuse_wrong_outputs(args: &DiagnoseArgs) -> Result<(), Failure> {
             refuse_without_folder(option, output)?;
         }
     }
-    let runs: Vec<&PathBuf> = args.fit.iter().chain(&args.holdout).collect();
-    for (place, file) in runs.iter().enumerate() {
-        if runs.iter().take(place).any(|other| same_place(other, file)) {
-            return Err(Failure::file(file, "expected each run once, fitted or hold-out, found the same file twice"));
+    let runs: Vec<&RecordingSource> = args.fit.iter().chain(&args.holdout).collect();
+    for (place, source) in runs.iter().enumerate() {
+        if runs.iter().take(place).any(|other| other.is_same(source)) {
+            return Err(Failure::file(&source.file, "expected each run once, fitted or hold-out, found the same file twice"));
         }
     }
     Ok(())

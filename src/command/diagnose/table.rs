@@ -1,11 +1,12 @@
 //! The answer for a person.
 
 use super::roots::dutch_roll;
-use super::verdict::{borne_out, judged};
+use super::verdict::judged;
 use crate::command::diagnose::answer::Answer;
 use sideslip::io::outputs::number::band_text;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::io::outputs::words::cause_sentence::{manoeuvre, statement, unknown};
+use sideslip::io::outputs::words::rejection::{holdout_word, percent_of_error, ratio_text, rejection};
 use sideslip::io::outputs::words::trim_difference::trim_differences;
 use sideslip::postflight::diagnosis::evidence::residual_coherence::{AxisSpectrum, DominantSignal};
 use sideslip::postflight::diagnosis::holdout::horizon_prediction::HORIZON_S;
@@ -32,18 +33,18 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
         let _ = writeln!(text, "{}", style.bold("What the model gets wrong:"));
     }
     for (number, finding) in diagnosis.findings.iter().enumerate() {
-        let _ = writeln!(text, "  {}. {} (probability {:.2})", number + 1, say(&finding.cause), finding.cause.probability);
+        let (probability, share) = (finding.cause.probability, percent_of_error(finding.error_share));
+        let _ = writeln!(text, "  {}. {} (probability {probability:.2}; {share} of the error)", number + 1, say(&finding.cause));
         let held_out = diagnosis.judged().is_some() && diagnosis.findings.len() <= MANY;
         if held_out && finding.held_out.is_none() {
             let _ = writeln!(text, "     on the hold-out runs: not excited there");
         }
-        if let Some(ratio) = finding.held_out.as_ref().filter(|_| held_out) {
-            let [low, high] = ratio.interval;
-            let words = borne_out(ratio);
+        if let Some(own) = finding.held_out.filter(|_| held_out) {
+            let (word, ratio) = (holdout_word(&own), ratio_text(&own.ratio));
+            let (channel, of_channel) = (own.channel.name(answer.controls), ratio_text(&own.channel_ratio));
             let _ = writeln!(
                 text,
-                "     on the hold-out runs: {words} (error with it over error without: {:.3} [{low:.3} {high:.3}])",
-                ratio.value
+                "     on the hold-out runs: {word} (error with it over error without: {ratio}; of {channel} {of_channel})"
             );
         }
         let class = finding.plausible();
@@ -54,9 +55,8 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
             let _ = writeln!(text, "     to distinguish: {}", manoeuvre(&first.effect, &second.effect));
         }
     }
-    for finding in &diagnosis.rejected {
-        let ratio = finding.held_out.map_or(f64::NAN, |ratio| ratio.value);
-        let _ = writeln!(text, "  rejected: {} (refuted by the hold-out runs: error ratio {ratio:.2})", say(&finding.cause));
+    for one in &diagnosis.rejected {
+        let _ = writeln!(text, "  not relied upon: {} ({})", say(&one.finding.cause), rejection(one, answer.controls));
     }
     if !diagnosis.trim_differences.is_empty() {
         let words = "runs do not begin in the model's trim, which is no cause; forces are taken about their own trim";
@@ -101,7 +101,7 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
                 before.value,
                 after.value,
                 pooled.ratio.value,
-                judged(pooled.ratio.verdict())
+                judged(pooled)
             );
         }
         for (which, diverged) in pairs.iter().enumerate().flat_map(|(run, (before, after))| {

@@ -1,21 +1,12 @@
-//! What the hold-out runs say, in a word.
+//! What the hold-out runs say of the gain, in a word.
 
-use sideslip::postflight::validation::improvement::{ImprovementVerdict, IntervalEstimate};
+use sideslip::postflight::validation::improvement::{ImprovementVerdict, PooledImprovement};
 
-pub(super) fn judged(judged: ImprovementVerdict) -> &'static str {
-    match judged {
+pub(super) fn judged(pooled: &PooledImprovement) -> &'static str {
+    match pooled.ratio.verdict() {
         ImprovementVerdict::Gain => "gain",
+        ImprovementVerdict::NoGain if pooled.is_not_seen() => "not seen there",
         ImprovementVerdict::NoGain => "no gain",
         ImprovementVerdict::Loss => "loss",
-    }
-}
-
-/// The hold-out verdict on one cause: the error with it over that without it.
-pub(super) fn borne_out(ratio: &IntervalEstimate) -> &'static str {
-    match ratio.verdict() {
-        _ if ratio.is_negligible() => "hardly seen there",
-        ImprovementVerdict::Gain => "borne out",
-        ImprovementVerdict::NoGain => "neither borne out nor refuted",
-        ImprovementVerdict::Loss => "refuted",
     }
 }

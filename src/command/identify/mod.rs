@@ -15,6 +15,7 @@ mod trimmed_models;
 
 use super::options::flight_condition::number;
 use super::options::mapping_input::read_mapping;
+use super::options::telemetry_source::RecordingSource;
 use super::recordings::run_result::RunResult;
 use super::terminal::output_file::{print, refuse_to_overwrite, write_json, write_whole};
 use super::terminal::stop::stopped_by_signals;
@@ -66,9 +67,10 @@ table goes to standard error.";
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct IdentifyArgs {
-    /// Recordings, a run each; their format is recognised by their content
-    #[arg(required = true, value_name = "RUN")]
-    files: Vec<PathBuf>,
+    /// Recordings, a run each; their format is recognised by their content; a stream of PCM is
+    /// pcm+file://PATH?format=FRAME.toml, Chapter 10 whose setup does not name the channels ch10+file://PATH?format=FILE.toml
+    #[arg(required = true, value_name = "RUN", value_parser = RecordingSource::parser())]
+    files: Vec<RecordingSource>,
     /// States of the model, such as v,p,phi,r or p,r
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     states: Vec<String>,
@@ -93,8 +95,8 @@ pub(crate) struct IdentifyArgs {
     #[arg(long, value_name = "METHOD", value_parser = method, default_value = "output-error", conflicts_with = "response")]
     method: FitMethod,
     /// A recording to be predicted and not fitted; repeatable
-    #[arg(long, value_name = "RUN")]
-    holdout: Vec<PathBuf>,
+    #[arg(long, value_name = "RUN", value_parser = RecordingSource::parser())]
+    holdout: Vec<RecordingSource>,
     /// Override a key of every run, such as vane_position_m=[13.08,0,0] or latency_s={tas=0.25} (channels stamped late, s);
     /// repeatable
     #[arg(long, value_name = "KEY=VALUE")]
@@ -110,8 +112,8 @@ pub(crate) struct IdentifyArgs {
     #[arg(long, value_name = "KG/M3", requires = "model", value_parser = number("kg/m^3"))]
     density: Option<f64>,
     /// A recording with steady-heading sideslips, not fitted: N_v and L_v from what the controls hold; repeatable
-    #[arg(long, value_name = "RUN", conflicts_with = "response")]
-    sideslips: Vec<PathBuf>,
+    #[arg(long, value_name = "RUN", conflicts_with = "response", value_parser = RecordingSource::parser())]
+    sideslips: Vec<RecordingSource>,
     /// What the equations of each run are fitted to; output error is of signals over time in either. The frequency domain brings
     /// measured frequency responses with coherence besides
     #[arg(long, value_enum, default_value_t = Domain::Time, conflicts_with = "response")]
@@ -146,22 +148,22 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
         let found = args.trim_window;
         return Err(Failure::Input(format!("--trim-window: expected seconds, more than zero, found {found}")));
     }
-    let inputs: Vec<PathBuf> = args.files.iter().chain(&args.holdout).cloned().collect();
+    let inputs: Vec<RecordingSource> = args.files.iter().chain(&args.holdout).cloned().collect();
     if let Some(json) = args.json.as_ref().filter(|json| json.as_os_str() != "-") {
-        refuse_to_overwrite("--json", json, &inputs)?;
+        refuse_to_overwrite("--json", json, &inputs.iter().flat_map(RecordingSource::files).collect::<Vec<_>>())?;
     }
     if let Some(both) = args.holdout.iter().find(|file| args.files.contains(file)) {
-        return Err(Failure::file(both, "--holdout: expected a run that is not fitted, found it among them"));
+        return Err(Failure::file(&both.file, "--holdout: expected a run that is not fitted, found it among them"));
     }
     let band = frequency_domain::asked(args.domain, args.band)?;
     let mapping = read_mapping(args.config.as_deref())?;
-    let read_all = |files: &[PathBuf]| {
-        files.iter().map(|file| read_columns(file, &args.set, &mapping, args.trim_window)).collect::<Result<Vec<_>, _>>()
+    let read_all = |sources: &[RecordingSource]| {
+        sources.iter().map(|source| read_columns(source, &args.set, &mapping, args.trim_window)).collect::<Result<Vec<_>, _>>()
     };
     let (runs, mut losses): (Vec<_>, Vec<_>) = read_all(&args.files)?.into_iter().unzip();
     let (holdout, lost): (Vec<_>, Vec<_>) = read_all(&args.holdout)?.into_iter().unzip();
     losses.extend(lost);
-    let all: Vec<(&PathBuf, &Columns)> = inputs.iter().zip(runs.iter().chain(&holdout)).collect();
+    let all: Vec<(&PathBuf, &Columns)> = inputs.iter().map(|source| &source.file).zip(runs.iter().chain(&holdout)).collect();
     refuse_twice(&all)?;
 
     let to_standard_output = args.json.as_ref().is_some_and(|json| json.as_os_str() == "-");
@@ -242,7 +244,7 @@ impl PipelineResults {
             frequency_domain::whole_record(&mut config, band);
         }
         let stop = stopped_by_signals()?;
-        let through = |file: &PathBuf| through_pipeline(file, &args.set, &config, mapping, &stop);
+        let through = |source: &RecordingSource| through_pipeline(source, &args.set, &config, mapping, &stop);
         let runs = args.files.iter().map(through).collect::<Result<Vec<_>, _>>()?;
         Ok(PipelineResults { runs, in_band: band.is_some() })
     }

@@ -1,22 +1,21 @@
 //! A recording as columns.
 
+use crate::command::options::telemetry_source::RecordingSource;
 use crate::command::recordings::recording_losses::losses;
 use crate::command::recordings::run_head::{HeadedRecording, head_of};
 use sideslip::error::Failure;
 use sideslip::flight::file::log_head::ColumnTarget;
-use sideslip::io::telemetry::recording::Recording;
 use sideslip::io::telemetry::recording_config::RecordingConfig as Mapping;
 use sideslip::postflight::identification::columns::Columns;
-use std::path::Path;
 
 /// Reads a run: its columns, and what of it was lost, a sentence each.
 pub(super) fn read_columns(
-    file: &Path,
+    source: &RecordingSource,
     overrides: &[String],
     mapping: &Mapping,
     trim_window_s: f64,
 ) -> Result<(Columns, Vec<String>), Failure> {
-    let HeadedRecording { mut recording, info, head } = head_of(file, Recording::open_with(file, mapping)?, overrides)?;
+    let HeadedRecording { mut recording, info, head } = head_of(&source.file, source.open_with_note(mapping)?, overrides)?;
     let targets = head.targets();
     let mut columns: Vec<(String, Vec<f64>)> = head.channels.iter().map(|(name, _)| (name.clone(), Vec::new())).collect();
     let mut times_s = Vec::new();
@@ -30,8 +29,8 @@ pub(super) fn read_columns(
             values.push(value.unwrap_or(f64::NAN));
         }
     }
-    let losses = losses(file, &recording, times_s.len());
+    let losses = losses(&source.file, &recording, times_s.len());
     let name = info.run().unwrap_or_default().to_owned();
     let columns = Columns::new(name, *info.geometry(), times_s, columns, trim_window_s);
-    Ok((columns.map_err(|wrong| Failure::file(file, wrong))?, losses))
+    Ok((columns.map_err(|wrong| Failure::file(&source.file, wrong))?, losses))
 }

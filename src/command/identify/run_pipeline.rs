@@ -1,26 +1,25 @@
 //! A recording through the real-time pipeline, as fast as it goes.
 
+use crate::command::options::telemetry_source::RecordingSource;
 use crate::command::recordings::recording_losses::recording_notes;
 use crate::command::recordings::run_head::{HeadedRecording, head_of};
 use crate::command::recordings::run_result::RunResult;
 use crate::command::terminal::progress_line::ProgressLine;
 use sideslip::error::Failure;
-use sideslip::io::telemetry::recording::Recording;
 use sideslip::io::telemetry::recording_config::RecordingConfig as Mapping;
 use sideslip::live::wiring::WiredRun;
 use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Estimates a run to its end, or until `stop`.
 pub(super) fn through_pipeline(
-    file: &Path,
+    source: &RecordingSource,
     overrides: &[String],
     config: &PipelineConfig,
     mapping: &Mapping,
     stop: &AtomicBool,
 ) -> Result<RunResult, Failure> {
-    let HeadedRecording { mut recording, info, .. } = head_of(file, Recording::open_with(file, mapping)?, overrides)?;
+    let HeadedRecording { mut recording, info, .. } = head_of(&source.file, source.open(mapping)?, overrides)?;
     let pipeline = Pipeline::new(config, *info.geometry()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
     let mut wired = WiredRun::new(pipeline, info.geometry().controls, None, None);
     let name = info.run().unwrap_or_default().to_owned();

@@ -13,6 +13,7 @@ use super::row_publisher::{RowPublisher, host_us};
 use super::sample_publisher::SamplePublisher;
 use super::silence_monitor::SilenceMonitor;
 use crate::command::options::mapping_input::read_mapping;
+use crate::command::options::telemetry_source::note_left_out;
 use crate::command::recordings::run_head::{head_with, override_keys};
 use crate::command::{message, patience, root_path};
 use sideslip::error::{Failure, Outcome};
@@ -205,6 +206,7 @@ impl Chapter10Ingest<'_> {
         let wrong = |what: String| Failure::Input(format!("{}: {what}", self.link.url()));
         let chosen = self.description.choose(&self.setup).map_err(wrong)?;
         let rows = ChannelRows::new(&chosen).map_err(|what| wrong(format!("format of the frames: {what}")))?;
+        note_left_out(self.link.url(), &chosen.left_out);
         let mut info = chosen.info;
         info.set_controls(rows.controls());
         override_keys(&mut info, &self.args.set)?;

@@ -35,7 +35,7 @@ pub(super) fn fitted(mut head: LogHead) -> LogHead {
 /// Plays it to its end, or until it is stopped.
 pub(super) fn play(args: &IngestArgs, source: &RecordingSource, stop: &AtomicBool) -> Result<Outcome, Failure> {
     let file = &source.file;
-    let recording = source.open(&read_mapping(args.config.as_deref())?)?;
+    let recording = source.open_with_note(&read_mapping(args.config.as_deref())?)?;
     let HeadedRecording { mut recording, head, .. } = head_of(file, recording, &args.set)?;
     let mut bus = Bus::enter(&root_path(args.root.as_ref()))?;
     let _role = bus.take_within(BusRole::Telemetry, patience(args.supervised))?;

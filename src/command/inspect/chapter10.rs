@@ -11,7 +11,6 @@ use sideslip::io::telemetry::chapter10::header::type_name;
 use sideslip::io::telemetry::chapter10::packet::{Chapter10Reader, PacketTally};
 use sideslip::io::telemetry::chapter10::survey::RecordingSurvey;
 use sideslip::io::telemetry::record::RecordingError;
-use sideslip::io::telemetry::recording::Recording;
 use sideslip::io::telemetry::recording_config::RecordingConfig;
 use std::fs::File;
 use std::io::Read;
@@ -67,7 +66,7 @@ pub(super) fn run(source: &RecordingSource, config: &RecordingConfig, json: Opti
     match &seen {
         Ok(seen) => {
             text.push_str(&format!("\n{}", seen.text));
-            text.push_str(&left_out(&seen.recording));
+            text.push_str(&left_out(seen.recording.left_out()));
         }
         Err(why) => text.push_str(&format!("Nothing can be estimated from it: {why}\n")),
     }
@@ -91,9 +90,7 @@ pub(super) fn run(source: &RecordingSource, config: &RecordingConfig, json: Opti
 }
 
 /// The measurements that are not read, each with its reason.
-fn left_out(recording: &Recording) -> String {
-    let Recording::Chapter10(recording) = recording else { return String::new() };
-    let all = recording.left_out();
+fn left_out(all: &[String]) -> String {
     let mut text = String::new();
     if !all.is_empty() {
         text.push_str(&format!("\n{} measurements of the setup are not read:\n", all.len()));

@@ -31,7 +31,7 @@ skipped. With --json the table goes to standard error.";
 pub(crate) struct InspectArgs {
     /// The recording; its format is recognised by its content. A stream of PCM is pcm+file://PATH?format=FRAME.toml,
     /// IRIG 106 Chapter 10 whose setup does not name the channels ch10+file://PATH?format=FILE.toml
-    #[arg(value_parser = RecordingSource::of_path_or_url)]
+    #[arg(value_parser = RecordingSource::parser())]
     file: RecordingSource,
     /// Which message (MAVLink) or measurement (IRIG 106 Chapter 10) carries which channel, or the format of PCM frames in Chapter
     /// 10 packets (TOML).

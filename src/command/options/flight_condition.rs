@@ -4,6 +4,7 @@ use crate::command::message;
 use clap::builder::TypedValueParser;
 use serde_json::{Value, json};
 use sideslip::error::Failure;
+use sideslip::io::text_file::{TextFileError, read_text};
 use sideslip::simulation::flight_model::{CONDITION, FlightModel, FlightRequest, ModelError, PUMA, condition_values};
 use sideslip::simulation::level1::trim::{STEEP, TrimCondition};
 use std::path::{Path, PathBuf};
@@ -109,9 +110,10 @@ pub(crate) fn read_model(path: &Path, asked: &FlightRequest, besides: &str) -> R
         return FlightModel::parse(PUMA, asked).map_err(told);
     }
     let builtin = "; built in is puma";
-    let bytes =
-        std::fs::read(path).map_err(|error| Failure::file(path, format_args!("expected a model file: {error}{builtin}")))?;
-    let text = String::from_utf8(bytes).map_err(|error| Failure::file(path, format_args!("expected UTF-8 text: {error}")))?;
+    let text = read_text(path).map_err(|wrong| match wrong {
+        TextFileError::Unreadable(error) => Failure::file(path, format_args!("expected a model file: {error}{builtin}")),
+        wrong => Failure::file(path, wrong),
+    })?;
     FlightModel::parse(&text, asked).map_err(told)
 }
 

@@ -1,11 +1,15 @@
-//! Where telemetry comes from: `--source` of `ingest` and `live`, and what `convert` reads.
+//! Where telemetry comes from: `--source` of `ingest` and `live`, and the recordings that commands read.
 
+use crate::command::message;
+use crate::command::terminal::output_file::same_place;
+use clap::builder::{OsStringValueParser, TypedValueParser};
 use sideslip::io::telemetry::chapter10::channel_choice::FrameDescription;
 use sideslip::io::telemetry::format::RecordingFormat;
 use sideslip::io::telemetry::mavlink::link::Url;
 use sideslip::io::telemetry::record::RecordingError;
 use sideslip::io::telemetry::recording::Recording;
 use sideslip::io::telemetry::recording_config::RecordingConfig;
+use std::ffi::OsString;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -45,6 +49,13 @@ impl RecordingSource {
         }
     }
 
+    /// The same, and notes the measurements of its setup that are not read.
+    pub(crate) fn open_with_note(&self, config: &RecordingConfig) -> Result<Recording, RecordingError> {
+        let recording = self.open(config)?;
+        note_left_out(&self.file.display(), recording.left_out());
+        Ok(recording)
+    }
+
     /// Whether it is read as packets of Chapter 10; what cannot be read is refused later.
     pub(crate) fn is_chapter10(&self) -> bool {
         let mut head = [0; 2];
@@ -56,6 +67,27 @@ impl RecordingSource {
         }
     }
 
+    /// Whether it is the same file, read alike.
+    pub(crate) fn is_same(&self, other: &RecordingSource) -> bool {
+        self.kind == other.kind && same_place(&self.file, &other.file)
+    }
+
+    /// As a URL.
+    pub(crate) fn url(&self) -> OsString {
+        let (scheme, format) = match &self.kind {
+            RecordingKind::ByContent => ("file://", None),
+            RecordingKind::Pcm(format) => ("pcm+file://", Some(format)),
+            RecordingKind::Chapter10(format) => ("ch10+file://", format.as_ref()),
+        };
+        let mut url = OsString::from(scheme);
+        url.push(&self.file);
+        if let Some(format) = format {
+            url.push("?format=");
+            url.push(format);
+        }
+        url
+    }
+
     /// The files that it reads.
     pub(crate) fn files(&self) -> Vec<PathBuf> {
         let format = match &self.kind {
@@ -65,19 +97,39 @@ impl RecordingSource {
         std::iter::once(&self.file).chain(format).cloned().collect()
     }
 
-    /// A path, or a URL of a recording.
-    pub(crate) fn of_path_or_url(text: &str) -> Result<Self, String> {
-        let is_url = ["file://", "pcm+file://", "ch10+file://"].iter().any(|scheme| text.starts_with(scheme));
-        if !is_url {
+    /// What a command reads: any path, or a URL of a recording.
+    pub(crate) fn parser() -> impl TypedValueParser<Value = RecordingSource> {
+        OsStringValueParser::new().try_map(|argument| match argument.to_str() {
+            Some(text) => RecordingSource::of_path_or_url(text),
+            None => Ok(RecordingSource { file: argument.into(), kind: RecordingKind::ByContent }),
+        })
+    }
+
+    fn of_path_or_url(text: &str) -> Result<Self, String> {
+        let Some((scheme, _)) = text.split_once("://") else {
             return Ok(RecordingSource { file: Path::new(text).into(), kind: RecordingKind::ByContent });
-        }
-        match text.parse()? {
-            TelemetrySource::Recording(recording) => Ok(recording),
-            TelemetrySource::Link(_) | TelemetrySource::PcmLink { .. } | TelemetrySource::Chapter10Link { .. } => {
-                Err(format!("expected a recording, found the link `{text}`"))
+        };
+        match text.parse() {
+            Ok(TelemetrySource::Recording(recording)) => Ok(recording),
+            Err(wrong) if ["file", "pcm+file", "ch10+file"].contains(&scheme) => Err(wrong),
+            Ok(TelemetrySource::Link(_) | TelemetrySource::PcmLink { .. } | TelemetrySource::Chapter10Link { .. }) | Err(_) => {
+                Err(format!(
+                    "expected a recording: a path, file://PATH, pcm+file://PATH?format=FRAME.toml or ch10+file://PATH; found `{}`",
+                    text.chars().take(60).collect::<String>()
+                ))
             }
         }
     }
+}
+
+/// One line where measurements of a setup are not read: how many, and why the first is not.
+pub(crate) fn note_left_out(of: &impl std::fmt::Display, left_out: &[String]) {
+    let Some(first) = left_out.first() else { return };
+    let others = match left_out.len() {
+        1 => String::new(),
+        count => format!(", nor are {} more (`inspect` lists them)", count - 1),
+    };
+    message(format_args!("note: {of}: not read of its setup: {first}{others}"));
 }
 
 /// Where telemetry comes from.
@@ -173,6 +225,10 @@ mod tests {
         let source = RecordingSource::of_path_or_url("a.csv");
         assert_eq!(source, Ok(RecordingSource { file: "a.csv".into(), kind: RecordingKind::ByContent }));
         assert!(RecordingSource::of_path_or_url("pcm+file://a").is_err());
+        assert!(RecordingSource::of_path_or_url("udpin://127.0.0.1:1").unwrap_err().contains("expected a recording"));
+        for url in ["file://a/b.csv", "pcm+file://a.pcm?format=b.toml", "ch10+file://a", "ch10+file://a?format=b"] {
+            assert_eq!(RecordingSource::of_path_or_url(url).unwrap().url(), url);
+        }
         for wrong in ["", "file://", "a.csv", "ftp://x"] {
             let said = wrong.parse::<TelemetrySource>().unwrap_err();
             assert!(said.contains("expected udpin://HOST:PORT") && said.contains("found `"), "{said}");

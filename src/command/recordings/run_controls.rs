@@ -1,12 +1,12 @@
 //! The controls of a recorded run, as `simulate` flies them again.
 
+use crate::command::options::telemetry_source::RecordingSource;
 use crate::command::recordings::run_head::aligned_by_its_own;
 use sideslip::error::Failure;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::control::{CONTROLS, Control};
 use sideslip::flight::signal::piecewise_linear::History;
-use sideslip::io::telemetry::recording::Recording;
-use std::path::Path;
+use sideslip::io::telemetry::recording_config::RecordingConfig;
 
 /// Controls and rotor speed of a run over its own time.
 #[derive(Debug)]
@@ -54,8 +54,9 @@ fn part<'a>(table: &'a toml::Table, key: &str) -> Option<&'a toml::Table> {
 }
 
 /// Reads the controls of a recording. A row that cannot be read is left out (a straight line goes past it) and counted.
-pub(crate) fn read_controls(path: &Path) -> Result<ControlHistory, Failure> {
-    let mut aligned = aligned_by_its_own(path, Recording::open(path)?)?;
+pub(crate) fn read_controls(source: &RecordingSource) -> Result<ControlHistory, Failure> {
+    let path = source.file.as_path();
+    let mut aligned = aligned_by_its_own(path, source.open_with_note(&RecordingConfig::default())?)?;
     let recording = &aligned.recording;
     let mut times_s: Vec<f64> = Vec::new();
     let mut points: [Vec<(f64, f64)>; CONTROLS + 1] = Default::default();

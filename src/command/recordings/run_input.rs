@@ -1,15 +1,15 @@
 //! Recordings read whole, a run each, as commands on samples take them.
 
 use super::recording_losses::losses;
+use crate::command::options::telemetry_source::RecordingSource;
 use crate::command::recordings::run_head::{HeadedRecording, head_of};
 use sideslip::error::Failure;
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::file::run_file::RunInfo;
 use sideslip::flight::sample::Sample;
-use sideslip::io::telemetry::recording::Recording;
 use sideslip::io::telemetry::recording_config::RecordingConfig as Mapping;
 use sideslip::postflight::reconstruction::screening::{Screened, screen};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 pub(crate) struct RunInput {
     pub(crate) name: String,
@@ -20,8 +20,9 @@ pub(crate) struct RunInput {
 }
 
 /// Reads a recording; `overrides` are keys of the run.
-pub(crate) fn read_run(file: &Path, overrides: &[String], mapping: &Mapping) -> Result<RunInput, Failure> {
-    let HeadedRecording { mut recording, info, .. } = head_of(file, Recording::open_with(file, mapping)?, overrides)?;
+pub(crate) fn read_run(source: &RecordingSource, overrides: &[String], mapping: &Mapping) -> Result<RunInput, Failure> {
+    let file = &source.file;
+    let HeadedRecording { mut recording, info, .. } = head_of(file, source.open_with_note(mapping)?, overrides)?;
     let mut samples = Vec::new();
     while let Some(row) = recording.next_row()? {
         samples.push(row.sample);
@@ -31,17 +32,17 @@ pub(crate) fn read_run(file: &Path, overrides: &[String], mapping: &Mapping) -> 
 }
 
 /// The same, samples that no instrument measured taken out and told among the losses.
-pub(crate) fn read_screened(file: &Path, overrides: &[String], mapping: &Mapping) -> Result<RunInput, Failure> {
-    let mut run = read_run(file, overrides, mapping)?;
+pub(crate) fn read_screened(source: &RecordingSource, overrides: &[String], mapping: &Mapping) -> Result<RunInput, Failure> {
+    let mut run = read_run(source, overrides, mapping)?;
     let taken = screen(&mut run.samples);
     let controls = run.info.geometry().controls;
-    run.losses.extend(taken.iter().map(|one| screened(file, one, controls)));
+    run.losses.extend(taken.iter().map(|one| screened(&source.file, one, controls)));
     Ok(run)
 }
 
 /// Runs of two aircraft have no one model.
-pub(crate) fn refuse_two_aircraft<'r>(runs: impl Iterator<Item = (&'r RunInput, &'r PathBuf)>) -> Result<(), Failure> {
-    let mut named = runs.filter_map(|(one, file)| Some((one.info.aircraft()?, file)));
+pub(crate) fn refuse_two_aircraft<'r>(runs: impl Iterator<Item = (&'r RunInput, &'r RecordingSource)>) -> Result<(), Failure> {
+    let mut named = runs.filter_map(|(one, source)| Some((one.info.aircraft()?, &source.file)));
     let Some((first, _)) = named.next() else { return Ok(()) };
     match named.find(|(other, _)| *other != first) {
         Some((other, file)) => Err(Failure::file(file, format!("expected runs of one aircraft, `{first}`, found `{other}`"))),

@@ -7,6 +7,7 @@ use sideslip::error::Failure;
 use sideslip::flight::channel::{CHANNELS, Channel};
 use sideslip::flight::file::log_head::LogHead;
 use sideslip::flight::file::run_file::{RunFileWriter, RunInfo};
+use sideslip::flight::run::RunGeometry;
 use sideslip::flight::sample::Sample;
 use sideslip::io::outputs::log::mcap_log::McapLog;
 use sideslip::io::telemetry::logs::encode::LogEncodeError;
@@ -80,11 +81,13 @@ pub(crate) fn write_run(path: &Path, format: RunFormat, info: &RunInfo, samples:
         RunFormat::Dataflash => {
             let log = dataflash_of_samples(samples, info.geometry().controls, &about(info));
             note_left_out("ArduPilot logs", path, info, &not_carried(&channels, &[]));
+            note_geometry("ArduPilot logs", path, info.geometry());
             write_bytes(path, log)
         }
         RunFormat::Ulog => {
             let log = ulog_of_samples(samples, info.geometry().controls, &about(info));
             note_left_out("PX4 logs", path, info, &not_carried(&channels, &[Channel::Rho]));
+            note_geometry("PX4 logs", path, info.geometry());
             write_bytes(path, log)
         }
         RunFormat::Pcm => write_pcm(path, info, samples),
@@ -105,8 +108,11 @@ fn write_pcm(path: &Path, info: &RunInfo, samples: &[Sample]) -> Result<(), Fail
     let stream = stream_of_samples(samples, info.geometry().controls, info.document());
     let stream = stream.map_err(|wrong| Failure::file(path, wrong))?;
     let format = format_beside(path);
-    write_whole(&format, |file| file.write_all(stream.format.as_bytes()))?;
     write_whole(path, |file| file.write_all(&stream.line))?;
+    write_whole(&format, |file| file.write_all(stream.format.as_bytes())).inspect_err(|_| {
+        // A stream without its format is no recording.
+        let _ = std::fs::remove_file(path);
+    })?;
     message(format_args!("its frames: {}; read as 'pcm+file://{}?format={0}'", format.display(), path.display()));
     if let Some(start_s) = samples.first().map(|sample| sample.time_s).filter(|start_s| libm::fabs(*start_s) > 0.0) {
         message(format_args!("note: a stream of PCM begins at 0 s; this flight began at {start_s} s"));
@@ -118,6 +124,26 @@ fn note_left_out(what: &str, path: &Path, info: &RunInfo, channels: &[Channel]) 
     let names: Vec<&str> = channels.iter().map(|channel| channel.name(info.geometry().controls)).collect();
     if !names.is_empty() {
         message(format_args!("note: {what} carry no {}; left out of {}", names.join(", "), path.display()));
+    }
+}
+
+/// Where the instruments stand is a key of the run, which that format has no place for.
+fn note_geometry(what: &str, path: &Path, geometry: &RunGeometry) {
+    let RunGeometry { accelerometer_position_m, vane_position_m, blades, controls: _ } = *geometry;
+    let position =
+        |key: &str, [x, y, z]: [f64; 3]| [x, y, z].iter().any(|m| *m != 0.0).then(|| format!("--set {key}=[{x},{y},{z}]"));
+    let lost = [
+        position("accelerometer_position_m", accelerometer_position_m),
+        position("vane_position_m", vane_position_m),
+        blades.map(|blades| format!("--set blades={blades}")),
+    ];
+    let lost: Vec<String> = lost.into_iter().flatten().collect();
+    if !lost.is_empty() {
+        message(format_args!(
+            "note: {what} do not say how the aircraft is instrumented; commands that read {} need {}",
+            path.display(),
+            lost.join(" ")
+        ));
     }
 }
 
@@ -168,6 +194,7 @@ fn write_tlog(path: &Path, info: &RunInfo, channels: &[Channel], samples: &[Samp
     }
     let left_out: Vec<Channel> = NOT_CARRIED.into_iter().filter(|channel| channels.contains(channel)).collect();
     note_left_out("messages of MAVLink", path, info, &left_out);
+    note_geometry("messages of MAVLink", path, info.geometry());
     write_whole(path, |file| file.write_all(&records))
 }
 

@@ -3,6 +3,7 @@
 //! In a private root, removed at the end. The other process waits until each sample was taken, so that nothing is lost at
 //! whatever speed, and the numbers are those of a replay in one process bit for bit.
 
+use crate::command::options::telemetry_source::RecordingSource;
 use ::replay::Pace;
 use sideslip::error::Failure;
 use sideslip::flight::file::log_head::LogHead;
@@ -38,7 +39,7 @@ pub(super) struct BusSource {
 impl BusSource {
     /// Enters a root of its own and starts the other process.
     pub(super) fn start(
-        file: &Path,
+        source: &RecordingSource,
         head: &LogHead,
         pace: Pace,
         overrides: &[String],
@@ -47,16 +48,14 @@ impl BusSource {
         if head.unknown_columns() > OTHERS {
             let found = head.unknown_columns();
             let what = format_args!("--bus: expected at most {OTHERS} columns besides the known channels, found {found}");
-            return Err(Failure::file(file, what));
+            return Err(Failure::file(&source.file, what));
         }
         let failed = |error: std::io::Error| Failure::Running(format!("ingest cannot be started: {error}"));
         let bus = Bus::enter_private(&BusRoot::private_path())?;
         let (samples, publisher) = (bus.subscriber()?, EstimatePublisher::new(&bus)?);
         let mut call = Command::new(std::env::current_exe().map_err(failed)?);
         call.args(["ingest", "--supervised", "--lossless", "--speed", &pace.to_string(), "--root"]).arg(bus.root().path());
-        let mut source = std::ffi::OsString::from("file://");
-        source.push(file);
-        call.arg("--source").arg(source);
+        call.arg("--source").arg(source.url());
         for set in overrides {
             call.args(["--set", set]);
         }

@@ -7,6 +7,7 @@ mod smoothed_file;
 
 use super::options::estimation_options::{EstimationOptions, OutputErrorSchedule};
 use super::options::mapping_input::read_mapping;
+use super::options::telemetry_source::RecordingSource;
 use super::terminal::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json};
 use super::terminal::stop::stopped_by_signals;
 use crate::command::message;
@@ -37,9 +38,10 @@ recording is wrong; 3 done, with data lost or skipped. With --json - the table g
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct ReplayArgs {
-    /// Recordings; their format is recognised by their content
-    #[arg(required = true, value_name = "FILE")]
-    files: Vec<PathBuf>,
+    /// Recordings; their format is recognised by their content; a stream of PCM is
+    /// pcm+file://PATH?format=FRAME.toml, Chapter 10 whose setup does not name the channels ch10+file://PATH?format=FILE.toml
+    #[arg(required = true, value_name = "FILE", value_parser = RecordingSource::parser())]
+    files: Vec<RecordingSource>,
     /// How fast: 1 is real time, 4 four times as fast, max as fast as it goes
     #[arg(long, value_name = "1|N|max", default_value = "max")]
     speed: ::replay::Pace,
@@ -72,8 +74,9 @@ pub(crate) struct ReplayArgs {
 pub(crate) fn run(args: &ReplayArgs) -> Result<Outcome, Failure> {
     let config = args.estimation.config();
     let to_standard_output = args.json.as_ref().is_some_and(|json| json.as_os_str() == "-");
+    let read: Vec<PathBuf> = args.files.iter().flat_map(RecordingSource::files).collect();
     if let Some(json) = args.json.as_ref().filter(|_| !to_standard_output) {
-        refuse_to_overwrite("--json", json, &args.files)?;
+        refuse_to_overwrite("--json", json, &read)?;
     }
     let logs = LOGS.places(args.out.as_deref(), &args.files)?;
     let states = smoothed_file::STATES.places(args.smoothed.as_deref(), &args.files)?;
@@ -91,8 +94,8 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<Outcome, Failure> {
     let mapping = read_mapping(args.config.as_deref())?;
     let model = args.estimation.live_diagnosis_model()?;
     let output_error = args.estimation.output_error_schedule(OutputErrorSchedule::Manoeuvre);
-    let open = |file: &PathBuf| {
-        Ok(ReplayRun::open(file, &args.set, &config, &mapping)?.with_output_error(output_error).with_diagnosis(model.as_ref()))
+    let open = |source: &RecordingSource| {
+        Ok(ReplayRun::open(source, &args.set, &config, &mapping)?.with_output_error(output_error).with_diagnosis(model.as_ref()))
     };
     let runs = args.files.iter().map(open).collect::<Result<Vec<_>, Failure>>()?;
     make_directory(args.out.as_deref(), &logs)?;

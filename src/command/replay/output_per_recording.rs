@@ -1,5 +1,6 @@
 //! Options that write one file for each recording: its name, or a directory for several.
 
+use crate::command::options::telemetry_source::RecordingSource;
 use crate::command::terminal::output_file::refuse_to_overwrite;
 use sideslip::error::Failure;
 use std::collections::BTreeSet;
@@ -18,18 +19,19 @@ pub(super) const LOGS: OutputPerRecording = OutputPerRecording { option: "--out"
 
 impl OutputPerRecording {
     /// The file of each recording, in their order; nothing is made yet.
-    pub(super) fn places(&self, out: Option<&Path>, files: &[PathBuf]) -> Result<Vec<Option<PathBuf>>, Failure> {
-        let Some(out) = out else { return Ok(vec![None; files.len()]) };
+    pub(super) fn places(&self, out: Option<&Path>, sources: &[RecordingSource]) -> Result<Vec<Option<PathBuf>>, Failure> {
+        let Some(out) = out else { return Ok(vec![None; sources.len()]) };
         let OutputPerRecording { option, endings } = self;
         let usual = endings.first().copied().unwrap_or_default();
-        let places: Vec<PathBuf> = if files.len() == 1 && !names_directory(out) {
+        let places: Vec<PathBuf> = if sources.len() == 1 && !names_directory(out) {
             vec![out.to_path_buf()]
         } else if out.exists() && !out.is_dir() {
-            let what = format_args!("{option}: expected a directory for the files of {} recordings, found a file", files.len());
+            let what = format_args!("{option}: expected a directory for the files of {} recordings, found a file", sources.len());
             return Err(Failure::file(out, what));
         } else {
-            files.iter().map(|file| out.join(file.with_extension(usual).file_name().unwrap_or_default())).collect()
+            sources.iter().map(|source| out.join(source.file.with_extension(usual).file_name().unwrap_or_default())).collect()
         };
+        let read: Vec<PathBuf> = sources.iter().flat_map(RecordingSource::files).collect();
         let mut seen = BTreeSet::new();
         for place in &places {
             // Without an ending it is clear only where there is one format.
@@ -43,7 +45,7 @@ impl OutputPerRecording {
                 let what = format_args!("{option}: two recordings of that name would have the same file");
                 return Err(Failure::file(place, what));
             }
-            refuse_to_overwrite(option, place, files)?;
+            refuse_to_overwrite(option, place, &read)?;
         }
         Ok(places.into_iter().map(Some).collect())
     }

@@ -4,6 +4,7 @@ use super::bus_source::BusSource;
 use super::smoothed_file::{RunToSmooth, SmoothedFile};
 use crate::command::options::estimation_options::OutputErrorSchedule;
 use crate::command::options::live_diagnosis_options::LiveDiagnosisModel;
+use crate::command::options::telemetry_source::RecordingSource;
 use crate::command::recordings::recording_losses::recording_notes;
 use crate::command::recordings::run_head::{HeadedRecording, head_of};
 use crate::command::recordings::run_log::{ClosedRunLog, RunLog};
@@ -17,7 +18,6 @@ use sideslip::io::outputs::json::derivatives_json::RunEstimates;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::io::telemetry::alignment::aligned_recording::AlignedRecording;
 use sideslip::io::telemetry::mavlink::recording::Traffic;
-use sideslip::io::telemetry::recording::Recording;
 use sideslip::io::telemetry::recording_config::RecordingConfig as Mapping;
 use sideslip::live::record_sink::RecordSink;
 use sideslip::live::wiring::{FinishedRun, Schedule, WiredRun};
@@ -48,7 +48,7 @@ pub(super) struct ReplayFiles<'a> {
 
 /// A recording with its pipeline, before the first sample.
 pub(super) struct ReplayRun {
-    file: PathBuf,
+    source: RecordingSource,
     recording: AlignedRecording,
     info: RunInfo,
     head: LogHead,
@@ -75,10 +75,24 @@ pub(super) struct ReplayedRun {
 
 impl ReplayRun {
     /// Opens a recording, overrides keys of its run and readies the pipeline.
-    pub(super) fn open(file: &Path, overrides: &[String], config: &PipelineConfig, mapping: &Mapping) -> Result<Self, Failure> {
-        let HeadedRecording { recording, info, head } = head_of(file, Recording::open_with(file, mapping)?, overrides)?;
+    pub(super) fn open(
+        source: &RecordingSource,
+        overrides: &[String],
+        config: &PipelineConfig,
+        mapping: &Mapping,
+    ) -> Result<Self, Failure> {
+        let HeadedRecording { recording, info, head } = head_of(&source.file, source.open_with_note(mapping)?, overrides)?;
         let pipeline = Pipeline::new(config, *info.geometry()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
-        Ok(ReplayRun { file: file.into(), recording, info, head, config: *config, pipeline, output_error: None, diagnosis: None })
+        Ok(ReplayRun {
+            source: source.clone(),
+            recording,
+            info,
+            head,
+            config: *config,
+            pipeline,
+            output_error: None,
+            diagnosis: None,
+        })
     }
 
     /// The same with output error beside it, in step with the record's own time.
@@ -104,7 +118,9 @@ impl ReplayRun {
         let mut player = ::replay::Player::<MonotonicClock>::new(pace);
         let mut bus = match from {
             ReplaySource::File => None,
-            ReplaySource::Bus { overrides, config } => Some(BusSource::start(&self.file, &self.head, pace, overrides, *config)?),
+            ReplaySource::Bus { overrides, config } => {
+                Some(BusSource::start(&self.source, &self.head, pace, overrides, *config)?)
+            }
         };
         let mut progress = ProgressLine::new();
         let name = self.info.run().unwrap_or_default().to_owned();
@@ -156,7 +172,7 @@ impl ReplayRun {
         }
         let mut smoothed = None;
         if let Some(path) = files.smoothed.filter(|_| !interrupted) {
-            let record = RunToSmooth { file: &self.file, info: &self.info, head: &self.head, rows: &kept };
+            let record = RunToSmooth { file: &self.source.file, info: &self.info, head: &self.head, rows: &kept };
             smoothed = record.write(path, &self.config.estimation, |part| {
                 progress.show(|| format!("{name}: smoothing, {:.0} % done", 100.0 * part));
                 !stop.load(Ordering::Relaxed)
@@ -164,7 +180,7 @@ impl ReplayRun {
             interrupted = smoothed.is_none();
         }
         drop(progress);
-        let ended = EndedReplay { file: self.file, info: &self.info, recording: &self.recording, name, interrupted };
+        let ended = EndedReplay { file: self.source.file, info: &self.info, recording: &self.recording, name, interrupted };
         let played = ReplayedRun::new(ended, finished, log);
         Ok(ReplayedRun { smoothed, ..played })
     }

@@ -2,6 +2,7 @@
 
 use super::options::flight_condition::{FlightCondition, number};
 use super::options::instrument_input::read_instruments;
+use super::options::telemetry_source::RecordingSource;
 use super::recordings::flown_inputs::{
     inputs_of_run, inputs_of_specs, warn_of_stall, warn_of_still_rotor, warn_of_unread_channels,
 };
@@ -66,8 +67,8 @@ pub(crate) struct SimulateArgs {
     #[command(flatten)]
     condition: FlightCondition,
     /// Fly the controls of this run (and its rotor speed), straight lines between its samples
-    #[arg(long, value_name = "RUN", conflicts_with_all = ["lead"])]
-    controls: Option<PathBuf>,
+    #[arg(long, value_name = "RUN", conflicts_with_all = ["lead"], value_parser = RecordingSource::parser())]
+    controls: Option<RecordingSource>,
     /// Fly a test input, control:shape:amplitude:clock[:start]: rad, s; shape step, doublet, 3211 or other digits
     /// (pulse lengths in clocks, signs alternating), prbs3 to prbs8 (7 to 255 clocks, pseudo-random); start in s, after the
     /// lead if left out. Repeatable: inputs add up
@@ -153,8 +154,10 @@ fn refuse_latencies(of_run: &[String]) -> Result<(), Failure> {
 pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let format = RunFormat::by_name(&args.out)?;
     refuse_without_folder("--out", &args.out)?;
-    let inputs: Vec<PathBuf> =
-        std::iter::once(&args.condition.model).chain(&args.controls).chain(&args.instruments).cloned().collect();
+    let inputs: Vec<PathBuf> = {
+        let read = args.controls.iter().flat_map(RecordingSource::files);
+        read.chain([args.condition.model.clone()]).chain(args.instruments.clone()).collect()
+    };
     for written in format.files(&args.out) {
         refuse_to_overwrite("--out", &written, &inputs)?;
     }
@@ -181,8 +184,8 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     };
     let mut losses = Vec::new();
     let (inputs, times_s, manoeuvre) = match &args.controls {
-        Some(path) => {
-            let mut run = read_controls(path)?;
+        Some(source) => {
+            let (path, mut run) = (source.file.as_path(), read_controls(source)?);
             losses.extend(run.losses.drain(..).map(|loss| format!("{}: {loss}", path.display())));
             let times_s = match (rate_hz, duration_s) {
                 (None, None) => run.times_s.clone(),

@@ -181,6 +181,14 @@ impl Recording {
         }
     }
 
+    /// Measurements of a setup that are not read, each with the reason.
+    pub fn left_out(&self) -> &[String] {
+        match self {
+            Recording::Chapter10(recording) => recording.left_out(),
+            _ => &[],
+        }
+    }
+
     /// What of the file could not be read, besides the rows that [`Recording::skipped`] counts, in words; complete after
     /// the last row.
     pub fn shortfall(&self) -> Option<String> {

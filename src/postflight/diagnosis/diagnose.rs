@@ -10,10 +10,12 @@
 use super::data::instrument_check::{InstrumentCheck, check_instruments};
 use super::data::run_data::RunData;
 use super::data::usable_runs::usable_runs;
+use super::evidence::cause_size::cause_sizes;
 use super::evidence::regressor_plot::{RegressorPlot, regressor_plots};
+use super::evidence::reliance::{RejectedCause, RejectionReason};
 use super::evidence::residual::{Discrepancy, discrepancy};
 use super::evidence::residual_coherence::{AxisSpectrum, residual_coherence};
-use super::holdout::holdout_gain::{HoldoutImprovement, held_out, moves};
+use super::holdout::holdout_gain::{HoldoutEvidence, HoldoutImprovement, HoldoutVerdict, held_out, moves};
 use super::likelihood::adequacy::{with_observed_noise, without_unidentifiable};
 use super::likelihood::aircraft::Aircraft;
 use super::likelihood::problem::DiagnosisProblem;
@@ -26,7 +28,7 @@ use crate::flight::derivative::Axis;
 use crate::flight::effect::Effect;
 use crate::flight::file::effect_file::DeclaredEffect;
 use crate::postflight::recorded_run::RecordedRun;
-use crate::postflight::validation::improvement::{ImprovementVerdict, IntervalEstimate};
+use crate::postflight::validation::improvement::ImprovementVerdict;
 use crate::simulation::flight_model::FlightModel;
 
 /// T of (1).
@@ -37,6 +39,8 @@ pub const EXPLAINED: f64 = 0.85;
 pub const NOTHING: f64 = 25.0;
 /// Part of what is there that many derivatives together may leave.
 const MANY_LEAVE: f64 = 0.04;
+/// What remains of an axis is small where it is below this part of the axis's motion in air that moves.
+const SMALL_REMAINDER: f64 = 0.25;
 /// So many causes on one axis are none.
 const CROWD: usize = 3;
 const TOLD: usize = 12;
@@ -48,8 +52,14 @@ pub struct Finding {
     pub cause: RankedCause,
     /// What else it may be, the most probable first, the cause itself among them.
     pub ranking: Vec<RankedCause>,
-    /// On the hold-out runs: the pooled error with all causes over that with all but this one.
-    pub held_out: Option<IntervalEstimate>,
+    /// What it changes in the predicted motion, as a share of that motion; gusts change none.
+    pub motion_share: Option<f64>,
+    /// The part of the model's error that it explains, of all that is there beyond noise.
+    pub error_share: f64,
+    /// Whether it is too small to be relied upon.
+    pub small: bool,
+    /// On the hold-out runs.
+    pub held_out: Option<HoldoutEvidence>,
     /// The residual against it; gusts have none.
     pub regressor_plot: Option<RegressorPlot>,
 }
@@ -59,8 +69,8 @@ pub struct Finding {
 pub struct Diagnosis {
     /// The causes, the weightiest first.
     pub findings: Vec<Finding>,
-    /// Causes that fitted, and that the hold-out runs refute.
-    pub rejected: Vec<Finding>,
+    /// Causes that fitted and are not relied upon, with the reason.
+    pub rejected: Vec<RejectedCause>,
     /// What is there besides.
     pub unknown: Option<UnexplainedAxis>,
     /// Probability that nothing is wrong, and what else was tested where nothing was found.
@@ -147,8 +157,10 @@ pub fn diagnose(
     let none = none(&searched);
     let spectra =
         residual_coherence(&problem, &searched).into_iter().filter(|own| !problem.unmodelled[own.axis.index()]).collect();
-    let (gain, rejected) = judge_on_holdout(model, &mut findings, holdout)?;
-    let unknown = unknown.or_else(|| if findings.is_empty() { of_rejected(rejected.first()?, &discrepancy) } else { None });
+    // Many derivatives that are off stand together: none of them is left out for being small.
+    let (gain, rejected) = judge_on_holdout(model, &mut findings, holdout, searched.is_joint())?;
+    let contradicted = rejected.iter().find(|one| one.reason != RejectionReason::Small);
+    let unknown = unknown.or_else(|| if findings.is_empty() { of_rejected(&contradicted?.finding, &discrepancy) } else { None });
     let trim_differences = problem.trim_differences.iter().copied().filter(TrimDifference::is_significant).collect();
     let (unmodelled, said): (Vec<Axis>, Vec<Axis>) = Axis::ALL.into_iter().partition(|axis| problem.unmodelled[axis.index()]);
     let discrepancy = discrepancy.into_iter().filter(|one| said.contains(&one.axis)).collect();
@@ -190,8 +202,7 @@ fn search_with_observed_noise(
 ) -> Option<SearchOutcome> {
     let (searched, unknown) = search_causes(&problem, known, settings)?;
     // What many derivatives leave is the model's, and no noise of instruments.
-    let many = searched.rivals.len() > known.len() + settings.causes;
-    match if many { None } else { with_observed_noise(&problem, &searched.point) } {
+    match if searched.is_joint() { None } else { with_observed_noise(&problem, &searched.point) } {
         Some(noisier) => {
             let (searched, _) = search_causes(&noisier, known, settings)?;
             Some((noisier, searched, unknown))
@@ -244,25 +255,34 @@ fn ranked(rivals: &[Rival]) -> Vec<RankedCause> {
 
 fn findings(problem: &DiagnosisProblem, searched: &SearchResult) -> Vec<Finding> {
     let mut number = 0;
+    let sizes = cause_sizes(problem, &searched.point);
+    let error = sizes.of.iter().map(|size| size.error).sum::<f64>() + sizes.left;
     let mut pictures = regressor_plots(problem, searched).into_iter();
     let found = searched.rivals.iter().filter_map(|rivals| {
         let ranking = ranked(rivals);
         let first = ranking.first()?;
-        let mut picture = None;
+        // Gusts are no fault of the model, and never too small.
+        let (mut picture, mut motion_share, mut own_error, mut small) = (None, None, sizes.left, false);
         let cause = if let Effect::Turbulence { .. } = first.effect {
             let length = searched.point.gust.1 * problem.aircraft.trim().airspeed();
             RankedCause { effect: Effect::Turbulence { sigma: searched.point.gust.0, length }, ..*first }
         } else {
             let place = number;
             number += 1;
+            motion_share = sizes.of.get(place).map(|size| size.motion_share);
+            own_error = sizes.of.get(place).map_or(0.0, |size| size.error);
+            small = sizes.is_small(place);
             picture = pictures.next().flatten();
             let hypothesis = searched.point.hypotheses.get(place)?;
             let std = searched.std(place);
             RankedCause { effect: hypothesis.effect, std, ..*first }
         };
-        Some(Finding { cause, ranking, held_out: None, regressor_plot: picture })
+        let error_share = if error > 0.0 { own_error / error } else { 0.0 };
+        Some(Finding { cause, ranking, motion_share, error_share, small, held_out: None, regressor_plot: picture })
     });
-    found.collect()
+    let mut found: Vec<Finding> = found.collect();
+    found.sort_by(|a, b| b.error_share.total_cmp(&a.error_share));
+    found
 }
 
 /// Where the causes leave too much.
@@ -280,8 +300,12 @@ fn unknown_of(problem: &DiagnosisProblem, searched: &SearchResult) -> Option<Une
     let (place, worth) = searched.left.iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
     let axis = if left < NOTHING { crowded? } else { Axis::ALL.get(place).copied()? };
     let place = axis.index();
-    let discrepancy = discrepancy(problem, searched);
-    Some(UnexplainedAxis { axis, band_hz: discrepancy.get(place)?.band_hz, worth })
+    let remains = *discrepancy(problem, searched).get(place)?;
+    // In still air nothing but the model leaves anything; beside gusts, what is significant may be small, and the table of
+    // residuals has it.
+    let gusty = searched.point.gust.0 > 0.0;
+    let is_small = gusty && crowded.is_none() && remains.rms_after < SMALL_REMAINDER * remains.motion;
+    (!is_small).then_some(UnexplainedAxis { axis, band_hz: remains.band_hz, worth })
 }
 
 /// Nothing wrong, and what came nearest to being a cause.
@@ -291,32 +315,53 @@ fn none(searched: &SearchResult) -> (f64, Vec<RankedCause>) {
     (1.0 - others.iter().map(|rival| rival.probability).sum::<f64>().min(1.0), others)
 }
 
-/// What the hold-out runs say of each cause, and the gain. A cause that they refute, by an error that is larger with it than
-/// without, is taken out, the worst first, and the others are judged again.
+/// What the hold-out runs say of each cause, and the gain. A cause that they contradict is taken out, the worst first, and the
+/// others are judged again; at the end those that are small.
 fn judge_on_holdout(
     model: &FlightModel,
     findings: &mut Vec<Finding>,
     holdout: &[RecordedRun],
-) -> Result<(Option<HoldoutImprovement>, Vec<Finding>), DiagnosisError> {
+    joint: bool,
+) -> Result<(Option<HoldoutImprovement>, Vec<RejectedCause>), DiagnosisError> {
     let mut rejected = Vec::new();
     if holdout.is_empty() {
+        rejected.extend(if joint { Vec::new() } else { take_small(findings) });
         return Ok((None, rejected));
     }
     loop {
         let causes: Vec<Effect> = findings.iter().map(|finding| finding.cause.effect).collect();
         let (ratios, gain) = held_out(model, &causes, holdout)?;
-        for (finding, ratio) in findings.iter_mut().zip(ratios) {
+        for (finding, own) in findings.iter_mut().zip(ratios) {
             // A control that rests there says nothing of what it does.
             let acts = |control| moves(holdout, control);
-            finding.held_out = ratio.filter(|_| finding.cause.effect.acting_control().is_none_or(acts));
+            let own = own.filter(|_| finding.cause.effect.acting_control().is_none_or(acts));
+            finding.held_out = own;
         }
-        let worse = |finding: &Finding| finding.held_out.as_ref().filter(|ratio| ratio.is_refuted()).map(|ratio| ratio.value);
-        let refuted = findings.iter().enumerate().filter_map(|(place, finding)| Some((place, worse(finding)?)));
-        match refuted.max_by(|(_, a), (_, b)| a.total_cmp(b)) {
-            Some((worst, _)) => rejected.push(findings.remove(worst)),
-            None => return Ok((Some(gain), rejected)),
+        let contradicted = findings.iter().enumerate().filter_map(|(place, finding)| {
+            let own = finding.held_out?;
+            let reason = match own.verdict() {
+                HoldoutVerdict::Refuted => RejectionReason::Refuted,
+                HoldoutVerdict::GainNotSeen => RejectionReason::GainNotSeen,
+                HoldoutVerdict::BorneOut | HoldoutVerdict::NotSeen => return None,
+            };
+            Some((place, reason, own.ratio.value))
+        });
+        if let Some((worst, reason, _)) = contradicted.max_by(|(.., a), (.., b)| a.total_cmp(b)) {
+            rejected.push(RejectedCause { finding: findings.remove(worst), reason });
+            continue;
         }
+        let small = if joint { Vec::new() } else { take_small(findings) };
+        if small.is_empty() {
+            return Ok((Some(gain), rejected));
+        }
+        rejected.extend(small);
     }
+}
+
+/// Takes out those that are too small to be relied upon.
+fn take_small(findings: &mut Vec<Finding>) -> Vec<RejectedCause> {
+    let small = findings.extract_if(.., |finding| finding.small);
+    small.map(|finding| RejectedCause { finding, reason: RejectionReason::Small }).collect()
 }
 
 /// What is unknown where all that fitted is refuted.

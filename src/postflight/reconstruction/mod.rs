@@ -25,6 +25,7 @@ mod refusal;
 pub(crate) mod run_channels;
 mod run_verdict;
 pub mod screening;
+mod shortened_gaps;
 pub(crate) mod single_run;
 pub mod verdict;
 mod wiring;

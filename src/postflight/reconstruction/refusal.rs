@@ -34,7 +34,14 @@ pub(crate) fn refusal(record: &RunChannels, samples: &[Sample], screened: &[Scre
     if !missing.is_empty() {
         return Some(VerdictReason::NoRates(missing));
     }
-    let backwards = samples.windows(2).filter(|pair| matches!(pair, [a, b] if !(b.time_s > a.time_s))).count();
+    // One stamp far ahead leaves every later sample behind it.
+    let mut latest_s = f64::NEG_INFINITY;
+    let mut goes_back = |time_s: f64| {
+        let back = !(time_s > latest_s);
+        latest_s = latest_s.max(time_s);
+        back
+    };
+    let backwards = samples.iter().filter(|sample| goes_back(sample.time_s)).count();
     if backwards * 20 > samples.len() {
         return Some(VerdictReason::ClockBackwards { backwards, samples: samples.len() });
     }

@@ -2,10 +2,12 @@
 //!
 //! Consumes samples and where instruments stand; produces the mesh (`gyro_coverage` at [`MESH_RATE_HZ`]), and for
 //! given time skews each output's readings, those that fall to one node averaged. A stretch without rates longer than
-//! [`GAP_S`] parts the run: nothing is carried over it.
+//! [`GAP_S`] parts the run: nothing is carried over it. Stretches without any sample are shortened (`shortened_gaps`): times
+//! here are not the record's own after one.
 
 use super::motion::STATES;
 use super::parameter::{INPUT_CHANNELS, INPUTS, OUTPUT_CHANNELS, OUTPUTS, SCALE, Theta};
+use super::shortened_gaps::with_shortened_gaps;
 use crate::flight::channel::Channel;
 use crate::flight::run::RunGeometry;
 use crate::flight::sample::Sample;
@@ -42,6 +44,8 @@ pub struct RunChannels {
     pub mesh: Mesh,
     /// The gyros' own interval, s.
     pub sample_s: f64,
+    /// Shortened gaps in the record's own time: the last sample before and the first after, s.
+    pub long_gaps: Vec<[f64; 2]>,
     anew: Vec<bool>,
     groups: Groups<OUTPUTS>,
 }
@@ -49,8 +53,9 @@ pub struct RunChannels {
 impl RunChannels {
     /// Gathers a run's samples.
     pub fn of(samples: &[Sample], geometry: &RunGeometry) -> RunChannels {
+        let (samples, long_gaps) = with_shortened_gaps(samples);
         let line = |channel: Channel| {
-            let series = Series::of_channel(samples, channel, READINGS_MIN)?;
+            let series = Series::of_channel(&samples, channel, READINGS_MIN)?;
             let still = series.samples().all(|(_, value)| (value - series.at(f64::NEG_INFINITY)).abs() < 1e-12);
             (!still).then_some(series)
         };
@@ -59,6 +64,7 @@ impl RunChannels {
             outputs: OUTPUT_CHANNELS.map(line),
             accelerometer_place: geometry.accelerometer_position_m,
             vane_place: geometry.vane_position_m,
+            long_gaps,
             ..RunChannels::default()
         };
         let forces = record.inputs.iter().take(3).flatten().count();

@@ -70,6 +70,8 @@ pub struct RunVerdict {
     pub not_observable: Vec<NotObservable>,
     /// Samples that no instrument measured, taken out before.
     pub screened: Vec<Screened>,
+    /// Stretches without any sample that the check does not carry the motion over: the last time before and the first after, s.
+    pub long_gaps: Vec<[f64; 2]>,
 }
 
 /// One run's verdict out of all runs' fit.
@@ -185,7 +187,16 @@ pub(crate) fn run_verdict(
     not_observable.extend(doubts);
     not_observable.extend(undetectable(found, number));
     let screened = Vec::new();
-    Some(RunVerdict { run: name.to_owned(), fitness, reason, corrections, consistency, not_observable, screened })
+    Some(RunVerdict {
+        run: name.to_owned(),
+        fitness,
+        reason,
+        corrections,
+        consistency,
+        not_observable,
+        screened,
+        long_gaps: Vec::new(),
+    })
 }
 
 /// Whether a run is fit with that many corrections, R2 of incidence and sideslip after them given, and why.

@@ -48,8 +48,9 @@ pub fn check(candidates: &[RecordedRun]) -> Vec<RunVerdict> {
             consistency: [None; 2],
             not_observable: absent(record),
             screened: Vec::new(),
+            long_gaps: Vec::new(),
         });
-        RunVerdict { screened, ..verdict }
+        RunVerdict { screened, long_gaps: record.long_gaps.clone(), ..verdict }
     })
     .collect()
 }

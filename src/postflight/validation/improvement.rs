@@ -97,6 +97,8 @@ pub struct ChannelImprovement {
     pub vaf: [IntervalEstimate; 2],
     /// rms after over rms before.
     pub ratio: IntervalEstimate,
+    /// Root mean square of the change of the error, e after - e before, in standard deviations of the noise.
+    pub change_rms: f64,
 }
 
 /// Channels pooled, each over its noise.
@@ -108,6 +110,34 @@ pub struct PooledImprovement {
     pub rms: [IntervalEstimate; 2],
     /// After over before.
     pub ratio: IntervalEstimate,
+    /// (1) of the change of the error, e after - e before.
+    pub change_rms: f64,
+}
+
+impl ChannelImprovement {
+    /// The ratio of the errors where the change of the predictions is right.
+    pub fn expected_ratio(&self) -> f64 {
+        expected_ratio(self.change_rms * self.noise_std, self.rms[0].value)
+    }
+}
+
+impl PooledImprovement {
+    /// The ratio of the errors where the change of the predictions is right.
+    pub fn expected_ratio(&self) -> f64 {
+        expected_ratio(self.change_rms, self.rms[0].value)
+    }
+
+    /// Whether the runs do not tell: the interval holds 1, and what the ratio would be if the change were right.
+    pub fn is_not_seen(&self) -> bool {
+        self.ratio.verdict() == ImprovementVerdict::NoGain && self.expected_ratio() >= self.ratio.interval[0]
+    }
+}
+
+/// Where the change d of the predictions is right, it is in the error before and in nothing else, so that
+/// E after^2 = E before^2 - mean d^2.
+fn expected_ratio(change_rms: f64, before_rms: f64) -> f64 {
+    let part = change_rms / before_rms;
+    libm::sqrt((1.0 - part * part).max(0.0))
 }
 
 /// Improvement over some runs.
@@ -133,6 +163,8 @@ struct Sums {
     yy: [f64; 2],
     /// Of e^2 over the noise's variance.
     whitened: [f64; 2],
+    /// Of (e after - e before)^2 over the noise's variance.
+    whitened_change: f64,
 }
 
 impl Sums {
@@ -141,6 +173,7 @@ impl Sums {
         self.z += sign * other.z;
         self.zz += sign * other.zz;
         self.noise += sign * other.noise;
+        self.whitened_change += sign * other.whitened_change;
         for which in 0..2 {
             self.e[which] += sign * other.e[which];
             self.ee[which] += sign * other.ee[which];
@@ -200,6 +233,7 @@ pub fn improvement(pairs: &[(&FreeRunPrediction, &FreeRunPrediction)]) -> Improv
         theil: [0, 1].map(|which| of_channel(place, &|sums| sums.moments(which).theil())),
         vaf: [0, 1].map(|which| of_channel(place, &|sums| sums.moments(which).vaf())),
         ratio: of_channel(place, &|sums| ratio(sums.moments(1).rms(), sums.moments(0).rms())),
+        change_rms: libm::sqrt((whole[place].whitened_change / whole[place].count).max(0.0)),
     });
     let pooled = |belongs: &dyn Fn(Channel) -> bool| {
         let places: Vec<usize> =
@@ -207,13 +241,13 @@ pub fn improvement(pairs: &[(&FreeRunPrediction, &FreeRunPrediction)]) -> Improv
         if places.is_empty() {
             return None;
         }
-        let pool = |sums: &[Sums], which: usize| {
+        let pool_of = |sums: &[Sums], whitened: &dyn Fn(&Sums) -> f64| {
             // A channel without samples in a draw is not pooled there.
             let parts = places.iter().map(|&place| &sums[place]).filter(|sums| sums.count > 0.5);
-            let (sum, count) =
-                parts.fold((0.0, 0.0), |(sum, count), sums| (sum + sums.whitened[which] / sums.count, count + 1.0));
+            let (sum, count) = parts.fold((0.0, 0.0), |(sum, count), sums| (sum + whitened(sums) / sums.count, count + 1.0));
             libm::sqrt(f64::max(sum, 0.0) / count)
         };
+        let pool = |sums: &[Sums], which: usize| pool_of(sums, &|sums| sums.whitened[which]);
         let estimate = |figure: &dyn Fn(&[Sums]) -> f64| IntervalEstimate {
             value: figure(&whole),
             interval: interval(draws.iter().map(|draw| figure(draw)).collect()),
@@ -222,6 +256,7 @@ pub fn improvement(pairs: &[(&FreeRunPrediction, &FreeRunPrediction)]) -> Improv
             channels: places.iter().map(|&place| channels[place]).collect(),
             rms: [0, 1].map(|which| estimate(&|sums| pool(sums, which))),
             ratio: estimate(&|sums| ratio(pool(sums, 1), pool(sums, 0))),
+            change_rms: pool_of(&whole, &|sums| sums.whitened_change),
         })
     };
     Improvement {
@@ -278,6 +313,7 @@ impl Row {
     fn sums(&self, variance: f64) -> Sums {
         let squared = |x: [f64; 2]| x.map(|x| x * x);
         let ee = squared(self.e);
+        let over_variance = |square: f64| if variance > 0.0 { square / variance } else { f64::INFINITY };
         Sums {
             count: 1.0,
             z: self.z,
@@ -286,7 +322,8 @@ impl Row {
             e: self.e,
             ee,
             yy: squared(self.y),
-            whitened: ee.map(|ee| if variance > 0.0 { ee / variance } else { f64::INFINITY }),
+            whitened: ee.map(over_variance),
+            whitened_change: over_variance((self.e[1] - self.e[0]) * (self.e[1] - self.e[0])),
         }
     }
 }
@@ -339,98 +376,4 @@ fn interval(mut values: Vec<f64>) -> [f64; 2] {
         values.get(place).copied().unwrap_or(f64::NAN)
     };
     [at(0.025), at(0.975)]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A channel with these errors before and after, at 50 Hz; z = sin t.
-    fn pair(channel: Channel, errors: [&dyn Fn(f64) -> f64; 2], seconds: f64) -> [FreeRunPrediction; 2] {
-        let times_s: Vec<f64> = (0..=(50.0 * seconds) as usize).map(|place| 0.02 * place as f64).collect();
-        errors.map(|error| {
-            let measured: Vec<f64> = times_s.iter().map(|&time_s| libm::sin(time_s)).collect();
-            let predicted = times_s.iter().zip(&measured).map(|(&time_s, z)| z - error(time_s)).collect();
-            let one = PredictedChannel {
-                channel,
-                times_s: times_s.clone(),
-                measured,
-                predicted,
-                offset: 0.0,
-                at_trim: 0.0,
-                noise_std: 0.1,
-            };
-            FreeRunPrediction {
-                channels: vec![one],
-                not_predicted: Vec::new(),
-                effects: Vec::new(),
-                diverged_at_s: None,
-                range_s: [0.0, seconds],
-            }
-        })
-    }
-
-    #[test]
-    fn figures_are_those_of_the_closed_form() {
-        // Over whole turns: rms of sin is 1/sqrt 2; an error 0.2 sin t leaves 1 - 0.04 of the variance, y = 0.8 sin t.
-        let turns = 8.0 * core::f64::consts::PI;
-        let [before, after] = pair(Channel::R, [&|t| 0.2 * libm::sin(t), &|t| 0.02 * libm::sin(t)], turns);
-        let gain = improvement(&[(&before, &after)]);
-        let [one] = gain.channels.as_slice() else { panic!("{gain:?}") };
-        let close = |a: f64, b: f64| assert!((a - b).abs() < 2e-3, "{a} is not {b}");
-        close(one.rms[0].value, 0.2 * core::f64::consts::FRAC_1_SQRT_2);
-        close(one.theil[0].value, 0.2 / 1.8);
-        close(one.vaf[0].value, 0.96);
-        close(one.vaf[1].value, 1.0 - 0.0004);
-        close(one.ratio.value, 0.1);
-        // The errors go together, so every draw has the same ratio.
-        close(one.ratio.interval[1] - one.ratio.interval[0], 0.0);
-        assert_eq!((one.ratio.verdict(), one.samples), (ImprovementVerdict::Gain, before.channels[0].times_s.len()));
-        let pooled = gain.pooled.unwrap();
-        close(pooled.rms[0].value, 2.0 * core::f64::consts::FRAC_1_SQRT_2);
-        assert_eq!(pooled.channels, [Channel::R]);
-        assert!(gain.airspeed.is_none() && gain.altitude.is_none());
-    }
-
-    /// Errors that are the other's half a block later: no gain, however many samples there are.
-    #[test]
-    fn the_same_error_at_another_time_is_no_gain() {
-        let wave = |t: f64| libm::sin(0.7 * t) + libm::sin(1.9 * t + 1.0);
-        let [before, after] = pair(Channel::Tas, [&wave, &|t| wave(t + 5.0)], 40.0);
-        let gain = improvement(&[(&before, &after)]);
-        let ratio = gain.airspeed.unwrap().ratio;
-        assert_eq!(ratio.verdict(), ImprovementVerdict::NoGain, "{ratio:?}");
-        assert!(ratio.interval[1] - ratio.interval[0] > 0.05, "{ratio:?}");
-        assert!(gain.pooled.is_none());
-    }
-
-    /// The interval of an rms of independent errors is that of chi-square: about 1 +- 1.96 / sqrt(2 N).
-    #[test]
-    fn the_interval_of_white_errors_is_as_wide_as_it_should_be() {
-        let mut noise = NormalNoise::new(5, 0);
-        let draws: Vec<f64> = (0..=5000).map(|_| noise.draw()).collect();
-        let error = |t: f64| draws[libm::round(t * 50.0) as usize];
-        let [before, after] = pair(Channel::P, [&error, &error], 100.0);
-        let gain = improvement(&[(&before, &after)]);
-        let rms = gain.channels[0].rms[0];
-        let wanted = 2.0 * 1.96 * rms.value / libm::sqrt(2.0 * 5001.0);
-        let found = rms.interval[1] - rms.interval[0];
-        assert!((found / wanted - 1.0).abs() < 0.35, "{found} is not {wanted}");
-        assert_eq!(gain.channels[0].ratio.verdict(), ImprovementVerdict::NoGain);
-        assert!((gain.channels[0].ratio.value - 1.0).abs() < 1e-15);
-    }
-
-    #[test]
-    fn both_are_taken_up_to_where_one_diverged_and_a_bias_is_absolute() {
-        let [mut before, mut after] = pair(Channel::Phi, [&|_| 0.3, &|_| 0.1], 20.0);
-        before.diverged_at_s = Some(10.0);
-        after.effects.push(Effect::SensorBias { channel: Channel::Phi, value: 0.2 });
-        (before.channels[0].offset, after.channels[0].offset) = (0.3, 0.1);
-        let with = improvement(&[(&before, &after)]);
-        assert!(with.channels[0].absolute && (with.channels[0].ratio.value - 1.0 / 3.0).abs() < 1e-9);
-        assert_eq!(with.channels[0].samples, 501);
-        after.effects.clear();
-        let without = improvement(&[(&before, &after)]);
-        assert!(without.channels[0].rms[0].value < 1e-9 && !without.channels[0].absolute);
-    }
 }

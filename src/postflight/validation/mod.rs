@@ -4,5 +4,7 @@
 
 pub mod free_run;
 pub mod improvement;
+#[cfg(test)]
+mod improvement_tests;
 pub(crate) mod metrics;
 pub mod prediction;

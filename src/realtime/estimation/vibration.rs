@@ -31,6 +31,8 @@ const SLOW: f64 = 0.25;
 struct Lines {
     weights: [[f64; 2]; LINES],
     slow: f64,
+    /// Of an angle: what is added to the reading so that it does not jump by a revolution.
+    revolutions: f64,
     last_s: f64,
     count: u32,
     interval_s: f64,
@@ -54,7 +56,8 @@ pub struct LineNotch {
 impl LineNotch {
     /// A rotor with so many blades; its speed serves for `hold_s`.
     pub const fn new(blades: Option<u32>, hold_s: f64) -> Self {
-        let none = Lines { weights: [[0.0; 2]; LINES], slow: 0.0, last_s: 0.0, count: 0, interval_s: 0.0, gap: false };
+        let none =
+            Lines { weights: [[0.0; 2]; LINES], slow: 0.0, revolutions: 0.0, last_s: 0.0, count: 0, interval_s: 0.0, gap: false };
         LineNotch { blades, lines: [none; CHANNELS], phase: 0.0, passing: None, hold_s, folded: false }
     }
 
@@ -90,15 +93,20 @@ impl LineNotch {
             if matches!(channel, Channel::RotorSpeed | Channel::Rho) {
                 continue;
             }
-            let Some(value) = sample.get(channel) else { continue };
+            let Some(read) = sample.get(channel) else { continue };
             let lines = &mut self.lines[channel.index()];
             let interval_s = time_s - lines.last_s;
             lines.last_s = time_s;
             if lines.count == 0 || interval_s > self.hold_s {
                 let weights = [[0.0; 2]; LINES];
-                *lines = Lines { weights, slow: value, last_s: time_s, count: 1, interval_s: 0.0, gap: false };
+                *lines = Lines { weights, slow: read, revolutions: 0.0, last_s: time_s, count: 1, interval_s: 0.0, gap: false };
                 continue;
             }
+            if matches!(channel, Channel::Phi | Channel::Psi) {
+                // Within half a revolution of the slow part.
+                lines.revolutions = TAU * libm::round((lines.slow - read) / TAU);
+            }
+            let value = read + lines.revolutions;
             lines.count = lines.count.saturating_add(1);
             // What was lost on the way says nothing of how fast the channel is sampled, and one sample after it counts as one.
             let long = lines.count > SAMPLED && interval_s > GAP_INTERVALS * lines.interval_s;
@@ -131,7 +139,7 @@ impl LineNotch {
                     weights[1] += gain * fast * reference[1];
                 }
             }
-            sample.set(channel, rest);
+            sample.set(channel, rest - lines.revolutions);
         }
     }
 }
@@ -175,6 +183,24 @@ mod tests {
         let (changed, _, _) = run(256.0, motion, |_| 0.0, 4.0);
         // The delay of the header, 2 sin moved by 0.2 ms at 6 rad/s.
         assert!(changed < 0.004, "{changed}");
+    }
+
+    #[test]
+    fn a_heading_that_passes_north_stays_a_heading() {
+        // 0 to 2 pi and -pi to pi: what leaves differs from what came by the line alone, at the jump as elsewhere.
+        for lowest in [0.0, -core::f64::consts::PI] {
+            let mut notch = LineNotch::new(Some(4), 0.5);
+            for t in (0..20 * 64).map(|i| f64::from(i) / 64.0) {
+                let turned = 5.0 + 0.6 * t;
+                let heading = |angle: f64| lowest + (angle - lowest).rem_euclid(TAU);
+                let mut sample = Sample::new(t);
+                sample.set(Channel::Psi, heading(turned + 0.01 * libm::cos(108.0 * t)));
+                sample.set(Channel::RotorSpeed, 27.0);
+                notch.clean(&mut sample);
+                let error = libm::remainder(sample.get(Channel::Psi).unwrap() - turned, TAU);
+                assert!(t < 4.0 || error.abs() < 2e-3, "{lowest} at {t}: {error}");
+            }
+        }
     }
 
     #[test]

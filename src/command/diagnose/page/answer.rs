@@ -4,6 +4,7 @@ use crate::command::diagnose::answer::{Answer, Flights};
 use crate::command::diagnose::page::parts::words;
 use sideslip::io::outputs::html::page::escaped;
 use sideslip::io::outputs::words::cause_sentence::{manoeuvre, statement, unknown};
+use sideslip::io::outputs::words::rejection::{holdout_word, percent_of_error, rejection};
 use sideslip::io::outputs::words::set_aside::reason;
 use sideslip::io::outputs::words::trim_difference::trim_differences;
 use sideslip::postflight::diagnosis::diagnose::Finding;
@@ -35,8 +36,13 @@ pub(super) fn section(page: &mut String, answer: &Answer) {
         diagnosis.findings.iter().for_each(|finding| cause(page, answer, finding));
         page.push_str("</ol>\n");
     }
-    for finding in &diagnosis.rejected {
-        let _ = writeln!(page, "<p>Rejected, for the hold-out runs refute it: {}.</p>", said(answer, &finding.cause));
+    if !diagnosis.rejected.is_empty() {
+        page.push_str("<p>These fit, and are not relied upon:</p>\n<ul>\n");
+        for one in &diagnosis.rejected {
+            let (said, why) = (said(answer, &one.finding.cause), words(&rejection(one, answer.controls)));
+            let _ = writeln!(page, "<li>{said}: {why}.</li>");
+        }
+        page.push_str("</ul>\n");
     }
     worth(page, answer);
     page.push_str("</section>\n");
@@ -49,7 +55,16 @@ pub(super) fn said(answer: &Answer, one: &RankedCause) -> String {
 
 fn cause(page: &mut String, answer: &Answer, finding: &Finding) {
     let probability = finding.cause.probability;
-    let _ = write!(page, "<li><span class=\"cause\">{}</span> (probability {probability:.2})", said(answer, &finding.cause));
+    let _ = write!(
+        page,
+        "<li><span class=\"cause\">{}</span> (probability {probability:.2}; {} of the error",
+        said(answer, &finding.cause),
+        percent_of_error(finding.error_share)
+    );
+    if let Some(own) = &finding.held_out {
+        let _ = write!(page, "; on the hold-out runs {}", holdout_word(own));
+    }
+    page.push(')');
     let class = finding.plausible();
     if let [first, second, ..] = class.as_slice() {
         page.push_str("<br>These data do not rule out:<ul>");
@@ -82,6 +97,7 @@ fn worth(page: &mut String, answer: &Answer) {
     let [low, high] = pooled.ratio.interval;
     let judged = match pooled.ratio.verdict() {
         ImprovementVerdict::Gain => "a gain",
+        ImprovementVerdict::NoGain if pooled.is_not_seen() => "not seen there: the runs do not tell",
         ImprovementVerdict::NoGain => "no gain",
         ImprovementVerdict::Loss => "worse",
     };

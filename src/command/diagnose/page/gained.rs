@@ -81,7 +81,7 @@ fn channels(page: &mut String, answer: &Answer, gain: &Improvement, runs: usize)
                 in_line(before),
                 in_line(after),
                 in_line(&pooled.ratio),
-                judged(pooled.ratio.verdict())
+                judged(pooled)
             );
         }
     }

@@ -14,6 +14,7 @@ use crate::flight::file::run_file::RunInfo;
 use crate::io::telemetry::pcm::format_file::{PcmFormatFile, PcmFormatFileError};
 use crate::io::telemetry::pcm::layout::PcmFormat;
 use crate::io::telemetry::record::RecordingError;
+use crate::io::text_file::read_text;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -79,7 +80,7 @@ impl FrameDescription {
     /// [`RecordingError`] with path, line and column.
     pub fn read(path: &Path) -> Result<Self, RecordingError> {
         let whole = |what: String| RecordingError::Whole { path: path.into(), what };
-        let text = std::fs::read_to_string(path).map_err(|source| RecordingError::Io { path: path.into(), source })?;
+        let text = read_text(path).map_err(|wrong| whole(wrong.to_string()))?;
         let expected = "expected a format of PCM frames, or a map of measurements";
         FrameDescription::from_toml(&text).map_err(|wrong| whole(format!("{expected}: {wrong}")))
     }

@@ -170,7 +170,12 @@ impl Chapter10Recording {
             Some(channel) => format!("channel {channel}"),
             None => "a PCM channel".to_owned(),
         };
-        let found = format!("found {} packets and {} minor frames of it", tally.packets, tally.minor_frames);
+        let sync = self.chosen.format.spec().sync;
+        let pattern = match tally.minor_frames {
+            0 => format!(" with the sync pattern {:X} ({} bits)", sync.pattern, sync.bits),
+            _ => String::new(),
+        };
+        let found = format!("found {} packets and {} minor frames{pattern} of it", tally.packets, tally.minor_frames);
         let why = self.shortfall().map(|what| format!(": {what}")).unwrap_or_default();
         let what = format!("expected samples of {of}, {found}, and none that can be used{why}");
         RecordingError::Whole { path: self.path.clone(), what }

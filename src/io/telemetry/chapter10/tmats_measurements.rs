@@ -53,10 +53,16 @@ impl TmatsMeasurements {
         let Some(group) = group else { return found };
         let d = MeasurementList { tmats, group: &group };
         let conversions = conversions(tmats);
-        if d.number("ML\\N").is_some_and(|lists| lists > 1) {
+        if d.number("ML\\N").is_ok_and(|lists| lists.is_some_and(|lists| lists > 1)) {
             found.left_out.push(format!("{group} has several measurement lists: the first is used"));
         }
-        let count = d.number("MN\\N-1").unwrap_or(0);
+        let count = match d.number("MN\\N-1") {
+            Ok(count) => count.unwrap_or(0),
+            Err(why) => {
+                found.left_out.push(format!("{group}: {why}"));
+                return found;
+            }
+        };
         if count > MEASUREMENTS {
             found.left_out.push(format!("{group} has {count} measurements: the first {MEASUREMENTS} are read"));
         }
@@ -93,8 +99,17 @@ impl<'a> MeasurementList<'a> {
         self.tmats.get(&format!("{}\\{name}", self.group)).filter(|value| !value.is_empty())
     }
 
-    fn number(&self, name: &str) -> Option<u32> {
-        self.text(name)?.parse().ok()
+    /// `None` where it is not there; what is no number is no default either.
+    fn number(&self, name: &str) -> Result<Option<u32>, String> {
+        let parsed = |text: &str| text.parse().map_err(|_| format!("{name}: expected a whole number, found {text}"));
+        self.text(name).map(parsed).transpose()
+    }
+
+    /// A number that a conversion cannot do without.
+    fn value(&self, name: &str) -> Result<f64, String> {
+        let text = self.text(name).ok_or_else(|| format!("{name}: expected a number, found none"))?;
+        let value = text.parse::<f64>().ok().filter(|value| value.is_finite());
+        value.ok_or_else(|| format!("{name}: expected a number, found {text}"))
     }
 
     fn measurement(
@@ -109,7 +124,7 @@ impl<'a> MeasurementList<'a> {
             Some(other) => return Err(format!("location of kind {other}, word and frame (WDFR) is read")),
         }
         self.most_significant_first(&format!("MN3-1-{n}"))?;
-        let count = self.number(&format!("MML\\N-1-{n}")).unwrap_or(1);
+        let count = self.number(&format!("MML\\N-1-{n}"))?.unwrap_or(1);
         if !(1..=LISTED).contains(&count) {
             return Err(format!("{count} locations"));
         }
@@ -150,7 +165,7 @@ impl<'a> MeasurementList<'a> {
 
     /// The location m.
     fn place(&self, n: u32, m: u32) -> Result<ParameterPlace, String> {
-        let count = self.number(&format!("MNF\\N-1-{n}-{m}")).unwrap_or(1);
+        let count = self.number(&format!("MNF\\N-1-{n}-{m}"))?.unwrap_or(1);
         if !(1..=LISTED).contains(&count) {
             return Err(format!("{count} fragments"));
         }
@@ -164,15 +179,15 @@ impl<'a> MeasurementList<'a> {
                 }
             }
             self.most_significant_first(&of("WFT"))?;
-            let word = self.number(&of("WP")).ok_or_else(|| "no word position".to_owned())?;
-            let interval = self.number(&of("WI")).filter(|interval| *interval > 0);
-            let frames = match (self.number(&of("FP")), self.number(&of("FI"))) {
+            let word = self.number(&of("WP"))?.ok_or_else(|| "no word position".to_owned())?;
+            let interval = self.number(&of("WI"))?.filter(|interval| *interval > 0);
+            let frames = match (self.number(&of("FP"))?, self.number(&of("FI"))?) {
                 (Some(first), Some(interval)) => (!(first == 1 && interval == 1))
                     .then_some(FrameSet { first, interval: Some(interval).filter(|interval| *interval > 0) }),
                 (Some(first), None) => (first > 1).then_some(FrameSet { first, interval: None }),
                 (None, _) => None,
             };
-            let position = self.number(&of("WFP")).unwrap_or(e);
+            let position = self.number(&of("WFP"))?.unwrap_or(e);
             fragments.push((position, masked(word, self.text(&of("WFM")))?, interval, frames));
         }
         fragments.sort_by_key(|(position, ..)| *position);
@@ -195,16 +210,14 @@ impl<'a> MeasurementList<'a> {
         parameter.calibration = match c.text("DCT") {
             None | Some("NON") => Calibration::Identity,
             Some("COE") => {
-                let order = c.number("CO\\N").unwrap_or(0);
+                let order = c.number("CO\\N")?.ok_or_else(|| "no order of its polynomial (CO\\N)".to_owned())?;
                 if order > LISTED {
                     return Err(format!("{order} coefficients"));
                 }
-                let coefficient = |code: String| match c.text(&code) {
-                    None => Ok(0.0),
-                    Some(value) => value.parse().map_err(|_| format!("coefficient {code}: expected a number, found {value}")),
-                };
                 let codes = std::iter::once("CO".to_owned()).chain((1..=order).map(|n| format!("CO-{n}")));
-                let coefficients = codes.map(coefficient).collect::<Result<Vec<f64>, _>>()?;
+                let coefficients = codes
+                    .map(|code| c.value(&code).map_err(|why| format!("coefficient {why}")))
+                    .collect::<Result<Vec<f64>, _>>()?;
                 Calibration::Polynomial { coefficients, range: None, outside: OutsideRange::Refuse }
             }
             Some("PRS") => c.pairs()?,
@@ -218,13 +231,12 @@ impl<'a> MeasurementList<'a> {
         if self.text("PS1").is_some_and(|fitted| fitted.starts_with(['Y', 'y'])) {
             return Err("conversion by a curve fitted to pair sets".to_owned());
         }
-        let value = |code: String| {
-            let text = self.text(&code).ok_or_else(|| format!("no {code}"))?;
-            text.parse::<f64>().map_err(|_| format!("{code}: expected a number, found {text}"))
-        };
-        let count = self.number("PS\\N").unwrap_or(0).min(LISTED);
+        let count = self.number("PS\\N")?.unwrap_or(0);
+        if count > LISTED {
+            return Err(format!("{count} pairs"));
+        }
         let mut pairs = (1..=count)
-            .map(|n| Ok((value(format!("PS3-{n}"))?, value(format!("PS4-{n}"))?)))
+            .map(|n| Ok((self.value(&format!("PS3-{n}"))?, self.value(&format!("PS4-{n}"))?)))
             .collect::<Result<Vec<(f64, f64)>, String>>()?;
         pairs.sort_by(|one, two| one.0.total_cmp(&two.0));
         Ok(Calibration::PairWiseLinear { pairs, outside: OutsideRange::Refuse })

@@ -66,6 +66,11 @@ fn what_cannot_be_decommutated_is_left_out_with_its_reason() {
         ("X", WORD_2, "C-2\\DCT:DER;", "conversion of kind DER"),
         ("X", WORD_2, "C-2\\BFM:BWT;", "binary format BWT"),
         ("X", WORD_2, "C-2\\DCT:PRS;C-2\\PS\\N:2;C-2\\PS1:Y;", "curve fitted"),
+        ("X", WORD_2, "C-2\\DCT:COE;C-2\\CO\\N:1;C-2\\CO:0;C-2\\CO-1:;", "coefficient CO-1: expected a number, found none"),
+        ("X", WORD_2, "C-2\\DCT:COE;C-2\\CO\\N:1;C-2\\CO:0;C-2\\CO-1:NaN;", "coefficient CO-1: expected a number, found NaN"),
+        ("X", WORD_2, "C-2\\DCT:COE;C-2\\CO:0;C-2\\CO-1:1;", "no order of its polynomial"),
+        ("X", WORD_2, "C-2\\DCT:PRS;C-2\\PS\\N:1;C-2\\PS3-1:0;", "PS4-1: expected a number, found none"),
+        ("X", "D-4\\WP-1-1-1-1:2;D-4\\FP-1-1-1-1:first;", "", "FP-1-1-1-1: expected a whole number, found first"),
         ("q", WORD_2, "C-2\\BFM:TWO;", "no engineering unit"),
         ("q", WORD_2, "C-2\\MN3:FURLONG;", "unknown unit"),
     ];

@@ -4,7 +4,8 @@
 //! Segmented packets (formats 1 and 2) are put together by [`super::udp_segments`]. Format 3 is a stream for each source:
 //! datagrams that come out of order cannot be put in place and are dropped; behind a loss the next header is searched (its
 //! checksum tells it, so that the offset of the first packet is not needed). A packet in a stream without a data checksum
-//! waits for the header behind it. Numbers that fall back by more than [`WINDOW`] mean that the sender started again. No
+//! waits for the header behind it. Numbers that fall back by
+//! more than [`WINDOW`] or leap ahead by more than [`AHEAD_MAX`] mean that the sender started again. No
 //! sockets, no clock. Memory: that of the segments, and a packet reader for each of at most [`SOURCES`] sources and one.
 //! Source: as in [`super::udp`]. Format 1 does not say who sends: each sender needs a receiver of its own.
 
@@ -19,6 +20,8 @@ use std::collections::BTreeMap;
 pub const SOURCES: usize = 16;
 /// How far back a number may be to count as late.
 pub const WINDOW: u32 = 64;
+/// A number further ahead than any outage makes it is another count: at 10,000 datagrams a second, 100 s.
+pub const AHEAD_MAX: u32 = 1_000_000;
 
 /// What arrived so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -64,7 +67,7 @@ impl NumberWindow {
             return Arrival::InOrder;
         };
         let ahead = number.wrapping_sub(next) & mask;
-        if ahead <= mask / 2 {
+        if ahead <= (mask / 2).min(AHEAD_MAX) {
             self.seen = self.seen.checked_shl(ahead.saturating_add(1)).unwrap_or(0) | 1;
             return if ahead == 0 { Arrival::InOrder } else { Arrival::AfterLoss(ahead) };
         }

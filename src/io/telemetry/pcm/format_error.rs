@@ -34,6 +34,10 @@ impl std::fmt::Display for FormatPlace {
     }
 }
 
+fn bits_in_words(least: u32, most: u32) -> String {
+    if least == most { format!("{least} bits") } else { format!("{least} to {most} bits") }
+}
+
 /// What is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the message of each says what its fields are")]
@@ -60,11 +64,13 @@ pub enum FormatMistake {
     CounterTooSmall { minor_frames: u32, bits: u32, first: u32, direction: &'static str },
     #[error("expected a subframe identifier, as a parameter stands in some of the minor frames only")]
     NoSubframeId,
-    #[error("expected a name that no other has")]
-    Name,
+    #[error("expected a name, found none")]
+    NoName,
+    #[error("expected a name that no other parameter has")]
+    NameTwice,
     #[error("expected 1 to {most} places, found {found}")]
     Places { most: usize, found: usize },
-    #[error("{} takes {least} to {most} bits, found {found}", encoding.name())]
+    #[error("{} takes {}, found {found}", encoding.name(), bits_in_words(*least, *most))]
     EncodingBits { encoding: RawEncoding, least: u32, most: u32, found: u64 },
     #[error("{0}")]
     Calibration(CalibrationError),

@@ -72,6 +72,7 @@ use super::sync_pattern::{PolarityRule, SyncPattern, SyncRules};
 use crate::flight::file::run_file::RunInfo;
 use crate::flight::file::toml_reader::nearest;
 use crate::io::telemetry::record::RecordingError;
+use crate::io::text_file::read_text;
 use std::path::Path;
 use toml::Spanned;
 
@@ -129,7 +130,7 @@ impl PcmFormatFile {
     /// [`RecordingError`] with path, line and column.
     pub fn read(path: &Path) -> Result<Self, RecordingError> {
         let whole = |what: String| RecordingError::Whole { path: path.into(), what };
-        let text = std::fs::read_to_string(path).map_err(|source| RecordingError::Io { path: path.into(), source })?;
+        let text = read_text(path).map_err(|wrong| whole(wrong.to_string()))?;
         PcmFormatFile::from_toml(&text).map_err(|wrong| whole(format!("expected a format of PCM frames: {wrong}")))
     }
 }

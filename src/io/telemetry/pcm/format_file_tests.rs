@@ -159,7 +159,7 @@ fn every_mistake_is_found_where_it_stands() {
         ("word = 2\n", "word = 63\n", 32, 8, "1 to 62, found 63"),
         ("word_interval = 16", "word_interval = 0", 33, 17, "1 to 62, found 0"),
         ("\"twos_complement\"", "\"two_complement\"", 34, 12, "nearest is \"twos_complement\""),
-        ("\"twos_complement\"", "\"ieee754_single\"", 34, 12, "takes 32 to 32 bits, found 15"),
+        ("\"twos_complement\"", "\"ieee754_single\"", 34, 12, "takes 32 bits, found 15"),
         ("kind = \"polynomial\"", "kind = \"table\"", 35, 24, "table: expected pairs, found none"),
         ("[0.0, 0.01]", "[0.0, 0.01], pairs = []", 35, 15, "polynomial: expected no pairs"),
         ("low = -200", "low = 300", 36, 10, "low limit below"),
@@ -169,7 +169,7 @@ fn every_mistake_is_found_where_it_stands() {
         ("parts = [{ word = 10 }", "word = 10\nparts = [{ word = 10 }", 47, 9, "found both"),
         ("places = [", "word = 9\nplaces = [", 50, 10, "nothing else"),
         ("{ word = 20, bits = [3, 3] }", "{ bits = [3, 3] }", 49, 11, "word, parts or places"),
-        ("name = \"gear\"", "name = \"p\"", 49, 10, "a name that no other has"),
+        ("name = \"gear\"", "name = \"p\"", 49, 10, "a name that no other parameter has"),
         ("[sync]", "[[sync]]", 11, 1, "invalid type"),
         ("bit_rate = 2_000_000\n", "", 1, 1, "missing field `bit_rate`"),
     ] {

@@ -83,7 +83,7 @@ impl PcmFormat {
     pub fn new(spec: PcmFormatSpec) -> Result<Self, PcmFormatError> {
         match PcmFormat::leaving_out(spec)? {
             (format, left_out) if left_out.is_empty() => Ok(format),
-            (_, left_out) => Err(left_out.into_iter().next().unwrap_or_else(|| at("parameter", FormatMistake::Name))),
+            (_, left_out) => Err(left_out.into_iter().next().unwrap_or_else(|| at("parameter", FormatMistake::NoName))),
         }
     }
 
@@ -128,8 +128,11 @@ impl PcmFormat {
         names: &mut BTreeSet<String>,
         samples: &mut usize,
     ) -> Result<(), (&'static str, FormatMistake)> {
-        if parameter.name.is_empty() || names.contains(&parameter.name) {
-            return Err(("name", FormatMistake::Name));
+        if parameter.name.is_empty() {
+            return Err(("name", FormatMistake::NoName));
+        }
+        if names.contains(&parameter.name) {
+            return Err(("name", FormatMistake::NameTwice));
         }
         check_values(parameter)?;
         let (index, before) = (self.spec.parameters.len(), *samples);

@@ -2,11 +2,12 @@
 //!
 //! Consumes samples in SI and radians, in order of time; produces the bytes of the line (NRZ-L) and the text of a
 //! [format file](super::format_file) whose table `run` is what the run says of itself. A minor frame stands for an instant: they
-//! come as often as the fastest channel was sampled. Words have 32 bits, IEEE 754 of single precision; the first counts the
-//! minor frames; the rates stand first. A channel that was sampled in every n-th minor frame is subcommutated, while the major
-//! frame has no more than 256 of them; another is in every frame. A word is no number where its channel was not sampled.
-//! Frames are filled so that the words of an instant stand within half a millisecond, where that takes no more than 512 words:
-//! they are one row then. Time begins at 0 with the first sample; a word is later than its sample by its place in the frame.
+//! come as often as the fastest channel was sampled, or a multiple of it. Words have 32 bits, IEEE 754 of single precision; the
+//! first counts the minor frames; the rates stand first. A channel that was sampled in every n-th minor frame is subcommutated,
+//! while the major frame has no more than 256 of them; another is in every frame. A word is no number where its channel was not
+//! sampled. Frames are filled so that the words of an instant stand within half a millisecond: they are one row then. Where that
+//! takes more than 512 words, frames without a sample come between. Time begins at 0 with the first sample; a word is later than
+//! its sample by its place in the frame.
 //! Refused: less than two samples, none with a channel, times that are no whole number of frames apart.
 
 use super::encoder::{PcmEncoder, PcmEncoderError};
@@ -19,6 +20,8 @@ use std::fmt::Write as _;
 
 const WORD_BITS: u32 = 32;
 const SYNC: u32 = 0xFE6B_2840;
+/// Words of a minor frame at most.
+const WORDS_MAX: u32 = MINOR_FRAME_BITS_MAX / WORD_BITS;
 /// Minor frames a second, at most.
 const FRAMES_HZ_MAX: f64 = 10_000.0;
 /// How far from a whole number of frames a time may be, in frames.
@@ -77,7 +80,11 @@ fn frames(samples: &[Sample]) -> Result<SampledFrames<'_>, SampleStreamError> {
         return Err(SampleStreamError::Rate(1.0 / least_s));
     }
     let count = libm::round((last.time_s - first.time_s) / least_s);
-    let hz = count / (last.time_s - first.time_s);
+    let sampled_hz = count / (last.time_s - first.time_s);
+    let present = samples.iter().fold(0, |present, sample| present | sample.present).count_ones();
+    let per_instant = libm::ceil(words_wanted(present.saturating_add(2), sampled_hz) / f64::from(WORDS_MAX)).max(1.0);
+    // Slow samples need so long a frame that their words would not stand in one row: further frames without them lie between.
+    let (count, hz) = (count * per_instant, sampled_hz * per_instant);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative; a cast of a float saturates")]
     let index = |frames: f64| frames as usize;
     let mut all = vec![None; index(count) + 1];
@@ -97,6 +104,11 @@ fn common_divisor(one: usize, other: usize) -> usize {
         (a, b) = (b, a % b);
     }
     a
+}
+
+/// Words of a minor frame of which `used` that follow each other stand within a row's time, with a tenth to spare.
+fn words_wanted(used: u32, frames_hz: f64) -> f64 {
+    f64::from(used) / (0.9 * ROW_S * frames_hz)
 }
 
 /// The words of the channels, and the minor frames of a major frame.
@@ -123,10 +135,8 @@ fn words(frames: &SampledFrames<'_>) -> (Vec<ChannelWord>, usize) {
 
 fn format_text(words: &[ChannelWord], major: usize, frames_hz: f64, controls: ControlNames, run: &toml::Table) -> String {
     let used = u32::try_from(words.len()).unwrap_or(u32::MAX).saturating_add(2);
-    // Words that follow each other within a row's time, with a tenth to spare.
-    let wanted = f64::from(used) / (0.9 * ROW_S * frames_hz);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive; a cast of a float saturates")]
-    let count = (libm::ceil(wanted) as u32).clamp(used, MINOR_FRAME_BITS_MAX / WORD_BITS);
+    let count = (libm::ceil(words_wanted(used, frames_hz)) as u32).clamp(used, WORDS_MAX);
     let mut text = format!(
         "name = \"simulated flight\"\nbit_rate = {:?}\nwords = {count}\nword_bits = {WORD_BITS}\nminor_frames = {major}\n\
          [sync]\npattern = {SYNC:#X}\nbits = 32\n[subframe_id]\nword = 1\n",

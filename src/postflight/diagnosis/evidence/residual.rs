@@ -31,6 +31,8 @@ pub struct Discrepancy {
     pub rms_after: f64,
     /// What the instruments' noise alone would make, as the records show it.
     pub noise: f64,
+    /// Of what was measured about its mean, its noise taken off.
+    pub motion: f64,
     /// Part of the power that the causes explain.
     pub explained: f64,
     /// Where most of the power is that is left, or was there where little is left, Hz.
@@ -42,6 +44,8 @@ pub struct Discrepancy {
 pub(crate) struct RunResiduals {
     pub(crate) before: [Vec<f64>; AXES],
     pub(crate) after: [Vec<f64>; AXES],
+    /// What was measured, about its mean.
+    pub(crate) measured: [Vec<f64>; AXES],
     pub(crate) step_s: f64,
 }
 
@@ -49,29 +53,36 @@ pub(crate) struct RunResiduals {
 pub fn discrepancy(problem: &DiagnosisProblem, searched: &SearchResult) -> [Discrepancy; AXES] {
     let all: Vec<RunResiduals> = (0..problem.runs.len()).map(|number| run_residuals(problem, searched, number)).collect();
     core::array::from_fn(|axis| {
-        let pick =
-            |after: bool| all.iter().map(move |one| (if after { &one.after[axis] } else { &one.before[axis] }, one.step_s));
-        let power = |after: bool| {
-            let means = pick(after).flat_map(|(values, step_s)| {
-                let steps = steps(step_s);
-                values.chunks_exact(steps).map(move |part| part.iter().sum::<f64>() / steps as f64)
-            });
-            let (sum, count) = means.fold((0.0, 0.0), |(sum, count), e| (sum + e * e, count + 1.0));
-            sum / f64::max(count, 1.0)
+        let of = |series: fn(&RunResiduals) -> &[Vec<f64>; AXES]| {
+            all.iter().map(|one| (&series(one)[axis], one.step_s)).collect::<Vec<_>>()
         };
+        let (before_series, after_series) = (of(|one| &one.before), of(|one| &one.after));
         let noise = noise_power(problem, axis);
-        let (before, after) = ((power(false) - noise).max(0.0), (power(true) - noise).max(0.0));
+        let beyond_noise = |series: &[(&Vec<f64>, f64)]| (mean_power(series) - noise).max(0.0);
+        let (before, after) = (beyond_noise(&before_series), beyond_noise(&after_series));
+        let motion = beyond_noise(&of(|one| &one.measured));
         let explained = if before > 0.0 { (1.0 - after / before).clamp(0.0, 1.0) } else { 0.0 };
-        let band_hz = band(pick(explained < 0.5).collect());
+        let band_hz = band(if explained < 0.5 { after_series } else { before_series });
         Discrepancy {
             axis: Axis::ALL.get(axis).copied().unwrap_or(Axis::X),
             rms: libm::sqrt(before),
             rms_after: libm::sqrt(after),
             noise: libm::sqrt(noise),
+            motion: libm::sqrt(motion),
             explained,
             band_hz,
         }
     })
+}
+
+/// Mean square of means over [`MEAN_S`].
+fn mean_power(series: &[(&Vec<f64>, f64)]) -> f64 {
+    let means = series.iter().flat_map(|(values, step_s)| {
+        let steps = steps(*step_s);
+        values.chunks_exact(steps).map(move |part| part.iter().sum::<f64>() / steps as f64)
+    });
+    let (sum, count) = means.fold((0.0, 0.0), |(sum, count), e| (sum + e * e, count + 1.0));
+    sum / f64::max(count, 1.0)
 }
 
 fn steps(step_s: f64) -> usize {
@@ -101,11 +112,18 @@ fn noise_power(problem: &DiagnosisProblem, axis: usize) -> f64 {
 
 pub(crate) fn run_residuals(problem: &DiagnosisProblem, searched: &SearchResult, number: usize) -> RunResiduals {
     let Some(flown) = FilteredRun::of(problem, searched, number) else { return RunResiduals::default() };
+    let nodes = problem.runs.get(number).map_or(0, |run| run.mesh.nodes.saturating_sub(1));
     RunResiduals {
+        measured: core::array::from_fn(|axis| about_mean(flown.measured(axis, nodes))),
         before: flown.residuals(&problem.fixed, &[[0.0; VARIABLES]; AXES]),
         after: flown.residuals(&problem.effects(&searched.point), &searched.point.derivative_errors),
         step_s: flown.step_s(),
     }
+}
+
+fn about_mean(values: Vec<f64>) -> Vec<f64> {
+    let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+    values.iter().map(|value| value - mean).collect()
 }
 
 /// The narrowest band from below that leaves out as much on either side of [`HELD`] of the power.

@@ -52,25 +52,31 @@ impl<'p> FilteredRun<'p> {
         self.run_model(effects, small, |run_model| {
             let (forces, moments) = (self.forces(run_model), self.moments(run_model));
             core::array::from_fn(|axis| {
-                let Some(series) = self.record.outputs.get(axis).and_then(Option::as_ref) else { return Vec::new() };
                 let is_force = axis < 3;
                 let model =
                     if is_force { self.predict(run_model, &forces, axis) } else { moments.iter().map(|one| one[axis]).collect() };
                 let model = as_read(model, self.step_s(), OUTPUT_CHANNELS[axis], effects, !is_force);
-                let mesh = &self.record.mesh;
-                let half_s = 0.5 * mesh.step_s;
-                let at = |time_s: f64| series.mean(time_s - half_s, time_s + half_s);
-                let measured = |node: usize| {
-                    let time_s = mesh.time_s(node);
-                    if is_force {
-                        at(time_s) - self.own[AXES + axis]
-                    } else {
-                        (at(time_s + mesh.step_s) - at(time_s)) / mesh.step_s
-                    }
-                };
-                model.iter().enumerate().map(|(node, model)| measured(node) - model).collect()
+                let measured = self.measured(axis, model.len());
+                measured.iter().zip(&model).map(|(measured, model)| measured - model).collect()
             })
         })
+    }
+
+    /// z of (1) at the first nodes; empty where the instrument is missing.
+    pub(crate) fn measured(&self, axis: usize, nodes: usize) -> Vec<f64> {
+        let Some(series) = self.record.outputs.get(axis).and_then(Option::as_ref) else { return Vec::new() };
+        let mesh = &self.record.mesh;
+        let half_s = 0.5 * mesh.step_s;
+        let at = |time_s: f64| series.mean(time_s - half_s, time_s + half_s);
+        let measured = |node: usize| {
+            let time_s = mesh.time_s(node);
+            if axis < 3 {
+                at(time_s) - self.own.get(AXES + axis).copied().unwrap_or(0.0)
+            } else {
+                (at(time_s + mesh.step_s) - at(time_s)) / mesh.step_s
+            }
+        };
+        (0..nodes).map(measured).collect()
     }
 
     /// An output as measured, its own bias taken off, and as the instrument would have read it under these effects.

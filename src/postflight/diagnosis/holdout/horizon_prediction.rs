@@ -47,7 +47,7 @@ pub fn predict_over_horizon(model: &FlightModel, effects: &[Effect], run: &RunDa
     };
     let Some((point, states)) = filtered(&problem) else { return unpredicted };
     let said = |output: usize| axes_of(output).iter().all(|&axis| !problem.unmodelled[axis]);
-    let Predictions { of_output, diverged_at_s } = windows(&problem, &point, &states);
+    let Predictions { of_output, diverged_at_s } = predict_windows(&problem, &point, 0, &states);
     let channels = of_output.into_iter().enumerate().filter(|(output, pairs)| said(*output) && !pairs.is_empty());
     FreeRunPrediction {
         channels: channels.filter_map(|(output, pairs)| channel(run, output, pairs)).collect(),
@@ -78,18 +78,24 @@ fn axes_of(output: usize) -> &'static [usize] {
 }
 
 /// Of one output at one node: time, reading, prediction.
-type PredictedReading = (f64, Reading, f64);
+pub(crate) type PredictedReading = (f64, Reading, f64);
 
+/// Predictions of a run, up to where the motion leaves what the kinematics can carry.
 #[derive(Default)]
-struct Predictions {
-    of_output: [Vec<PredictedReading>; OUTPUTS],
-    diverged_at_s: Option<f64>,
+pub(crate) struct Predictions {
+    pub(crate) of_output: [Vec<PredictedReading>; OUTPUTS],
+    pub(crate) diverged_at_s: Option<f64>,
 }
 
-/// (1) from the beginning of every window.
-fn windows(problem: &DiagnosisProblem, point: &ParameterSet, states: &[FilterState]) -> Predictions {
+/// (1) from the beginning of every window of the run of that number.
+pub(crate) fn predict_windows(
+    problem: &DiagnosisProblem,
+    point: &ParameterSet,
+    number: usize,
+    states: &[FilterState],
+) -> Predictions {
     let mut predictions = Predictions::default();
-    let (Some(record), Some(own)) = (problem.runs.first(), point.run_offsets.first()) else { return predictions };
+    let (Some(record), Some(own)) = (problem.runs.get(number), point.run_offsets.get(number)) else { return predictions };
     let effects = problem.effects(point);
     let model = problem.aircraft.changed(&effects, &point.derivative_errors);
     let blade_input = problem.blade_input(record, &effects);

@@ -7,11 +7,15 @@ use super::next_cause::{Rival, SearchSettings, next_cause};
 use super::retest::{drop_redundant, retest};
 use crate::flight::derivative::AXES;
 use crate::flight::file::effect_file::DeclaredEffect;
+use crate::postflight::diagnosis::evidence::cause_size::cause_sizes;
 use crate::postflight::diagnosis::likelihood::adequacy::unexplained;
 use crate::postflight::diagnosis::likelihood::maximise::{Effort, maximise};
 use crate::postflight::diagnosis::likelihood::normal_equations::{Detail, Linearisation, linearise};
 use crate::postflight::diagnosis::likelihood::parameter_set::{Hypothesis, ParameterSet};
 use crate::postflight::diagnosis::likelihood::problem::DiagnosisProblem;
+
+/// So many small causes at most are found beside those that the settings allow.
+const SMALL_MOST: usize = 2;
 
 /// Result of the search.
 #[derive(Clone, Debug)]
@@ -33,6 +37,11 @@ pub struct SearchResult {
 }
 
 impl SearchResult {
+    /// Whether it is many derivatives that are off, fitted together.
+    pub fn is_joint(&self) -> bool {
+        !self.stds.is_empty()
+    }
+
     /// Standard error of a cause's main number, by its place among the point's hypotheses.
     pub fn std(&self, place: usize) -> f64 {
         let own = self.local.std(self.point.main_place_of(place));
@@ -66,7 +75,7 @@ pub(crate) fn forward_search(
     let mut known = rivals.len();
     // What is known stands where motion is taken as it was measured: a model that is silent there has nothing to say against it.
     let stand = if problem.models_all_axes() { stand } else { known };
-    while rivals.len() < known + settings.causes {
+    while rivals.len() < known + settings.causes + small_causes(problem, &point).min(SMALL_MOST) {
         let (taken, ranked) = next_cause(problem, &point, &local, settings)?;
         let Some(next) = taken else {
             refused = ranked;
@@ -83,6 +92,12 @@ pub(crate) fn forward_search(
     let local = linearise(problem, &point, &[], Detail::Traces).unwrap_or(local);
     let left = unexplained(problem, &point)?;
     Some(SearchResult { left, before, point, local, rivals, refused, stds: Vec::new() })
+}
+
+/// How many causes are small beside what is left: these do not take the place of one that matters.
+fn small_causes(problem: &DiagnosisProblem, point: &ParameterSet) -> usize {
+    let sizes = cause_sizes(problem, point);
+    (0..sizes.of.len()).filter(|&place| sizes.is_small(place)).count()
 }
 
 /// A cause that is known beforehand, by the explanation that the runs bear out best. Where all of them make the model follow the

@@ -161,39 +161,39 @@ impl DataflashMapping {
                 let accelerations = [("AccX", FORCES[0]), ("AccY", FORCES[1]), ("AccZ", FORCES[2])];
                 let rates = [("GyrX", RATES[0]), ("GyrY", RATES[1]), ("GyrZ", RATES[2])];
                 if self.healthy(message, "AH") {
-                    self.give(message, &IMU_FORCE, Some(LogGroup::Force), instance, &accelerations, Measure::Acceleration, put);
+                    self.give(message, &IMU_FORCE, LogGroup::Force, instance, &accelerations, Measure::Acceleration, put);
                 }
                 if self.healthy(message, "GH") {
-                    self.give(message, &IMU_RATES, Some(LogGroup::Rates), instance, &rates, Measure::Rate, put);
+                    self.give(message, &IMU_RATES, LogGroup::Rates, instance, &rates, Measure::Rate, put);
                 }
             }
             "ATT" => {
                 let angles = [("Roll", ANGLES[0]), ("Pitch", ANGLES[1]), ("Yaw", ANGLES[2])];
-                self.give(message, &ATTITUDE, Some(LogGroup::Attitude), instance, &angles, Measure::Angle, put);
+                self.give(message, &ATTITUDE, LogGroup::Attitude, instance, &angles, Measure::Angle, put);
             }
             "ARSP" if self.healthy(message, "H") => self.airspeed(message, instance, put),
             "AOA" => {
                 let angles = [("AOA", FLOW[0]), ("SSA", FLOW[1])];
-                self.give(message, &FLOW_ANGLES, Some(LogGroup::Flow), instance, &angles, Measure::Angle, put);
+                self.give(message, &FLOW_ANGLES, LogGroup::Flow, instance, &angles, Measure::Angle, put);
             }
             "BARO" if self.healthy(message, "H") => self.barometer(message, instance, put),
             "RPM" if instance == 0 => {
                 let rpm = self.value(message, "rpm1", Measure::Any).or_else(|| self.value(message, "RPM", Measure::Any));
                 let values = rpm.map(|rpm| (ROTOR, rpm * std::f64::consts::TAU / 60.0));
-                self.offer(message, &ROTOR_SPEED, Some(LogGroup::Rotor), instance, values.as_slice(), put);
+                self.offer(message, &ROTOR_SPEED, LogGroup::Rotor, instance, values.as_slice(), put);
             }
             "RCOU" => {
                 let mut fields = [("", ALTITUDE); 16];
                 for (place, (field, name)) in fields.iter_mut().zip(RCOU_FIELDS.into_iter().zip(SERVOS)) {
                     *place = (field, channel(name, "us"));
                 }
-                self.give(message, &SERVO_OUTPUTS, None, instance, &fields, Measure::Any, put);
+                self.give(message, &SERVO_OUTPUTS, LogGroup::Servos, instance, &fields, Measure::Any, put);
                 let output = |number: usize| {
                     let field = RCOU_FIELDS.get(number.wrapping_sub(1))?;
                     message.field(field).and_then(|output| output.scaled)
                 };
                 let (angles, count) = self.stated.angles(output);
-                self.offer(message, &STATED_CONTROLS, None, instance, angles.get(..count).unwrap_or_default(), put);
+                self.offer(message, &STATED_CONTROLS, LogGroup::Controls, instance, angles.get(..count).unwrap_or_default(), put);
             }
             "PARM" => {
                 let name =
@@ -203,12 +203,12 @@ impl DataflashMapping {
                     self.stated.parameter(name, value);
                 }
             }
-            "AETR" => self.give(message, &DEMANDS, None, instance, &COMMANDS, Measure::Any, put),
+            "AETR" => self.give(message, &DEMANDS, LogGroup::Demands, instance, &COMMANDS, Measure::Any, put),
             "GPS" if instance == 0 => self.position(message, put),
             "XKF2" | "NKF2" if message.field("C").and_then(|core| core.value.number()).is_none_or(|core| core <= 0.0) => {
                 let wind = [("VWN", WIND[0]), ("VWE", WIND[1])];
                 let rank = u8::from(stem == "NKF2");
-                self.give(message, &WIND_ESTIMATE, Some(LogGroup::Wind), rank, &wind, Measure::Speed, put);
+                self.give(message, &WIND_ESTIMATE, LogGroup::Wind, rank, &wind, Measure::Speed, put);
             }
             _ => {}
         }
@@ -235,7 +235,7 @@ impl DataflashMapping {
         &mut self,
         message: &DataflashMessage<'_>,
         source: &'static LogSource,
-        group: Option<LogGroup>,
+        group: LogGroup,
         instance: u8,
         fields: &[(&str, LogChannel)],
         measure: Measure,
@@ -256,24 +256,24 @@ impl DataflashMapping {
         &mut self,
         message: &DataflashMessage<'_>,
         source: &'static LogSource,
-        group: Option<LogGroup>,
+        group: LogGroup,
         instance: u8,
         values: &[(LogChannel, f64)],
         put: &mut impl FnMut(LogRow),
     ) {
-        let group = group.map(|group| (group, usize::from(instance)));
-        self.gate.offer(LogOffer { source, group, instance }, message.time_us(), values, put);
+        let rank = usize::from(instance);
+        self.gate.offer(LogOffer { source, group, rank, instance }, message.time_us(), values, put);
     }
 
     fn airspeed(&mut self, message: &DataflashMessage<'_>, instance: u8, put: &mut impl FnMut(LogRow)) {
         let Some(indicated) = self.value(message, "Airspeed", Measure::Speed) else { return };
-        self.offer(message, &AIRSPEED, None, instance, &[(IAS, indicated)], put);
+        self.offer(message, &AIRSPEED, LogGroup::IndicatedAirspeed, instance, &[(IAS, indicated)], put);
         let now_us = message.time_us().unwrap_or_default();
         let recent = self.pressure.filter(|(_, then_us)| then_us.abs_diff(now_us) <= SILENCE_US);
         match recent.and_then(|(pressure, _)| standard(pressure)) {
             Some((_, rho)) => {
                 let tas = indicated * libm::sqrt(RHO0 / rho);
-                self.offer(message, &TRUE_AIRSPEED, Some(LogGroup::Airspeed), instance, &[(TAS, tas)], put);
+                self.offer(message, &TRUE_AIRSPEED, LogGroup::Airspeed, instance, &[(TAS, tas)], put);
             }
             None => self.gate.tally.no_density += 1,
         }
@@ -288,12 +288,12 @@ impl DataflashMapping {
                     {
                         self.pressure = Some((pressure, time_us));
                     }
-                    self.offer(message, &PRESSURE_ALTITUDE, Some(LogGroup::Altitude), instance, &[(ALTITUDE, altitude)], put);
+                    self.offer(message, &PRESSURE_ALTITUDE, LogGroup::Altitude, instance, &[(ALTITUDE, altitude)], put);
                 }
                 None => self.gate.tally.not_a_number += 1,
             }
         }
-        self.give(message, &BAROMETRIC_HEIGHT, None, instance, &[("Alt", HEIGHT)], Measure::Length, put);
+        self.give(message, &BAROMETRIC_HEIGHT, LogGroup::BarometricHeight, instance, &[("Alt", HEIGHT)], Measure::Length, put);
     }
 
     fn position(&mut self, message: &DataflashMessage<'_>, put: &mut impl FnMut(LogRow)) {
@@ -319,6 +319,6 @@ impl DataflashMapping {
                 count += 1;
             }
         }
-        self.offer(message, &POSITION, None, 0, values.get(..count).unwrap_or_default(), put);
+        self.offer(message, &POSITION, LogGroup::Position, 0, values.get(..count).unwrap_or_default(), put);
     }
 }

@@ -26,16 +26,26 @@ pub(super) enum LogGroup {
     Rotor,
     Wind,
     Position,
+    IndicatedAirspeed,
+    BarometricHeight,
+    Density,
+    Outputs,
+    SecondOutputs,
+    Motors,
+    Servos,
+    Controls,
+    Demands,
 }
 
-const GROUPS: usize = 9;
+const GROUPS: usize = LogGroup::Demands as usize + 1;
 
 /// A message as a giver of a group.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LogOffer {
     pub(super) source: &'static LogSource,
-    /// Where its group is given by several, which and in what place of preference.
-    pub(super) group: Option<(LogGroup, usize)>,
+    pub(super) group: LogGroup,
+    /// Its place of preference among those that give the group.
+    pub(super) rank: usize,
     pub(super) instance: u8,
 }
 
@@ -60,9 +70,8 @@ pub(super) struct RowGate {
 impl RowGate {
     /// Whether that offer may give its group at that time.
     fn prefers(&self, offer: LogOffer, time_us: u64) -> bool {
-        let Some((group, rank)) = offer.group else { return true };
-        let giving = self.giving.get(group as usize).copied().flatten();
-        giving.is_none_or(|(before, last_us)| rank <= before || time_us.abs_diff(last_us) > SILENCE_US)
+        let giving = self.giving.get(offer.group as usize).copied().flatten();
+        giving.is_none_or(|(before, last_us)| offer.rank <= before || time_us.abs_diff(last_us) > SILENCE_US)
     }
 
     /// Takes in the values of a message.
@@ -136,10 +145,8 @@ impl RowGate {
             Some(last_us) if time_us < last_us || time_us - last_us > GAP_US => stream.held.extend(row(stream.restart)),
             _ => {
                 stream.last_us = Some(time_us);
-                if let Some((group, rank)) = offer.group
-                    && let Some(giving) = self.giving.get_mut(group as usize)
-                {
-                    *giving = Some((rank, time_us));
+                if let Some(giving) = self.giving.get_mut(offer.group as usize) {
+                    *giving = Some((offer.rank, time_us));
                 }
                 row(stream.restart).for_each(|row| {
                     self.tally.rows += 1;
@@ -168,7 +175,7 @@ mod tests {
 
     fn times(seconds: &[f64]) -> (Vec<(f64, u32)>, LogMappingTally) {
         let (mut gate, mut rows) = (RowGate::default(), Vec::new());
-        let offer = LogOffer { source: &FIRST, group: None, instance: 0 };
+        let offer = LogOffer { source: &FIRST, group: LogGroup::Airspeed, rank: 0, instance: 0 };
         for time in seconds {
             gate.offer(offer, Some((time * 1e6) as u64), &[(TAS, *time)], &mut |row| rows.push((row.time_s(), row.restart)));
         }
@@ -191,7 +198,7 @@ mod tests {
         let mut gate = RowGate::default();
         let mut given = |source, rank, seconds: u64| {
             let mut count = 0;
-            let offer = LogOffer { source, group: Some((LogGroup::Airspeed, rank)), instance: 0 };
+            let offer = LogOffer { source, group: LogGroup::Airspeed, rank, instance: 0 };
             gate.offer(offer, Some(seconds * 1_000_000), &[(TAS, 1.0)], &mut |_| count += 1);
             count
         };
@@ -210,7 +217,7 @@ mod tests {
     #[test]
     fn what_is_no_number_or_has_no_time_is_counted() {
         let mut gate = RowGate::default();
-        let offer = LogOffer { source: &FIRST, group: None, instance: 0 };
+        let offer = LogOffer { source: &FIRST, group: LogGroup::Airspeed, rank: 0, instance: 0 };
         gate.offer(offer, Some(1), &[(TAS, f64::NAN)], &mut |_| panic!());
         gate.offer(offer, None, &[(TAS, 1.0)], &mut |_| panic!());
         assert_eq!((gate.tally.not_a_number, gate.tally.no_time, gate.tally.rows), (1, 1, 0));

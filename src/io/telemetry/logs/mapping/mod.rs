@@ -160,4 +160,5 @@ macro_rules! numbered {
 
 const SERVOS: [&str; 16] = numbered!("servo");
 const OUTPUTS: [&str; 16] = numbered!("output");
+const SECOND_OUTPUTS: [&str; 16] = numbered!("second_output");
 const MOTORS: [&str; 16] = numbered!("motor");

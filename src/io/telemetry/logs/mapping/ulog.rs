@@ -12,7 +12,9 @@ use super::super::ulog::value::UlogValue;
 use super::atmosphere::{angles, standard};
 use super::gate::{LogGroup, LogOffer, RowGate};
 use super::stated_controls::StatedControls;
-use super::{ALTITUDE, ANGLES, FLOW, FORCES, GPS, HEIGHT, IAS, MOTORS, OUTPUTS, RATES, RHO, ROTOR, SERVOS, TAS, WIND};
+use super::{
+    ALTITUDE, ANGLES, FLOW, FORCES, GPS, HEIGHT, IAS, MOTORS, OUTPUTS, RATES, RHO, ROTOR, SECOND_OUTPUTS, SERVOS, TAS, WIND,
+};
 use super::{LogChannel, LogMappingTally, LogNature, LogRow, LogSource};
 
 static COMBINED_FORCE: LogSource =
@@ -43,9 +45,9 @@ static DENSITY: LogSource =
     source("vehicle_air_data", "rho", LogNature::Estimate, "density of the air, from pressure and a temperature of the sensor");
 static ACTUATOR_OUTPUTS: LogSource = source(
     "actuator_outputs",
-    "output_1 to output_16",
+    "output_1 to output_16, second_output_1 to second_output_16",
     LogNature::Command,
-    "sent to outputs: pulse widths in us, or as their driver counts",
+    "sent to outputs: pulse widths in us, or as their driver counts; `second_` of the topic's second instance",
 );
 static ACTUATOR_MOTORS: LogSource =
     source("actuator_motors", "motor_1 to motor_12", LogNature::Command, "thrust demanded, 1 is all of it; no speed");
@@ -169,58 +171,60 @@ impl UlogMapping {
             "vehicle_attitude" => {
                 if let Some(quaternion) = numbers::<4>(data, "q") {
                     match angles(quaternion) {
-                        Some(angles) => self.offer(data, &ATTITUDE, Some((LogGroup::Attitude, 0)), &with(ANGLES, angles), put),
+                        Some(angles) => self.offer(data, &ATTITUDE, (LogGroup::Attitude, 0), &with(ANGLES, angles), put),
                         None => self.gate.tally.not_a_number += 1,
                     }
                 }
             }
             "airspeed" => {
-                self.field(data, &AIRSPEED, None, "indicated_airspeed_m_s", IAS, put);
-                self.field(data, &TRUE_AIRSPEED, Some((LogGroup::Airspeed, 0)), "true_airspeed_m_s", TAS, put);
+                self.field(data, &AIRSPEED, (LogGroup::IndicatedAirspeed, 0), "indicated_airspeed_m_s", IAS, put);
+                self.field(data, &TRUE_AIRSPEED, (LogGroup::Airspeed, 0), "true_airspeed_m_s", TAS, put);
             }
             "airspeed_validated" => {
-                self.field(data, &VALIDATED_AIRSPEED, Some((LogGroup::Airspeed, 256)), "true_airspeed_m_s", TAS, put)
+                self.field(data, &VALIDATED_AIRSPEED, (LogGroup::Airspeed, 256), "true_airspeed_m_s", TAS, put)
             }
             "vehicle_air_data" => {
                 if let Some(pressure) = data.number("baro_pressure_pa") {
                     match standard(pressure) {
                         Some((altitude, _)) => {
-                            let group = Some((LogGroup::Altitude, 0));
+                            let group = (LogGroup::Altitude, 0);
                             self.offer(data, &PRESSURE_ALTITUDE, group, &[(ALTITUDE, altitude)], put);
                         }
                         None => self.gate.tally.not_a_number += 1,
                     }
                 }
-                self.field(data, &BAROMETRIC_HEIGHT, None, "baro_alt_meter", HEIGHT, put);
-                self.field(data, &DENSITY, None, "rho", RHO, put);
+                self.field(data, &BAROMETRIC_HEIGHT, (LogGroup::BarometricHeight, 0), "baro_alt_meter", HEIGHT, put);
+                self.field(data, &DENSITY, (LogGroup::Density, 0), "rho", RHO, put);
             }
             "actuator_outputs" => {
                 let count = data.number("noutputs").unwrap_or(16.0);
-                self.commands(data, &ACTUATOR_OUTPUTS, "output", OUTPUTS, "raw", count, put);
+                // Two drivers (of the main and of the auxiliary pins) publish at once, each its own outputs.
+                let (group, names) = if first { (LogGroup::Outputs, OUTPUTS) } else { (LogGroup::SecondOutputs, SECOND_OUTPUTS) };
+                self.commands(data, &ACTUATOR_OUTPUTS, group, ("output", count), names, "raw", put);
             }
-            "actuator_motors" => self.commands(data, &ACTUATOR_MOTORS, "control", MOTORS, "", 12.0, put),
+            "actuator_motors" => self.commands(data, &ACTUATOR_MOTORS, LogGroup::Motors, ("control", 12.0), MOTORS, "", put),
             "actuator_servos" => {
-                self.commands(data, &ACTUATOR_SERVOS, "control", SERVOS, "", 8.0, put);
+                self.commands(data, &ACTUATOR_SERVOS, LogGroup::Servos, ("control", 8.0), SERVOS, "", put);
                 let controls = data.field("control");
                 let output = |number: usize| controls?.get(number.wrapping_sub(1)).map(|control| control.number());
                 let (angles, count) = self.stated.angles(output);
-                self.offer(data, &STATED_CONTROLS, None, angles.get(..count).unwrap_or_default(), put);
+                self.offer(data, &STATED_CONTROLS, (LogGroup::Controls, 0), angles.get(..count).unwrap_or_default(), put);
             }
             "debug_vect" if is_named(data, FLOW_VECTOR) => {
                 if let (Some(alpha), Some(beta)) = (data.number("x"), data.number("y")) {
-                    self.offer(data, &VANES, Some((LogGroup::Flow, 0)), &with(FLOW, [alpha, beta]), put);
+                    self.offer(data, &VANES, (LogGroup::Flow, 0), &with(FLOW, [alpha, beta]), put);
                 }
             }
             "rpm" if first => {
                 let rpm = data.number("rpm_raw").or_else(|| data.number("indicated_frequency_rpm"));
                 let speed = rpm.map(|rpm| (ROTOR, rpm * std::f64::consts::TAU / 60.0));
-                self.offer(data, &ROTOR_SPEED, Some((LogGroup::Rotor, 0)), speed.as_slice(), put);
+                self.offer(data, &ROTOR_SPEED, (LogGroup::Rotor, 0), speed.as_slice(), put);
             }
             "wind" | "wind_estimate" | "estimator_wind" if first => {
                 let rank = ["wind", "wind_estimate", "estimator_wind"].iter().position(|name| *name == data.name());
                 let winds = [data.number("windspeed_north"), data.number("windspeed_east")];
                 if let ([Some(north), Some(east)], Some(rank)) = (winds, rank) {
-                    self.offer(data, &WIND_ESTIMATE, Some((LogGroup::Wind, rank)), &with(WIND, [north, east]), put);
+                    self.offer(data, &WIND_ESTIMATE, (LogGroup::Wind, rank), &with(WIND, [north, east]), put);
                 }
             }
             "vehicle_gps_position" | "sensor_gps" if first => self.position(data, put),
@@ -232,7 +236,7 @@ impl UlogMapping {
         &mut self,
         data: &UlogData<'_>,
         source: &'static LogSource,
-        group: Option<(LogGroup, usize)>,
+        group: (LogGroup, usize),
         values: &[(LogChannel, f64)],
         put: &mut impl FnMut(LogRow),
     ) {
@@ -244,21 +248,21 @@ impl UlogMapping {
         &mut self,
         data: &UlogData<'_>,
         source: &'static LogSource,
-        group: Option<(LogGroup, usize)>,
+        group: (LogGroup, usize),
         time_us: Option<u64>,
         values: &[(LogChannel, f64)],
         put: &mut impl FnMut(LogRow),
     ) {
         let instance = data.multi_id();
-        let group = group.map(|(group, rank)| (group, rank + usize::from(instance)));
-        self.gate.offer(LogOffer { source, group, instance }, time_us, values, put);
+        let (group, rank) = (group.0, group.1 + usize::from(instance));
+        self.gate.offer(LogOffer { source, group, rank, instance }, time_us, values, put);
     }
 
     fn field(
         &mut self,
         data: &UlogData<'_>,
         source: &'static LogSource,
-        group: Option<(LogGroup, usize)>,
+        group: (LogGroup, usize),
         field: &str,
         channel: LogChannel,
         put: &mut impl FnMut(LogRow),
@@ -277,13 +281,13 @@ impl UlogMapping {
         put: &mut impl FnMut(LogRow),
     ) {
         if let Some(vector) = numbers(data, "xyz") {
-            self.offer(data, source, Some((group, 256)), &with(channels, vector), put);
+            self.offer(data, source, (group, 256), &with(channels, vector), put);
         }
     }
 
     fn sensors(&mut self, data: &UlogData<'_>, put: &mut impl FnMut(LogRow)) {
         if let Some(rates) = numbers(data, "gyro_rad") {
-            self.offer(data, &COMBINED_RATES, Some((LogGroup::Rates, 0)), &with(RATES, rates), put);
+            self.offer(data, &COMBINED_RATES, (LogGroup::Rates, 0), &with(RATES, rates), put);
         }
         let Some(forces) = numbers(data, "accelerometer_m_s2") else { return };
         let relative = match data.field("accelerometer_timestamp_relative").and_then(|stamp| stamp.get(0)) {
@@ -296,7 +300,7 @@ impl UlogMapping {
             _ => 0,
         };
         let time_us = data.time_us().and_then(|time_us| time_us.checked_add_signed(relative));
-        self.offer_at(data, &COMBINED_FORCE, Some((LogGroup::Force, 0)), time_us, &with(FORCES, forces), put);
+        self.offer_at(data, &COMBINED_FORCE, (LogGroup::Force, 0), time_us, &with(FORCES, forces), put);
     }
 
     #[expect(clippy::too_many_arguments, reason = "a table's row, spelt out")]
@@ -304,10 +308,10 @@ impl UlogMapping {
         &mut self,
         data: &UlogData<'_>,
         source: &'static LogSource,
-        field: &str,
+        group: LogGroup,
+        (field, count): (&str, f64),
         names: [&'static str; 16],
         unit: &'static str,
-        count: f64,
         put: &mut impl FnMut(LogRow),
     ) {
         let Some(controls) = data.field(field) else { return };
@@ -324,7 +328,7 @@ impl UlogMapping {
                 used += 1;
             }
         }
-        self.offer(data, source, None, values.get(..used).unwrap_or_default(), put);
+        self.offer(data, source, (group, 0), values.get(..used).unwrap_or_default(), put);
     }
 
     fn position(&mut self, data: &UlogData<'_>, put: &mut impl FnMut(LogRow)) {
@@ -352,6 +356,6 @@ impl UlogMapping {
         }
         // One receiver may be logged by both topics.
         let rank = usize::from(data.name() == "sensor_gps");
-        self.offer(data, &POSITION, Some((LogGroup::Position, rank)), values.get(..count).unwrap_or_default(), put);
+        self.offer(data, &POSITION, (LogGroup::Position, rank), values.get(..count).unwrap_or_default(), put);
     }
 }

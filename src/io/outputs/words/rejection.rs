@@ -1,0 +1,59 @@
+//! Why a cause that fits is not relied upon, and what hold-out runs say of one that is, in words.
+
+use crate::flight::channel::ControlNames;
+use crate::postflight::diagnosis::evidence::reliance::{RejectedCause, RejectionReason};
+use crate::postflight::diagnosis::holdout::holdout_gain::{HoldoutEvidence, HoldoutVerdict};
+use crate::postflight::validation::improvement::IntervalEstimate;
+
+/// One clause.
+pub fn rejection(rejected: &RejectedCause, naming: ControlNames) -> String {
+    let of_error = || percent_of_error(rejected.finding.error_share);
+    let of_motion = rejected.finding.motion_share.map(|share| format!(" and changes the motion by {:.1} %", 100.0 * share));
+    match (rejected.reason, &rejected.finding.held_out) {
+        (RejectionReason::Small, _) => {
+            format!("significant, but it explains {} of the model's error{}", of_error(), of_motion.unwrap_or_default())
+        }
+        (RejectionReason::Refuted, Some(own)) => {
+            format!("refuted by the hold-out runs: error ratio {} with it", ratio_text(&own.ratio))
+        }
+        (RejectionReason::GainNotSeen, Some(own)) => format!(
+            "refuted by the hold-out runs: error ratio {} of {}, for which it predicts {:.2}",
+            ratio_text(&own.channel_ratio),
+            own.channel.name(naming),
+            own.channel_expected
+        ),
+        (_, None) => "refuted by the hold-out runs".to_owned(),
+    }
+}
+
+/// The verdict of the hold-out runs on one cause, in the words of the JSON.
+pub fn holdout_word(evidence: &HoldoutEvidence) -> &'static str {
+    match evidence.verdict() {
+        HoldoutVerdict::BorneOut => "borne out",
+        HoldoutVerdict::NotSeen => "not seen there",
+        HoldoutVerdict::Refuted | HoldoutVerdict::GainNotSeen => "refuted",
+    }
+}
+
+/// `0.996 [0.975 1.018]`.
+pub fn ratio_text(ratio: &IntervalEstimate) -> String {
+    let [low, high] = ratio.interval;
+    format!("{:.3} [{low:.3} {high:.3}]", ratio.value)
+}
+
+/// `12 %`, of small shares two digits.
+pub fn percent_of_error(share: f64) -> String {
+    let percent = 100.0 * share;
+    if percent >= 2.0 { format!("{percent:.0} %") } else { format!("{percent:.1} %") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_shares_keep_a_digit() {
+        assert_eq!([0.536, 0.0199, 0.0, 1.0].map(percent_of_error), ["54 %", "2.0 %", "0.0 %", "100 %"]);
+        assert_eq!(ratio_text(&IntervalEstimate { value: 0.9959, interval: [0.9, 1.01] }), "0.996 [0.900 1.010]");
+    }
+}
