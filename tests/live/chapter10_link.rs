@@ -88,8 +88,8 @@ fn transfer_header_1_with_the_setup_on_the_way_and_telemetry_killed() {
     }
     let samples = logged(&logs.join("live.mcap"));
     let rates: Vec<(f64, f64)> = samples.iter().filter_map(|sample| Some((sample.time_s, sample.get(Channel::P)?))).collect();
-    // The packet behind the setup shows that it is whole; time counts from the next, frame 22, and goes on so behind the kill.
-    let frame = |time_s: f64| 22.0 + (time_s - rates[0].0) / FRAME_S;
+    // Time counts from the packet behind the setup, frame 20, and goes on so behind the kill.
+    let frame = |time_s: f64| 20.0 + (time_s - rates[0].0) / FRAME_S;
     let apart = rates.windows(2).filter(|pair| pair[1].0 - pair[0].0 > 1.5 * FRAME_S);
     let gaps: Vec<(f64, f64)> = apart.map(|pair| (frame(pair[0].0), frame(pair[1].0))).collect();
     eprintln!("{} samples of roll rate, gaps behind and before frames {gaps:?}", rates.len());
@@ -137,5 +137,36 @@ fn transfer_header_3_with_a_format_file_and_a_lost_datagram() {
     }
     let last_s = rates[rates.len() - 1].0 - rates[0].0;
     assert!((last_s - 199.0 * FRAME_S).abs() < 1e-6, "{last_s}");
+    assert_eq!(left_behind(&root), [""; 0]);
+}
+
+#[test]
+fn packets_in_the_datagram_of_the_setup_are_read() {
+    let _turn = crate::alone();
+    let stage = stage("chapter10-link-setup");
+    let (root, logs, port) = (stage.join("root"), stage.join("logs"), free_port());
+    let url = format!("ch10+udp://127.0.0.1:{port}");
+    let mut live = Running::start(&["live", "--source", &url, "--root", path(&root), "--out", path(&logs)]);
+    until("the link", || live.said().iter().any(|(_, line)| line.contains("listening at")));
+    let all = [vec![own_setup(Storage::Packed)], packets(100, Storage::Packed)].concat();
+    // The first datagram has the setup and some packets behind it.
+    let piece = all[0].len() + 5 * all[1].len() / 2;
+    let datagrams = datagrams_3(&all, piece);
+    let count = datagrams.len();
+    let due_s = 100.0 * FRAME_S / count as f64;
+    send(port, Instant::now(), datagrams.into_iter().enumerate().map(|(k, datagram)| (due_s * k as f64, datagram)));
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(signal("TERM", live.number()));
+    assert_eq!(live.ended(), 0, "{:?}", live.said());
+    let samples = logged(&logs.join("live.mcap"));
+    let rates: Vec<(f64, f64)> = samples.iter().filter_map(|sample| Some((sample.time_s, sample.get(Channel::P)?))).collect();
+    assert_eq!(rates.len(), 100, "{count} datagrams: {:?}", live.said());
+    for (frame, (time_s, rate)) in rates.iter().enumerate() {
+        let own = truth(0, frame as f64 * FRAME_S + WORD_S);
+        assert!(
+            (time_s - rates[0].0 - frame as f64 * FRAME_S).abs() < 1e-6 && (rate - own).abs() < 0.011,
+            "{frame}: {rate} {own}"
+        );
+    }
     assert_eq!(left_behind(&root), [""; 0]);
 }

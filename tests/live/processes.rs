@@ -34,6 +34,30 @@ fn through_shared_memory_the_numbers_are_the_same_bit_for_bit() {
 }
 
 #[test]
+fn bits_without_a_frame_end_by_a_signal_and_with_the_parent() {
+    let _turn = crate::alone();
+    let stage = stage("no-lock");
+    let (root, format) = (stage.join("root"), stage.join("frame.toml"));
+    std::fs::write(&format, super::pcm_link::format()).unwrap();
+    let url = format!("pcm+file:///dev/zero?format={}", path(&format));
+    let ingest = ["ingest", "--source", &url, "--root", path(&root)];
+    let mut running = Running::start(&ingest);
+    until("the root", || root.exists());
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(signal("TERM", running.number()));
+    assert_eq!(running.ended(), 0, "{:?}", running.said());
+    // Standard input, which says that the parent is there, has ended.
+    let mut orphan = Running::start(&[&ingest[..], &["--supervised"]].concat());
+    assert_eq!(orphan.ended(), 0, "{:?}", orphan.said());
+    let mut replay = Running::start(&["replay", &url]);
+    std::thread::sleep(Duration::from_millis(500));
+    assert!(signal("INT", replay.number()));
+    assert_eq!(replay.ended(), 1, "{:?}", replay.said());
+    assert!(replay.said().iter().any(|(_, line)| line.contains("before its first sample")), "{:?}", replay.said());
+    assert_eq!(left_behind(&root), [""; 0]);
+}
+
+#[test]
 fn the_logs_of_both_ways_hold_the_same_samples_and_nothing_is_left() {
     let _turn = crate::alone();
     let stage = stage("replay-logs");

@@ -114,6 +114,12 @@ fn measurements_that_are_not_read_are_told_by_every_command() {
         let (_, told, said) = ended(&sideslip(call));
         assert!((told + &said).contains("coefficient CO-1: expected a number, found none"), "{call:?}: {said}");
     }
+    let from = text.find("\\BFM:").map(|at| &text[at..at + text[at..].find(';').unwrap() + 1]).unwrap();
+    std::fs::write(&file, with_setup(&text.replacen(from, "\\BFM:;", 1), 2000)).unwrap();
+    for call in [&["check", path(&file)][..], &["inspect", path(&file)]] {
+        let (_, told, said) = ended(&sideslip(call));
+        assert!((told + &said).contains("no binary format (BFM of its group C): read as unsigned"), "{call:?}: {said}");
+    }
 }
 
 #[test]

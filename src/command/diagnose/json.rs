@@ -1,5 +1,6 @@
 //! The answer as a JSON document; what is no number is null.
 
+use super::rejection::{holdout_word, rejection};
 use super::roots::dutch_roll;
 use super::verdict::judged;
 use crate::command::diagnose::answer::Answer;
@@ -8,10 +9,9 @@ use sideslip::flight::effect::Effect;
 use sideslip::flight::file::effect_file::DeclaredEffect;
 use sideslip::io::outputs::json::effect_json::effect_json;
 use sideslip::io::outputs::words::cause_sentence::{manoeuvre, statement, unknown};
-use sideslip::io::outputs::words::rejection::{holdout_word, rejection};
 use sideslip::io::outputs::words::set_aside::reason;
 use sideslip::postflight::diagnosis::diagnose::Finding;
-use sideslip::postflight::diagnosis::evidence::reliance::RejectedCause;
+use sideslip::postflight::diagnosis::diagnose::RejectedCause;
 use sideslip::postflight::diagnosis::evidence::residual_coherence::{AxisSpectrum, CHANCE};
 use sideslip::postflight::diagnosis::holdout::horizon_prediction::HORIZON_S;
 use sideslip::postflight::diagnosis::record::{RankedCause, TrimDifference};

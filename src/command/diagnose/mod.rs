@@ -5,6 +5,7 @@ mod args;
 mod json;
 mod page;
 mod points;
+mod rejection;
 mod roots;
 mod table;
 mod verdict;

@@ -1,12 +1,12 @@
 //! The answer for a person.
 
+use super::rejection::{holdout_word, percent_of_error, ratio_text, rejection};
 use super::roots::dutch_roll;
 use super::verdict::judged;
 use crate::command::diagnose::answer::Answer;
 use sideslip::io::outputs::number::band_text;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::io::outputs::words::cause_sentence::{manoeuvre, statement, unknown};
-use sideslip::io::outputs::words::rejection::{holdout_word, percent_of_error, ratio_text, rejection};
 use sideslip::io::outputs::words::trim_difference::trim_differences;
 use sideslip::postflight::diagnosis::evidence::residual_coherence::{AxisSpectrum, DominantSignal};
 use sideslip::postflight::diagnosis::holdout::horizon_prediction::HORIZON_S;

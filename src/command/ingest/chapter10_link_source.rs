@@ -1,10 +1,10 @@
 //! A link that brings packets of IRIG 106 Chapter 10 onto the bus, until it is stopped.
 //!
-//! Where no file says the format of the frames, the setup record is waited for: packets that come before it are counted. It is
-//! written down for an `ingest` that takes the place of this one, as it may not come again, with the count at which time is
-//! zero. Time is that of the relative time counter, from the first packet that came; a lost datagram or a silence leaves a gap
-//! of its own length. Where the recorder starts again, its time goes on by this machine's clock. One recorder sends: datagrams
-//! do not say who.
+//! Where no file says the format of the frames, the setup record is waited for: packets that come before it are counted, those
+//! that come with its end are read. It is written down for an `ingest` that takes the place of this one, as it may not come
+//! again, with the count at which time is zero. Time is that of the relative time counter, from the first packet that came; a
+//! lost datagram or a silence leaves a gap of its own length. Where the recorder starts again, its time goes on by this
+//! machine's clock. One recorder sends: datagrams do not say who.
 
 use super::args::IngestArgs;
 use super::link_source::{PATIENCE, open, until_open};
@@ -13,7 +13,7 @@ use super::row_publisher::{RowPublisher, host_us};
 use super::sample_publisher::SamplePublisher;
 use super::silence_monitor::SilenceMonitor;
 use crate::command::options::mapping_input::read_mapping;
-use crate::command::options::telemetry_source::note_left_out;
+use crate::command::options::telemetry_source::note_setup;
 use crate::command::recordings::run_head::{head_with, override_keys};
 use crate::command::{message, patience, root_path};
 use sideslip::error::{Failure, Outcome};
@@ -41,6 +41,8 @@ const REOPEN: Duration = Duration::from_secs(1);
 const SILENCE: Duration = Duration::from_secs(3);
 /// The longest setup that is waited for, bytes.
 const SETUP_MAX: usize = 4 << 20;
+/// Packets of other data than PCM that are held between the setup and the first PCM packet at most.
+const HELD: usize = 32;
 
 /// Listens until it is stopped.
 pub(super) fn listen(args: &IngestArgs, url: &Url, format: Option<&Path>, stop: &AtomicBool) -> Result<Outcome, Failure> {
@@ -63,6 +65,7 @@ pub(super) fn listen(args: &IngestArgs, url: &Url, format: Option<&Path>, stop: 
         link,
         receiver: UdpReceiver::new(LinkFormat::OneOrThree, PacketLimits::default()),
         setup: Vec::new(),
+        held: Vec::new(),
         run: None,
         before_setup: 0,
         silence: SilenceMonitor::new(),
@@ -113,6 +116,10 @@ impl PublishedRun<'_> {
     }
 }
 
+fn is_pcm(packet: &Chapter10Packet<'_>) -> bool {
+    packet.header.data_type == data_type::PCM_1
+}
+
 struct Chapter10Ingest<'s> {
     args: &'s IngestArgs,
     bus: &'s Bus,
@@ -122,6 +129,8 @@ struct Chapter10Ingest<'s> {
     receiver: UdpReceiver,
     /// The texts of the setup records that came.
     setup: Vec<u8>,
+    /// Packets behind the setup, and their bodies, until the run begins with them.
+    held: Vec<(Chapter10Packet<'static>, Vec<u8>)>,
     /// `None` before the format is known.
     run: Option<PublishedRun<'s>>,
     /// PCM packets before that.
@@ -152,21 +161,31 @@ impl Chapter10Ingest<'_> {
             message(format_args!("sideslip: {}: packets come again", self.link.url()));
         }
         self.silence.reset();
-        let Chapter10Ingest { receiver, run, setup, before_setup, .. } = self;
+        let Chapter10Ingest { receiver, run, setup, held, before_setup, .. } = self;
         let before = *before_setup;
         // A datagram without a transfer header is counted by the receiver.
         let _ = receiver.datagram(bytes, |packet| match run {
             Some(run) => run.packet(packet, host_us),
             None => match SetupRecord::parse(packet) {
                 Ok(text) if setup.len() + text.text.len() <= SETUP_MAX => setup.extend_from_slice(text.text),
-                _ => *before_setup += u64::from(packet.header.data_type == data_type::PCM_1),
+                _ if setup.is_empty() => *before_setup += u64::from(is_pcm(packet)),
+                // Of one datagram at most: the run begins at its end.
+                _ if is_pcm(packet) || held.len() < HELD => held.push((packet.with_body(&[]), packet.body.to_vec())),
+                _ => {}
             },
         });
+        // A setup may need several packets: it is whole where data follow.
+        if self.run.is_none() && self.held.iter().any(|(packet, _)| is_pcm(packet)) {
+            self.begin_run()?;
+            self.begin_time()?;
+            let held = std::mem::take(&mut self.held);
+            if let Some(run) = &mut self.run {
+                held.iter().for_each(|(packet, body)| run.packet(&packet.with_body(body), host_us));
+            }
+        }
         self.keep_time()?;
         match &mut self.run {
             Some(run) => run.out.published(),
-            // A setup may need several packets: it is whole where data follow.
-            None if self.before_setup > before && !self.setup.is_empty() => self.begin_run(),
             None if before == 0 && self.before_setup > 0 => {
                 message(format_args!("sideslip: {}: PCM packets come, the setup (TMATS) is waited for", self.link.url()));
                 Ok(())
@@ -206,7 +225,7 @@ impl Chapter10Ingest<'_> {
         let wrong = |what: String| Failure::Input(format!("{}: {what}", self.link.url()));
         let chosen = self.description.choose(&self.setup).map_err(wrong)?;
         let rows = ChannelRows::new(&chosen).map_err(|what| wrong(format!("format of the frames: {what}")))?;
-        note_left_out(self.link.url(), &chosen.left_out);
+        note_setup(self.link.url(), &chosen.left_out, &chosen.assumed);
         let mut info = chosen.info;
         info.set_controls(rows.controls());
         override_keys(&mut info, &self.args.set)?;

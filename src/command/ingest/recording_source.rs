@@ -15,6 +15,7 @@ use sideslip::io::bus::payload::OTHERS;
 use sideslip::io::bus::root::BusRole;
 use sideslip::io::bus::run_head::{playing_since, write_head};
 use sideslip::io::bus::service::Bus;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -33,9 +34,10 @@ pub(super) fn fitted(mut head: LogHead) -> LogHead {
 }
 
 /// Plays it to its end, or until it is stopped.
-pub(super) fn play(args: &IngestArgs, source: &RecordingSource, stop: &AtomicBool) -> Result<Outcome, Failure> {
+pub(super) fn play(args: &IngestArgs, source: &RecordingSource, stop: &Arc<AtomicBool>) -> Result<Outcome, Failure> {
     let file = &source.file;
-    let recording = source.open_with_note(&read_mapping(args.config.as_deref())?)?;
+    let mut recording = source.open_with_note(&read_mapping(args.config.as_deref())?)?;
+    recording.stop_by(Arc::clone(stop));
     let HeadedRecording { mut recording, head, .. } = head_of(file, recording, &args.set)?;
     let mut bus = Bus::enter(&root_path(args.root.as_ref()))?;
     let _role = bus.take_within(BusRole::Telemetry, patience(args.supervised))?;

@@ -66,7 +66,8 @@ pub(super) fn run(source: &RecordingSource, config: &RecordingConfig, json: Opti
     match &seen {
         Ok(seen) => {
             text.push_str(&format!("\n{}", seen.text));
-            text.push_str(&left_out(seen.recording.left_out()));
+            text.push_str(&listed("measurements of the setup are not read", seen.recording.left_out()));
+            text.push_str(&listed("channels are read on an assumption", seen.recording.assumed()));
         }
         Err(why) => text.push_str(&format!("Nothing can be estimated from it: {why}\n")),
     }
@@ -89,11 +90,11 @@ pub(super) fn run(source: &RecordingSource, config: &RecordingConfig, json: Opti
     }
 }
 
-/// The measurements that are not read, each with its reason.
-fn left_out(all: &[String]) -> String {
+/// Sentences on measurements under a line that says how many.
+fn listed(what: &str, all: &[String]) -> String {
     let mut text = String::new();
     if !all.is_empty() {
-        text.push_str(&format!("\n{} measurements of the setup are not read:\n", all.len()));
+        text.push_str(&format!("\n{} {what}:\n", all.len()));
     }
     all.iter().take(NAMED).for_each(|why| text.push_str(&format!("  {why}\n")));
     if all.len() > NAMED {

@@ -52,7 +52,7 @@ impl RecordingSource {
     /// The same, and notes the measurements of its setup that are not read.
     pub(crate) fn open_with_note(&self, config: &RecordingConfig) -> Result<Recording, RecordingError> {
         let recording = self.open(config)?;
-        note_left_out(&self.file.display(), recording.left_out());
+        note_setup(&self.file.display(), recording.left_out(), recording.assumed());
         Ok(recording)
     }
 
@@ -122,14 +122,19 @@ impl RecordingSource {
     }
 }
 
-/// One line where measurements of a setup are not read: how many, and why the first is not.
-pub(crate) fn note_left_out(of: &impl std::fmt::Display, left_out: &[String]) {
-    let Some(first) = left_out.first() else { return };
-    let others = match left_out.len() {
-        1 => String::new(),
-        count => format!(", nor are {} more (`inspect` lists them)", count - 1),
-    };
-    message(format_args!("note: {of}: not read of its setup: {first}{others}"));
+/// What is noted of a setup by name, at most.
+const NOTED: usize = 4;
+
+/// A line where measurements of a setup are not read, with the reasons, and one where something was assumed.
+pub(crate) fn note_setup(of: &impl std::fmt::Display, left_out: &[String], assumed: &[String]) {
+    for (what, all) in [("not read of its setup", left_out), ("assumed of its setup", assumed)] {
+        let Some(named) = all.get(..all.len().min(NOTED)).filter(|named| !named.is_empty()) else { continue };
+        let others = match all.len() - named.len() {
+            0 => String::new(),
+            count => format!("; and {count} more (`inspect` lists them)"),
+        };
+        message(format_args!("note: {of}: {what}: {}{others}", named.join("; ")));
+    }
 }
 
 /// Where telemetry comes from.

@@ -25,6 +25,7 @@ use sideslip::live::{diagnosis, output_error};
 use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The way of a recording to the pipeline.
@@ -113,8 +114,9 @@ impl ReplayRun {
         from: &ReplaySource<'_>,
         pace: Pace,
         files: &ReplayFiles<'_>,
-        stop: &AtomicBool,
+        stop: &Arc<AtomicBool>,
     ) -> Result<ReplayedRun, Failure> {
+        self.recording.recording.stop_by(Arc::clone(stop));
         let mut player = ::replay::Player::<MonotonicClock>::new(pace);
         let mut bus = match from {
             ReplaySource::File => None,
@@ -128,7 +130,8 @@ impl ReplayRun {
         let ReplayRun { output_error, diagnosis, .. } = &mut self;
         let (output_error, diagnosis) = (output_error.take().map(Schedule::InStep), diagnosis.take().map(Schedule::InStep));
         let mut wired = WiredRun::new(self.pipeline, self.info.geometry().controls, output_error, diagnosis);
-        let (on_bus, mut interrupted) = (bus.is_some(), false);
+        let on_bus = bus.is_some();
+        let mut interrupted;
         let read = loop {
             let next = match &mut bus {
                 None => self.recording.next_row().map(|row| row.map(|row| (row, None))).map_err(Failure::from),
@@ -136,7 +139,10 @@ impl ReplayRun {
             };
             let (row, publication) = match next {
                 Ok(Some(next)) => next,
-                ended => break ended.map(|_| ()),
+                ended => {
+                    interrupted = stop.load(Ordering::Relaxed);
+                    break ended.map(|_| ());
+                }
             };
             if wired.rows() == 0
                 && let Some(path) = files.log

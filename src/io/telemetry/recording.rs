@@ -20,6 +20,8 @@ use crate::flight::file::run_file::{RecordingColumn, RunInfo};
 use std::fs::File;
 use std::io::{Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// A recording that is being read.
 #[derive(Debug)]
@@ -153,6 +155,16 @@ impl Recording {
         }
     }
 
+    /// Ends the search for rows where that flag is set: in bits that are not in lock it could last without end.
+    pub fn stop_by(&mut self, stop: Arc<AtomicBool>) {
+        match self {
+            Recording::Pcm(recording) => recording.stop_by(stop),
+            Recording::Chapter10(recording) => recording.stop_by(stop),
+            // Each of the others is found by its first bytes, and has an end.
+            Recording::Csv(_) | Recording::Mcap(_) | Recording::Mavlink(_) | Recording::Autopilot(_) => {}
+        }
+    }
+
     /// The next row that can be read; `None` at the end.
     ///
     /// # Errors
@@ -185,6 +197,14 @@ impl Recording {
     pub fn left_out(&self) -> &[String] {
         match self {
             Recording::Chapter10(recording) => recording.left_out(),
+            _ => &[],
+        }
+    }
+
+    /// What a setup does not say of channels and was assumed, each in a sentence.
+    pub fn assumed(&self) -> &[String] {
+        match self {
+            Recording::Chapter10(recording) => recording.assumed(),
             _ => &[],
         }
     }

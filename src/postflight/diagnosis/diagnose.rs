@@ -12,7 +12,7 @@ use super::data::run_data::RunData;
 use super::data::usable_runs::usable_runs;
 use super::evidence::cause_size::cause_sizes;
 use super::evidence::regressor_plot::{RegressorPlot, regressor_plots};
-use super::evidence::reliance::{RejectedCause, RejectionReason};
+use super::evidence::reliance::CauseRejection;
 use super::evidence::residual::{Discrepancy, discrepancy};
 use super::evidence::residual_coherence::{AxisSpectrum, residual_coherence};
 use super::holdout::holdout_gain::{HoldoutEvidence, HoldoutImprovement, HoldoutVerdict, held_out, moves};
@@ -92,6 +92,15 @@ pub struct Diagnosis {
 /// Less probable rivals are not reported.
 pub const PLAUSIBLE: f64 = 0.05;
 
+/// A cause that fits and is not relied upon.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RejectedCause {
+    /// The cause.
+    pub finding: Finding,
+    /// Why.
+    pub reason: CauseRejection,
+}
+
 impl Finding {
     /// The causes that the data do not rule out, the cause itself first.
     pub fn plausible(&self) -> Vec<RankedCause> {
@@ -159,7 +168,7 @@ pub fn diagnose(
         residual_coherence(&problem, &searched).into_iter().filter(|own| !problem.unmodelled[own.axis.index()]).collect();
     // Many derivatives that are off stand together: none of them is left out for being small.
     let (gain, rejected) = judge_on_holdout(model, &mut findings, holdout, searched.is_joint())?;
-    let contradicted = rejected.iter().find(|one| one.reason != RejectionReason::Small);
+    let contradicted = rejected.iter().find(|one| one.reason != CauseRejection::Small);
     let unknown = unknown.or_else(|| if findings.is_empty() { of_rejected(&contradicted?.finding, &discrepancy) } else { None });
     let trim_differences = problem.trim_differences.iter().copied().filter(TrimDifference::is_significant).collect();
     let (unmodelled, said): (Vec<Axis>, Vec<Axis>) = Axis::ALL.into_iter().partition(|axis| problem.unmodelled[axis.index()]);
@@ -340,8 +349,8 @@ fn judge_on_holdout(
         let contradicted = findings.iter().enumerate().filter_map(|(place, finding)| {
             let own = finding.held_out?;
             let reason = match own.verdict() {
-                HoldoutVerdict::Refuted => RejectionReason::Refuted,
-                HoldoutVerdict::GainNotSeen => RejectionReason::GainNotSeen,
+                HoldoutVerdict::Refuted => CauseRejection::Refuted,
+                HoldoutVerdict::GainNotSeen => CauseRejection::GainNotSeen,
                 HoldoutVerdict::BorneOut | HoldoutVerdict::NotSeen => return None,
             };
             Some((place, reason, own.ratio.value))
@@ -361,7 +370,7 @@ fn judge_on_holdout(
 /// Takes out those that are too small to be relied upon.
 fn take_small(findings: &mut Vec<Finding>) -> Vec<RejectedCause> {
     let small = findings.extract_if(.., |finding| finding.small);
-    small.map(|finding| RejectedCause { finding, reason: RejectionReason::Small }).collect()
+    small.map(|finding| RejectedCause { finding, reason: CauseRejection::Small }).collect()
 }
 
 /// What is unknown where all that fitted is refuted.

@@ -2,9 +2,9 @@
 
 use crate::command::diagnose::answer::{Answer, Flights};
 use crate::command::diagnose::page::parts::words;
+use crate::command::diagnose::rejection::{holdout_word, percent_of_error, rejection};
 use sideslip::io::outputs::html::page::escaped;
 use sideslip::io::outputs::words::cause_sentence::{manoeuvre, statement, unknown};
-use sideslip::io::outputs::words::rejection::{holdout_word, percent_of_error, rejection};
 use sideslip::io::outputs::words::set_aside::reason;
 use sideslip::io::outputs::words::trim_difference::trim_differences;
 use sideslip::postflight::diagnosis::diagnose::Finding;

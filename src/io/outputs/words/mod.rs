@@ -8,7 +8,6 @@ pub mod instrument_words;
 pub mod manoeuvre_sentences;
 pub mod noise_text;
 pub mod output_error_text;
-pub mod rejection;
 pub mod set_aside;
 pub mod status_text;
 pub mod trim_difference;

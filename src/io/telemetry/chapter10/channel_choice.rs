@@ -53,6 +53,8 @@ pub struct ChosenChannel {
     pub written: Option<TmatsPcmFormat>,
     /// Measurements of the setup that are left out, each in a sentence.
     pub left_out: Vec<String>,
+    /// What the setup does not say of channels and was assumed, each in a sentence.
+    pub assumed: Vec<String>,
 }
 
 impl FrameDescription {
@@ -102,6 +104,7 @@ impl FrameDescription {
                 info: file.info.clone(),
                 written: None,
                 left_out: Vec::new(),
+                assumed: Vec::new(),
             }),
             FrameDescription::Setup(map) => by_setup(&Tmats::parse(setup), map),
         }
@@ -175,8 +178,8 @@ fn by_setup(tmats: &Tmats, map: &MeasurementMap) -> Result<ChosenChannel, String
             missing.measurement, missing.channel
         ));
     }
-    let TmatsChannel { format, written, left_out } = found;
-    Ok(ChosenChannel { channel: Some(channel), format, info: map.info.clone(), written: Some(written), left_out })
+    let TmatsChannel { format, written, left_out, assumed } = found;
+    Ok(ChosenChannel { channel: Some(channel), format, info: map.info.clone(), written: Some(written), left_out, assumed })
 }
 
 const WHAT_TO_DO: &str = "say which measurement is which channel in a file, [measurements] p = \"ROLL RATE\", or describe the \

@@ -46,6 +46,15 @@ pub struct Chapter10Packet<'a> {
     pub sequence: SequenceStep,
 }
 
+impl Chapter10Packet<'_> {
+    /// The same with another body, such as a copy of its own that outlives the stream's buffer.
+    #[must_use]
+    pub fn with_body(self, body: &[u8]) -> Chapter10Packet<'_> {
+        let Chapter10Packet { header, secondary, at, integrity, sequence, .. } = self;
+        Chapter10Packet { header, secondary, body, at, integrity, sequence }
+    }
+}
+
 /// What was found so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PacketTally {

@@ -18,6 +18,8 @@ use crate::io::telemetry::waiting_rows::WaitingRows;
 use std::fs::File;
 use std::io::{Seek, SeekFrom};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Read at once, bytes.
 const BLOCK: usize = 64 << 10;
@@ -100,6 +102,11 @@ impl Chapter10Recording {
         &self.chosen.left_out
     }
 
+    /// What the setup does not say of channels and was assumed, each in a sentence.
+    pub fn assumed(&self) -> &[String] {
+        &self.chosen.assumed
+    }
+
     /// The channel that is read; `None` before the first of its packets where none was named.
     pub fn channel(&self) -> Option<u16> {
         self.rows.channel()
@@ -123,6 +130,11 @@ impl Chapter10Recording {
         (!parts.is_empty()).then(|| parts.join(", "))
     }
 
+    /// Ends the search for rows where that flag is set: there may be none, and no end of the bytes.
+    pub fn stop_by(&mut self, stop: Arc<AtomicBool>) {
+        self.waiting.stop_by(stop);
+    }
+
     /// The next row; `None` at the end.
     ///
     /// # Errors
@@ -131,7 +143,7 @@ impl Chapter10Recording {
         while self.waiting.wants_more() {
             self.read_on()?;
         }
-        if self.waiting.is_empty() && !self.waiting.gave_any() {
+        if self.waiting.found_nothing() {
             return Err(self.nothing());
         }
         Ok(self.waiting.next_row())

@@ -14,7 +14,7 @@
 use super::error::Chapter10Error;
 use super::header::{data_type, u32_at};
 use super::packet::Chapter10Packet;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Statements that are kept at most.
 pub const STATEMENTS: usize = 1 << 18;
@@ -77,6 +77,7 @@ pub struct TmatsTally {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Tmats {
     attributes: BTreeMap<String, String>,
+    contradicted: BTreeSet<String>,
     tally: TmatsTally,
 }
 
@@ -116,6 +117,11 @@ impl Tmats {
         self.attributes.iter().map(|(code, value)| (code.as_str(), value.as_str()))
     }
 
+    /// The codes that came again with another value, in capitals.
+    pub fn contradicted(&self) -> impl Iterator<Item = &str> {
+        self.contradicted.iter().map(String::as_str)
+    }
+
     fn statement(&mut self, at: u64, statement: &[u8]) {
         let colon = statement.iter().position(|byte| *byte == b':');
         let split = colon.and_then(|colon| Some((statement.get(..colon)?, statement.get(colon + 1..)?)));
@@ -141,7 +147,10 @@ impl Tmats {
                 match self.attributes.get(&code) {
                     None => drop(self.attributes.insert(code, value.to_owned())),
                     Some(first) if first == value || may_repeat(&code) => {}
-                    Some(_) => self.tally.contradicting += 1,
+                    Some(_) => {
+                        self.contradicted.insert(code);
+                        self.tally.contradicting += 1;
+                    }
                 }
             }
             _ => {
@@ -196,6 +205,7 @@ mod tests {
             too_many: 0,
         };
         assert_eq!(tmats.tally(), expected);
+        assert_eq!(tmats.contradicted().collect::<Vec<_>>(), ["P-1\\D2"]);
         assert_eq!(&text[115..123], b"no colon");
     }
 

@@ -23,6 +23,8 @@ pub struct TmatsChannel {
     pub written: TmatsPcmFormat,
     /// Measurements that are left out, each in a sentence.
     pub left_out: Vec<String>,
+    /// What the setup does not say of channels and was assumed, each in a sentence.
+    pub assumed: Vec<String>,
 }
 
 impl TmatsChannel {
@@ -32,12 +34,12 @@ impl TmatsChannel {
     /// A sentence where the setup has no such channel, or its format is not whole or cannot be.
     pub fn of_channel(tmats: &Tmats, channel: u16, map: &MeasurementMap) -> Result<Self, String> {
         let written = TmatsPcmFormat::of_channel(tmats, channel).map_err(|error| error.to_string())?;
-        let TmatsMeasurements { parameters, mut left_out } = TmatsMeasurements::of_link(tmats, &written.link, map);
+        let TmatsMeasurements { parameters, mut left_out, assumed } = TmatsMeasurements::of_link(tmats, &written.link, map);
         let spec = PcmFormatSpec { parameters, ..spec_of(&written)? };
         // A measurement outside of the frame is left out, not the whole format.
         let (format, wrong) = PcmFormat::leaving_out(spec).map_err(|error| format!("P-{}: {error}", written.group))?;
         left_out.extend(wrong.iter().map(ToString::to_string));
-        Ok(TmatsChannel { format, written, left_out })
+        Ok(TmatsChannel { format, written, left_out, assumed })
     }
 }
 

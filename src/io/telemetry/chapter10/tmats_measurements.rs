@@ -15,7 +15,9 @@
 //! | `WFM` `WFT` `WFP` `-y-n-m-e` | bit mask, order of transfer, position (1 the most significant) | | |
 //!
 //! Left out, each with the reason: other kinds of location, words sent least significant bit first, ends of intervals (`EWP`,
-//! `EFP`), fragments in different minor frames, conversions by curve fits or algorithms. A measurement that is called as a
+//! `EFP`), fragments in different minor frames, conversions by curve fits or algorithms, coefficients or pairs without a kind of
+//! conversion or beyond their stated number, an attribute that stands twice with different values. A channel without binary
+//! format is read as unsigned, and a sentence says so. A measurement that is called as a
 //! channel, in capitals or not, or that a [map](MeasurementMap) names, is that channel; it needs a unit.
 //! Source: IRIG 106-09 Chapter 9, attribute groups D and C.
 
@@ -38,8 +40,10 @@ const LISTED: u32 = 1024;
 pub struct TmatsMeasurements {
     /// Those that can be decommutated.
     pub parameters: Vec<ParameterSpec>,
-    /// Those that cannot, each in a sentence.
+    /// Those that cannot, each in a sentence; those called as a channel come first.
     pub left_out: Vec<String>,
+    /// What the setup does not say of channels and was assumed, each in a sentence.
+    pub assumed: Vec<String>,
 }
 
 impl TmatsMeasurements {
@@ -66,15 +70,35 @@ impl TmatsMeasurements {
         if count > MEASUREMENTS {
             found.left_out.push(format!("{group} has {count} measurements: the first {MEASUREMENTS} are read"));
         }
+        let mut others = Vec::new();
         for n in 1..=count.min(MEASUREMENTS) {
             let Some(name) = d.text(&format!("MN-1-{n}")) else { continue };
             match d.measurement(n, name, map, &conversions) {
-                Ok(parameter) => found.parameters.push(parameter),
-                Err(why) => found.left_out.push(format!("measurement {name}: {why}")),
+                Ok(MeasuredParameter { parameter, has_encoding }) => {
+                    if !has_encoding && Channel::from_name(&parameter.name).is_some() {
+                        found
+                            .assumed
+                            .push(format!("measurement {name}: no binary format (BFM of its group C): read as unsigned"));
+                    }
+                    found.parameters.push(parameter);
+                }
+                Err(why) => {
+                    let is_channel =
+                        map.of_measurement(name).is_some() || Channel::from_name(&name.to_ascii_lowercase()).is_some();
+                    let left_out = if is_channel { &mut found.left_out } else { &mut others };
+                    left_out.push(format!("measurement {name}: {why}"));
+                }
             }
         }
+        found.left_out.append(&mut others);
         found
     }
+}
+
+/// A measurement that can be decommutated, and whether the setup says how its bits are coded.
+struct MeasuredParameter {
+    parameter: ParameterSpec,
+    has_encoding: bool,
 }
 
 /// The group C of each measurement, by its name in small letters; of several the first.
@@ -99,6 +123,33 @@ impl<'a> MeasurementList<'a> {
         self.tmats.get(&format!("{}\\{name}", self.group)).filter(|value| !value.is_empty())
     }
 
+    /// The names of its attributes.
+    fn names(&self) -> impl Iterator<Item = &'a str> {
+        let group = self.group;
+        self.tmats.attributes().filter_map(move |(code, _)| code.strip_prefix(group)?.strip_prefix('\\'))
+    }
+
+    /// Where an attribute of such a name stands twice with different values, none of them is right by itself.
+    fn refuse_contradicted(&self, is_used: impl Fn(&str) -> bool) -> Result<(), String> {
+        let own = |code: &'a str| code.strip_prefix(self.group)?.strip_prefix('\\').filter(|name| is_used(name));
+        match self.tmats.contradicted().find_map(own) {
+            Some(name) => Err(format!("{name} stands twice, with different values")),
+            None => Ok(()),
+        }
+    }
+
+    /// Numbered attributes beyond their stated count: one of the two is wrong.
+    fn refuse_beyond(&self, prefix: &str, count: u32, stated: &str) -> Result<(), String> {
+        let beyond = |name: &&str| {
+            let number = name.strip_prefix(prefix).and_then(|number| number.parse::<u32>().ok());
+            number.is_some_and(|number| number > count) && self.text(name).is_some()
+        };
+        match self.names().find(beyond) {
+            Some(name) => Err(format!("{name} stands beyond the {count} of {stated}")),
+            None => Ok(()),
+        }
+    }
+
     /// `None` where it is not there; what is no number is no default either.
     fn number(&self, name: &str) -> Result<Option<u32>, String> {
         let parsed = |text: &str| text.parse().map_err(|_| format!("{name}: expected a whole number, found {text}"));
@@ -118,7 +169,12 @@ impl<'a> MeasurementList<'a> {
         name: &str,
         map: &MeasurementMap,
         conversions: &HashMap<String, &str>,
-    ) -> Result<ParameterSpec, String> {
+    ) -> Result<MeasuredParameter, String> {
+        let own = format!("1-{n}");
+        self.refuse_contradicted(|code| {
+            let place = code.split_once('-').map_or("", |(_, place)| place);
+            place.strip_prefix(&own).is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
+        })?;
         match self.text(&format!("LT-1-{n}")) {
             None | Some("WDFR") => {}
             Some(other) => return Err(format!("location of kind {other}, word and frame (WDFR) is read")),
@@ -141,9 +197,11 @@ impl<'a> MeasurementList<'a> {
             },
         };
         let mut parameter = ParameterSpec { name, places, ..ParameterSpec::default() };
-        if let Some(group) = group {
-            MeasurementList { tmats: self.tmats, group }.convert(&mut parameter)?;
+        let conversion = group.map(|group| MeasurementList { tmats: self.tmats, group });
+        if let Some(conversion) = &conversion {
+            conversion.convert(&mut parameter)?;
         }
+        let has_encoding = conversion.is_some_and(|conversion| conversion.text("BFM").is_some());
         if let Some(unit) = named.and_then(|named| named.unit.as_ref()) {
             parameter.unit.clone_from(unit);
         }
@@ -153,7 +211,7 @@ impl<'a> MeasurementList<'a> {
             }
             RecordingColumn::new(&parameter.name, Some(&parameter.unit))?;
         }
-        Ok(parameter)
+        Ok(MeasuredParameter { parameter, has_encoding })
     }
 
     fn most_significant_first(&self, attribute: &str) -> Result<(), String> {
@@ -205,15 +263,21 @@ impl<'a> MeasurementList<'a> {
     /// Unit, encoding and calibration by this group C.
     fn convert(&self, parameter: &mut ParameterSpec) -> Result<(), String> {
         let c = self;
+        c.refuse_contradicted(|_| true)?;
         parameter.unit = unit(c.text("MN3").unwrap_or_default());
         parameter.encoding = c.encoding(parameter)?;
         parameter.calibration = match c.text("DCT") {
-            None | Some("NON") => Calibration::Identity,
+            Some("NON") => Calibration::Identity,
+            None => match c.names().find(|name| name.starts_with("CO") || name.starts_with("PS")) {
+                Some(name) => return Err(format!("{name} without a kind of conversion (DCT)")),
+                None => Calibration::Identity,
+            },
             Some("COE") => {
                 let order = c.number("CO\\N")?.ok_or_else(|| "no order of its polynomial (CO\\N)".to_owned())?;
                 if order > LISTED {
                     return Err(format!("{order} coefficients"));
                 }
+                c.refuse_beyond("CO-", order, "CO\\N")?;
                 let codes = std::iter::once("CO".to_owned()).chain((1..=order).map(|n| format!("CO-{n}")));
                 let coefficients = codes
                     .map(|code| c.value(&code).map_err(|why| format!("coefficient {why}")))
@@ -235,6 +299,7 @@ impl<'a> MeasurementList<'a> {
         if count > LISTED {
             return Err(format!("{count} pairs"));
         }
+        ["PS3-", "PS4-"].iter().try_for_each(|prefix| self.refuse_beyond(prefix, count, "PS\\N"))?;
         let mut pairs = (1..=count)
             .map(|n| Ok((self.value(&format!("PS3-{n}"))?, self.value(&format!("PS4-{n}"))?)))
             .collect::<Result<Vec<(f64, f64)>, String>>()?;
@@ -283,7 +348,7 @@ fn masked(word: u32, mask: Option<&str>) -> Result<Vec<WordPart>, String> {
 }
 
 /// Names of units in setups that are not ours, in small letters.
-const UNITS: [(&str, &str); 9] = [
+const UNITS: [(&str, &str); 23] = [
     ("deg/sec", "deg/s"),
     ("rad/sec", "rad/s"),
     ("m/sec", "m/s"),
@@ -293,6 +358,20 @@ const UNITS: [(&str, &str); 9] = [
     ("kts", "kn"),
     ("knots", "kn"),
     ("g's", "g"),
+    ("gs", "g"),
+    ("kt", "kn"),
+    ("knot", "kn"),
+    ("mps", "m/s"),
+    ("fps", "ft/s"),
+    ("ft/sec", "ft/s"),
+    ("kph", "km/h"),
+    ("m/s2", "m/s^2"),
+    ("m/s**2", "m/s^2"),
+    ("m/sec2", "m/s^2"),
+    ("m/sec/sec", "m/s^2"),
+    ("ft/s2", "ft/s^2"),
+    ("ft/sec2", "ft/s^2"),
+    ("ft/s/s", "ft/s^2"),
 ];
 
 /// The unit in our spelling: setups are often in capitals.
@@ -300,7 +379,8 @@ fn unit(text: &str) -> String {
     let lower = text.to_ascii_lowercase();
     let renamed = UNITS.iter().find(|(name, _)| *name == lower).map(|(_, unit)| (*unit).to_owned());
     let simple = |unit: &str| ["deg", "rad", "m", "s", "ft", "kn", "km", "h", "g", "rpm"].contains(&unit);
-    renamed.unwrap_or_else(|| if lower.split('/').all(simple) { lower } else { text.to_owned() })
+    renamed
+        .unwrap_or_else(|| if lower.split('/').all(|part| simple(part.trim_end_matches("^2"))) { lower } else { text.to_owned() })
 }
 
 #[cfg(test)]

@@ -24,7 +24,7 @@ fn a_whole_word_with_coefficients_is_a_channel_in_its_unit() {
         calibration: Calibration::Polynomial { coefficients: vec![-1.5, 0.01], range: None, outside: OutsideRange::Refuse },
         ..ParameterSpec::default()
     };
-    assert_eq!(found, TmatsMeasurements { parameters: vec![expected], left_out: vec![] });
+    assert_eq!(found, TmatsMeasurements { parameters: vec![expected], left_out: vec![], assumed: vec![] });
 }
 
 #[test]
@@ -69,6 +69,12 @@ fn what_cannot_be_decommutated_is_left_out_with_its_reason() {
         ("X", WORD_2, "C-2\\DCT:COE;C-2\\CO\\N:1;C-2\\CO:0;C-2\\CO-1:;", "coefficient CO-1: expected a number, found none"),
         ("X", WORD_2, "C-2\\DCT:COE;C-2\\CO\\N:1;C-2\\CO:0;C-2\\CO-1:NaN;", "coefficient CO-1: expected a number, found NaN"),
         ("X", WORD_2, "C-2\\DCT:COE;C-2\\CO:0;C-2\\CO-1:1;", "no order of its polynomial"),
+        ("X", WORD_2, "C-2\\DCT:COE;C-2\\CO\\N:0;C-2\\CO:0;C-2\\CO-1:1;", "CO-1 stands beyond the 0 of CO\\N"),
+        ("X", WORD_2, "C-2\\DCT:COE;C-2\\CO\\N:1;C-2\\CO:0;C-2\\CO-1:1;C-2\\CO-1:2;", "CO-1 stands twice"),
+        ("X", WORD_2, "C-2\\CO\\N:1;C-2\\CO:0;C-2\\CO-1:1;", "CO without a kind of conversion"),
+        ("X", WORD_2, "C-2\\PS\\N:1;C-2\\PS3-1:0;C-2\\PS4-1:0;", "without a kind of conversion"),
+        ("X", WORD_2, "C-2\\DCT:PRS;C-2\\PS\\N:0;C-2\\PS3-1:0;", "PS3-1 stands beyond the 0 of PS\\N"),
+        ("X", "D-4\\WP-1-1-1-1:2;D-4\\WP-1-1-1-1:3;", "", "WP-1-1-1-1 stands twice"),
         ("X", WORD_2, "C-2\\DCT:PRS;C-2\\PS\\N:1;C-2\\PS3-1:0;", "PS4-1: expected a number, found none"),
         ("X", "D-4\\WP-1-1-1-1:2;D-4\\FP-1-1-1-1:first;", "", "FP-1-1-1-1: expected a whole number, found first"),
         ("q", WORD_2, "C-2\\BFM:TWO;", "no engineering unit"),
@@ -83,6 +89,27 @@ fn what_cannot_be_decommutated_is_left_out_with_its_reason() {
         TmatsMeasurements::of_link(&Tmats::parse(b"P-1\\DLN:L;"), "L", &MeasurementMap::default()),
         TmatsMeasurements::default()
     );
+}
+
+#[test]
+fn a_channel_without_binary_format_is_read_as_unsigned_and_said_so() {
+    let found = only("P", WORD_2, "C-2\\MN3:DEG/S;");
+    assert_eq!(found.parameters.len(), 1);
+    assert_eq!(found.assumed, ["measurement P: no binary format (BFM of its group C): read as unsigned"]);
+    assert_eq!(only("X", WORD_2, "").assumed, [""; 0]);
+    assert_eq!(only("P", WORD_2, "C-2\\MN3:DEG/S;C-2\\BFM:TWO;").assumed, [""; 0]);
+}
+
+#[test]
+fn units_as_setups_write_them_are_units_of_channels() {
+    let rates = ["DEG/S", "DEG/SEC", "RAD/SEC"].map(|unit| ("P", unit));
+    let accelerations = ["M/S2", "FT/S2", "M/SEC2", "M/S^2", "FT/S^2", "G", "G'S", "M/S/S"].map(|unit| ("AX", unit));
+    let speeds = ["KT", "KTS", "KNOTS", "FPS", "MPS", "M/SEC", "FT/SEC", "KM/H"].map(|unit| ("TAS", unit));
+    for (name, unit) in rates.into_iter().chain(accelerations).chain(speeds) {
+        let found = only(name, WORD_2, &format!("C-2\\MN3:{unit};C-2\\BFM:TWO;"));
+        assert_eq!(found.left_out, [""; 0], "{unit}");
+        assert_eq!(found.parameters.len(), 1, "{unit}");
+    }
 }
 
 #[test]

@@ -17,6 +17,8 @@ use crate::io::telemetry::record::{RecordingError, RecordingRow, SkippedByReason
 use crate::io::telemetry::waiting_rows::WaitingRows;
 use std::fs::File;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Read at once, bytes.
 const BLOCK: usize = 4096;
@@ -88,6 +90,11 @@ impl PcmRecording {
         (!parts.is_empty()).then(|| parts.join(", "))
     }
 
+    /// Ends the search for rows where that flag is set: there may be none, and no end of the bytes.
+    pub fn stop_by(&mut self, stop: Arc<AtomicBool>) {
+        self.waiting.stop_by(stop);
+    }
+
     /// The next row; `None` at the end.
     ///
     /// # Errors
@@ -96,7 +103,7 @@ impl PcmRecording {
         while self.waiting.wants_more() {
             self.read_on()?;
         }
-        if self.waiting.is_empty() && !self.waiting.gave_any() {
+        if self.waiting.found_nothing() {
             return Err(self.nothing());
         }
         Ok(self.waiting.next_row())

@@ -1,7 +1,8 @@
 //! How large a cause is: what it changes in the predicted motion, as a share of that motion and of the model's error.
 //!
-//! Consumes the problem and the point where the search ended; produces for each hypothesis, with y the predictions over a horizon
-//! (`horizon_prediction`) from the states of the filter, y' those without it, and sigma the standard deviation of a reading's noise,
+//! Consumes the problem and the point where the search ended; produces for each hypothesis, with y the predictions over a
+//! horizon (`horizon_prediction`) from the states of the filter, y' those without it, and sigma the standard deviation of a
+//! reading's noise,
 //!     motion share = max over channels of (max over runs of rms(y - y'))/(max over runs of rms(z - mean z))    (1)
 //!     error        = mean over channels of mean (y - y')^2/sigma^2                                             (2)
 //! and, of what all of them leave, mean over channels of mean (z - y)^2/sigma^2 - 1. A channel that moves less than its noise

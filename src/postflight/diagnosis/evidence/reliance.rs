@@ -10,7 +10,6 @@
 //! Both are reported, each with its reason, and stand neither among the causes nor in the extended model.
 
 use super::cause_size::CauseSizes;
-use crate::postflight::diagnosis::diagnose::Finding;
 
 /// Share of the model's error below which a cause is small beside gusts and what is left unexplained.
 pub const SMALL_SHARE: f64 = 0.015;
@@ -21,22 +20,13 @@ pub const SMALL_MOTION: f64 = 0.05;
 
 /// Why a cause that fits is not relied upon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RejectionReason {
+pub enum CauseRejection {
     /// Hold-out runs are predicted worse with it.
     Refuted,
     /// Of the channel that it should improve most hold-out runs show less than a quarter of the gain that it predicts.
     GainNotSeen,
     /// It explains next to nothing of the error.
     Small,
-}
-
-/// A cause that fits and is not relied upon.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RejectedCause {
-    /// The cause.
-    pub finding: Finding,
-    /// Why.
-    pub reason: RejectionReason,
 }
 
 impl CauseSizes {

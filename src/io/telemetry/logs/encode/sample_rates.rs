@@ -1,11 +1,12 @@
 //! Which samples of a flight a logger writes: each kind of message at most so often.
 //!
 //! Consumes samples in order of time; tells of each which kinds of message are due. A logger takes what is there when it is due
-//! and averages nothing. Inertial measurements come as fast as the loggers of both autopilots write them where they are set up
+//! and averages nothing. A message is due where any of its channels is: channels that are sampled at different moments do not
+//! take each other's place. Inertial measurements come as fast as the loggers of both autopilots write them where they are set up
 //! to identify the aircraft; the others come at most 50 times a second.
 //! Sources: PX4, `logged_topics.cpp` (profile for system identification); ArduPilot, LOG_BITMASK (fast IMU, medium attitude).
 
-use crate::flight::channel::Channel;
+use crate::flight::channel::{CHANNELS, Channel};
 use crate::flight::sample::Sample;
 
 /// Inertial messages of ArduPilot a second, at most.
@@ -36,9 +37,6 @@ pub enum LoggedKind {
     Rotor,
 }
 
-/// How many there are.
-const KINDS: usize = 7;
-
 impl LoggedKind {
     const fn channels(self) -> &'static [Channel] {
         match self {
@@ -53,27 +51,31 @@ impl LoggedKind {
     }
 }
 
-/// The clock of each kind.
+/// The clock of each channel.
 #[derive(Clone, Copy, Debug)]
 pub struct SampleRates {
     imu_s: f64,
-    last_s: [Option<f64>; KINDS],
+    last_s: [Option<f64>; CHANNELS],
 }
 
 impl SampleRates {
     /// Nothing written yet; inertial messages at most so often, Hz.
     pub fn new(imu_hz: f64) -> Self {
-        SampleRates { imu_s: 1.0 / imu_hz, last_s: [None; KINDS] }
+        SampleRates { imu_s: 1.0 / imu_hz, last_s: [None; CHANNELS] }
     }
 
-    /// Whether the sample has channels of that kind and they are due; then they count as written.
+    /// Whether the sample has channels of that kind and one of them is due; then those that it has count as written.
     pub fn due(&mut self, kind: LoggedKind, sample: &Sample) -> bool {
         let interval_s = if kind == LoggedKind::Imu { self.imu_s } else { 1.0 / SLOW_HZ };
-        let Some(last_s) = self.last_s.get_mut(kind as usize) else { return false };
-        let due = kind.channels().iter().any(|channel| sample.get(*channel).is_some())
-            && last_s.is_none_or(|last_s| sample.time_s - last_s > interval_s * (1.0 - EARLY));
+        let sampled = |channel: &&Channel| sample.get(**channel).is_some();
+        let due = kind.channels().iter().filter(sampled).any(|channel| {
+            let last_s = self.last_s.get(channel.index()).copied().flatten();
+            last_s.is_none_or(|last_s| sample.time_s - last_s > interval_s * (1.0 - EARLY))
+        });
         if due {
-            *last_s = Some(sample.time_s);
+            for channel in kind.channels().iter().filter(sampled) {
+                self.last_s.iter_mut().skip(channel.index()).take(1).for_each(|last_s| *last_s = Some(sample.time_s));
+            }
         }
         due
     }
@@ -91,6 +93,27 @@ pub fn not_carried(channels: &[Channel], extra: &[Channel]) -> Vec<Channel> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn channels_sampled_at_different_moments_do_not_take_each_others_place() {
+        let mut rates = SampleRates::new(ULOG_IMU_HZ);
+        let (mut of_p, mut of_q) = (0, 0);
+        for at in 0..1000_u32 {
+            // Roll rate 200 times a second, pitch rate 1 ms behind each fourth of it.
+            let mut sample = Sample::new(f64::from(at) / 1000.0);
+            let (rolls, pitches) = (at % 5 == 0, at % 20 == 1);
+            if rolls {
+                sample.set(Channel::P, 0.0);
+            }
+            if pitches {
+                sample.set(Channel::Q, 0.0);
+            }
+            let due = rates.due(LoggedKind::Imu, &sample);
+            of_p += u32::from(due && rolls);
+            of_q += u32::from(due && pitches);
+        }
+        assert_eq!((of_p, of_q), (200, 50));
+    }
 
     #[test]
     fn each_kind_comes_at_its_own_rate_and_only_where_it_was_sampled() {

@@ -1,22 +1,23 @@
 //! Why a cause that fits is not relied upon, and what hold-out runs say of one that is, in words.
 
-use crate::flight::channel::ControlNames;
-use crate::postflight::diagnosis::evidence::reliance::{RejectedCause, RejectionReason};
-use crate::postflight::diagnosis::holdout::holdout_gain::{HoldoutEvidence, HoldoutVerdict};
-use crate::postflight::validation::improvement::IntervalEstimate;
+use sideslip::flight::channel::ControlNames;
+use sideslip::postflight::diagnosis::diagnose::RejectedCause;
+use sideslip::postflight::diagnosis::evidence::reliance::CauseRejection;
+use sideslip::postflight::diagnosis::holdout::holdout_gain::{HoldoutEvidence, HoldoutVerdict};
+use sideslip::postflight::validation::improvement::IntervalEstimate;
 
 /// One clause.
-pub fn rejection(rejected: &RejectedCause, naming: ControlNames) -> String {
+pub(super) fn rejection(rejected: &RejectedCause, naming: ControlNames) -> String {
     let of_error = || percent_of_error(rejected.finding.error_share);
     let of_motion = rejected.finding.motion_share.map(|share| format!(" and changes the motion by {:.1} %", 100.0 * share));
     match (rejected.reason, &rejected.finding.held_out) {
-        (RejectionReason::Small, _) => {
+        (CauseRejection::Small, _) => {
             format!("significant, but it explains {} of the model's error{}", of_error(), of_motion.unwrap_or_default())
         }
-        (RejectionReason::Refuted, Some(own)) => {
+        (CauseRejection::Refuted, Some(own)) => {
             format!("refuted by the hold-out runs: error ratio {} with it", ratio_text(&own.ratio))
         }
-        (RejectionReason::GainNotSeen, Some(own)) => format!(
+        (CauseRejection::GainNotSeen, Some(own)) => format!(
             "refuted by the hold-out runs: error ratio {} of {}, for which it predicts {:.2}",
             ratio_text(&own.channel_ratio),
             own.channel.name(naming),
@@ -27,7 +28,7 @@ pub fn rejection(rejected: &RejectedCause, naming: ControlNames) -> String {
 }
 
 /// The verdict of the hold-out runs on one cause, in the words of the JSON.
-pub fn holdout_word(evidence: &HoldoutEvidence) -> &'static str {
+pub(super) fn holdout_word(evidence: &HoldoutEvidence) -> &'static str {
     match evidence.verdict() {
         HoldoutVerdict::BorneOut => "borne out",
         HoldoutVerdict::NotSeen => "not seen there",
@@ -36,13 +37,13 @@ pub fn holdout_word(evidence: &HoldoutEvidence) -> &'static str {
 }
 
 /// `0.996 [0.975 1.018]`.
-pub fn ratio_text(ratio: &IntervalEstimate) -> String {
+pub(super) fn ratio_text(ratio: &IntervalEstimate) -> String {
     let [low, high] = ratio.interval;
     format!("{:.3} [{low:.3} {high:.3}]", ratio.value)
 }
 
 /// `12 %`, of small shares two digits.
-pub fn percent_of_error(share: f64) -> String {
+pub(super) fn percent_of_error(share: f64) -> String {
     let percent = 100.0 * share;
     if percent >= 2.0 { format!("{percent:.0} %") } else { format!("{percent:.1} %") }
 }
