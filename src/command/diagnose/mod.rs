@@ -40,7 +40,10 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome, Failure> {
     let (fit, holdout) = (read(&args.fit)?, read(&args.holdout)?);
     refuse_two_aircraft(fit.iter().chain(&holdout).zip(args.fit.iter().chain(&args.holdout)))?;
     let controls = fit.first().map_or(ControlNames::Rotorcraft, |one| one.info.geometry().controls);
-    let mut losses: Vec<String> = fit.iter().chain(&holdout).flat_map(|one| one.losses.clone()).collect();
+    // Before the analysis: what was lost may be why it fails.
+    let lost: Vec<&String> = fit.iter().chain(&holdout).flat_map(|one| &one.losses).collect();
+    lost.iter().for_each(|loss| message(format_args!("sideslip: {loss}")));
+    let (any_lost, mut losses) = (!lost.is_empty(), Vec::new());
     let recorded = |runs: Vec<RunInput>, sources: &[RecordingSource]| -> Vec<RecordedRun> {
         let named = runs.into_iter().zip(sources).map(|(one, source)| RecordedRun {
             name: name_of(&one.name, &source.file),
@@ -71,7 +74,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome, Failure> {
     for loss in &losses {
         message(format_args!("sideslip: {loss}"));
     }
-    Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })
+    Ok(if losses.is_empty() && !any_lost { Outcome::Done } else { Outcome::DataLost })
 }
 
 /// A run by its name, and by its file where that is called otherwise.

@@ -12,7 +12,9 @@ pub(super) fn rejection(rejected: &RejectedCause, naming: ControlNames) -> Strin
     let of_motion = rejected.finding.motion_share.map(|share| format!(" and changes the motion by {:.1} %", 100.0 * share));
     match (rejected.reason, &rejected.finding.held_out) {
         (CauseRejection::Small, _) => {
-            format!("significant, but it explains {} of the model's error{}", of_error(), of_motion.unwrap_or_default())
+            // Of what is not small by itself it matters that hold-out runs do not show it.
+            let not_seen = if rejected.finding.small { "" } else { ", and the hold-out runs do not show it" };
+            format!("significant, but it explains {} of the model's error{}{not_seen}", of_error(), of_motion.unwrap_or_default())
         }
         (CauseRejection::Refuted, Some(own)) => {
             format!("refuted by the hold-out runs: error ratio {} with it", ratio_text(&own.ratio))

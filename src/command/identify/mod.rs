@@ -160,9 +160,10 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
     let read_all = |sources: &[RecordingSource]| {
         sources.iter().map(|source| read_columns(source, &args.set, &mapping, args.trim_window)).collect::<Result<Vec<_>, _>>()
     };
-    let (runs, mut losses): (Vec<_>, Vec<_>) = read_all(&args.files)?.into_iter().unzip();
-    let (holdout, lost): (Vec<_>, Vec<_>) = read_all(&args.holdout)?.into_iter().unzip();
-    losses.extend(lost);
+    let (runs, losses): (Vec<_>, Vec<_>) = read_all(&args.files)?.into_iter().unzip();
+    let (holdout, of_holdout): (Vec<_>, Vec<_>) = read_all(&args.holdout)?.into_iter().unzip();
+    // Before the analysis: what was lost may be why it fails.
+    let mut lost = say_losses(losses.iter().chain(&of_holdout));
     let all: Vec<(&PathBuf, &Columns)> = inputs.iter().map(|source| &source.file).zip(runs.iter().chain(&holdout)).collect();
     refuse_twice(&all)?;
 
@@ -174,15 +175,15 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
         if let Some(json) = &args.json {
             write_json(json, &format!("{:#}\n", equation.document()))?;
         }
-        return Ok(ended(losses));
+        return Ok(if lost { Outcome::DataLost } else { Outcome::Done });
     }
     let choice = choice(args, usual_choice(&runs));
     refuse_slow_rates(&all, &choice)?;
     let instruments = if args.doubt_instruments { InstrumentTreatment::Estimated } else { InstrumentTreatment::Trusted };
     let in_band = band.map(|band| FrequencyDomainResult::of(&runs, &choice, band));
     let wanted = IdentificationRequest { choice, only: None, instruments, method: args.method };
-    let (sideslips, lost): (Vec<_>, Vec<_>) = read_all(&args.sideslips)?.into_iter().unzip();
-    losses.extend(lost);
+    let (sideslips, losses): (Vec<_>, Vec<_>) = read_all(&args.sideslips)?.into_iter().unzip();
+    lost |= say_losses(losses.iter());
     let conditions: Vec<TestCondition> = runs.iter().map(TestCondition::of).collect();
     let groups = test_points(&conditions);
     if groups.len() > 1 || !args.model.is_empty() || !sideslips.is_empty() {
@@ -206,7 +207,7 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
                 }
             }
         }
-        return Ok(ended(losses));
+        return Ok(if lost { Outcome::DataLost } else { Outcome::Done });
     }
     let identified = identify(&runs, &holdout, wanted, &FitSettings::default()).map_err(not_identified)?;
 
@@ -227,7 +228,7 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
             write_whole(&folder.join("model.toml"), |file| file.write_all(model.as_bytes()))?;
         }
     }
-    Ok(ended(losses))
+    Ok(if lost { Outcome::DataLost } else { Outcome::Done })
 }
 
 /// Each run by itself through the pipeline of `replay`.
@@ -309,12 +310,11 @@ fn say(text: &str, json_on_standard_output: bool) -> Result<(), Failure> {
     print(text)
 }
 
-fn ended(losses: Vec<Vec<String>>) -> Outcome {
-    let losses: Vec<String> = losses.into_iter().flatten().collect();
-    for loss in &losses {
-        message(format_args!("sideslip: {loss}"));
-    }
-    if losses.is_empty() { Outcome::Done } else { Outcome::DataLost }
+/// Whether there are any.
+fn say_losses<'l>(losses: impl Iterator<Item = &'l Vec<String>>) -> bool {
+    let losses: Vec<&String> = losses.flatten().collect();
+    losses.iter().for_each(|loss| message(format_args!("sideslip: {loss}")));
+    !losses.is_empty()
 }
 
 /// What was asked for, and the usual where nothing was.

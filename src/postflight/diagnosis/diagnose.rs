@@ -12,10 +12,11 @@ use super::data::run_data::RunData;
 use super::data::usable_runs::usable_runs;
 use super::evidence::cause_size::cause_sizes;
 use super::evidence::regressor_plot::{RegressorPlot, regressor_plots};
-use super::evidence::reliance::CauseRejection;
+use super::evidence::reliance::{CauseRejection, is_modest_and_not_seen};
 use super::evidence::residual::{Discrepancy, discrepancy};
 use super::evidence::residual_coherence::{AxisSpectrum, residual_coherence};
 use super::holdout::holdout_gain::{HoldoutEvidence, HoldoutImprovement, HoldoutVerdict, held_out, moves};
+use super::holdout::horizon_prediction::error_over_horizon;
 use super::likelihood::adequacy::{with_observed_noise, without_unidentifiable};
 use super::likelihood::aircraft::Aircraft;
 use super::likelihood::problem::DiagnosisProblem;
@@ -24,8 +25,9 @@ use super::search::forward_search::{SearchResult, search};
 use super::search::joint_derivatives::joint_derivatives;
 use super::search::next_cause::{Rival, SearchSettings};
 use super::search::score_test::acts_on;
+use super::search::turned_signs::{TurnedSign, factor_std, in_right_sign, turned_signs};
 use crate::flight::derivative::Axis;
-use crate::flight::effect::Effect;
+use crate::flight::effect::{Effect, same_cause};
 use crate::flight::file::effect_file::DeclaredEffect;
 use crate::postflight::recorded_run::RecordedRun;
 use crate::postflight::validation::improvement::ImprovementVerdict;
@@ -135,10 +137,18 @@ pub fn diagnose(
     settings: &SearchSettings,
 ) -> Result<Diagnosis, DiagnosisError> {
     let (records, mut set_aside) = usable_runs(model, fit);
-    let problem = pose(model, records.iter().map(|(_, record)| record.clone()).collect(), &set_aside)?;
+    let recorded: Vec<RunData> = records.iter().map(|(_, record)| record.clone()).collect();
+    let posed_with = |effects: &[Effect]| {
+        let fixed = [&model.file.own_effects()[..], effects].concat();
+        DiagnosisProblem::new(Aircraft::of(model), fixed, recorded.clone(), model.file.tolerance, &model.file.stds)
+    };
+    let turned = if records.is_empty() { Vec::new() } else { turned_signs(&posed_with) };
+    let fixed: Vec<Effect> = model.file.own_effects().into_iter().chain(turned.iter().map(|one| one.effect)).collect();
+    let problem = pose(model, &fixed, recorded.clone(), &set_aside)?;
+    let in_right_sign = in_right_sign(fit, &turned);
     // Instruments are checked without the model meanwhile; mostly they are correct, and the first search is valid.
     let (check_instruments, first) = std::thread::scope(|scope| {
-        let beside = scope.spawn(|| check_instruments(fit));
+        let beside = scope.spawn(|| check_instruments(&in_right_sign));
         let first = search_with_observed_noise(problem, &[], settings);
         (beside.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), first)
     });
@@ -155,13 +165,21 @@ pub fn diagnose(
             let why = unlike.iter().find(|(there, _)| *there == place).map(|(_, why)| why.clone());
             set_aside.extend(why.map(|why| (record.name, Unusable::Instruments(why))));
         }
-        let problem = pose(model, same_instruments.into_iter().map(|(_, record)| record).collect(), &set_aside)?;
+        let problem = pose(model, &fixed, same_instruments.into_iter().map(|(_, record)| record).collect(), &set_aside)?;
         search_with_observed_noise(problem, &known, settings)
     };
     let Some((problem, searched, unknown)) = result else {
         return Err(DiagnosisError::Diverged);
     };
     let mut findings = findings(&problem, &searched);
+    for (place, one) in turned.iter().enumerate() {
+        let error = |known: usize| {
+            let known = fixed.get(..fixed.len() - turned.len() + known).unwrap_or_default();
+            error_over_horizon(model, known, &recorded)
+        };
+        let error_share = (1.0 - error(place + 1) / error(place)).clamp(0.0, 1.0);
+        add_turned(one, factor_std(&problem, &searched, &one.effect), error_share, &mut findings);
+    }
     let discrepancy = discrepancy(&problem, &searched);
     let none = none(&searched);
     let spectra =
@@ -179,6 +197,7 @@ pub fn diagnose(
 /// The runs and the model, where there is anything to tell.
 fn pose(
     model: &FlightModel,
+    fixed: &[Effect],
     records: Vec<RunData>,
     set_aside: &[(String, Unusable)],
 ) -> Result<DiagnosisProblem, DiagnosisError> {
@@ -188,8 +207,7 @@ fn pose(
             None => DiagnosisError::Empty,
         });
     }
-    let problem =
-        DiagnosisProblem::new(Aircraft::of(model), model.file.own_effects(), records, model.file.tolerance, &model.file.stds);
+    let problem = DiagnosisProblem::new(Aircraft::of(model), fixed.to_vec(), records, model.file.tolerance, &model.file.stds);
     if problem.unmodelled.iter().all(|unmodelled| *unmodelled) {
         return Err(DiagnosisError::Silent);
     }
@@ -294,6 +312,23 @@ fn findings(problem: &DiagnosisProblem, searched: &SearchResult) -> Vec<Finding>
     found
 }
 
+/// A turned sign as a finding, with the factor of the same channel or control that the search found beside it. It explains what
+/// the others do not: nothing is right before it is.
+fn add_turned(turned: &TurnedSign, std: Option<f64>, error_share: f64, findings: &mut Vec<Finding>) {
+    let mut cause = RankedCause { effect: turned.effect, std: std.unwrap_or(f64::NAN), probability: 1.0, odds: turned.odds };
+    if let Some(place) = findings.iter().position(|one| same_cause(&one.cause.effect, &cause.effect)) {
+        let beside = findings.remove(place).cause;
+        cause.std = beside.std;
+        if let (Some(factor), Some(by)) = (cause.effect.main_number_mut(), beside.effect.main_number()) {
+            *factor *= by;
+        }
+    }
+    findings.iter_mut().for_each(|one| one.error_share *= 1.0 - error_share);
+    let ranking = vec![cause];
+    let turned = Finding { cause, ranking, motion_share: None, error_share, small: false, held_out: None, regressor_plot: None };
+    findings.insert(0, turned);
+}
+
 /// Where the causes leave too much.
 fn unknown_of(problem: &DiagnosisProblem, searched: &SearchResult) -> Option<UnexplainedAxis> {
     let explained: f64 = searched.rivals.iter().filter_map(|rivals| rivals.first()).map(|rival| rival.odds.max(0.0)).sum();
@@ -369,7 +404,8 @@ fn judge_on_holdout(
 
 /// Takes out those that are too small to be relied upon.
 fn take_small(findings: &mut Vec<Finding>) -> Vec<RejectedCause> {
-    let small = findings.extract_if(.., |finding| finding.small);
+    let not_seen = |finding: &Finding| finding.held_out.is_some_and(|own| is_modest_and_not_seen(finding.error_share, &own));
+    let small = findings.extract_if(.., |finding| finding.small || not_seen(finding));
     small.map(|finding| RejectedCause { finding, reason: CauseRejection::Small }).collect()
 }
 

@@ -42,6 +42,9 @@ pub fn statement(cause: &RankedCause, model: &LinearModel, naming: ControlNames)
             format_args!("{}_{term}", axis.name()),
             with(coefficient)
         ),
+        Effect::ControlEffectiveness { control, factor } if factor < 0.0 => {
+            format!("{} is recorded, or acts in the model, with the sign turned: factor {}", control.name(naming), with(factor))
+        }
         Effect::ControlEffectiveness { control, factor } => {
             format!("{} has {} times the effectiveness of the model, the same in all axes", control.name(naming), with(factor))
         }
@@ -110,6 +113,9 @@ pub fn statement(cause: &RankedCause, model: &LinearModel, naming: ControlNames)
         }
         Effect::SensorBias { channel, value: bias } => {
             format!("{} has a bias of {} {}", channel.name(naming), with(bias), channel.si_unit())
+        }
+        Effect::SensorScale { channel, factor } if factor < 0.0 => {
+            format!("{} is recorded with the sign turned: it reads {} times the true value", channel.name(naming), with(factor))
         }
         Effect::SensorScale { channel, factor } => {
             format!("{} has a scale factor of {}", channel.name(naming), with(factor))

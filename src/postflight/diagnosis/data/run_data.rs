@@ -156,6 +156,23 @@ impl RunData {
         self.inputs.get(place).and_then(Option::as_ref).is_some_and(|series| span(series) > STILL * noise.max(1e-6))
     }
 
+    /// Turns the sign of an output.
+    pub fn turn_output(&mut self, place: usize) {
+        if let Some(series) = self.outputs.get_mut(place).and_then(Option::as_mut) {
+            *series = Series::of(series.samples().map(|(time_s, value)| (time_s, -value)));
+            self.groups = Groups::of(&self.outputs, &self.mesh, (f64::NEG_INFINITY, f64::INFINITY));
+        }
+    }
+
+    /// Turns the sign of an input: of its readings where they begin nearer to the trim so, else of their deviations from it.
+    pub fn turn_input(&mut self, place: usize, trim: f64) {
+        if let Some(series) = self.inputs.get_mut(place).and_then(Option::as_mut) {
+            let begins = series.range_s().map_or(trim, |(from_s, _)| series.mean(from_s, from_s + 1.0));
+            let about = if libm::fabs(begins + trim) < libm::fabs(begins - trim) { 0.0 } else { trim };
+            *series = Series::of(series.samples().map(|(time_s, value)| (time_s, 2.0 * about - value)));
+        }
+    }
+
     /// Takes the accelerometer along an axis without a model for what moved the aircraft along it.
     pub fn use_measured_force(&mut self, axis: usize) {
         let (Some(output), Some(input)) = (self.outputs.get_mut(axis), self.inputs.get_mut(MEASURED_FORCE + axis)) else {

@@ -3,15 +3,21 @@
 //! With many samples every small imperfection of a model is significant, and the library's nearest effect fits it with high
 //! probability, for probabilities are among the effects of the library. What tells a cause from these is what it explains, and
 //! what it predicts of runs that it was not found in. A cause is
-//!     small      where of the error that larger causes leave its share is below [`SMALL_SHARE`], or below
-//!                [`SMALL_SHARE_HARDLY_MOVING`] while it changes no channel by more than [`SMALL_MOTION`] of its motion; and its
-//!                error below that which all causes leave (process noise, gusts included);
+//!     small      where its share is below [`SMALL_OF_ALL`] of all the model's error, or below [`SMALL_SHARE`] of what larger
+//!                causes leave, or below [`SMALL_SHARE_HARDLY_MOVING`] of that while it changes no channel by more than
+//!                [`SMALL_MOTION`] of its motion; and its error below that which all causes leave (process noise, gusts
+//!                included). Or where its share is below [`MODEST_OF_ALL`] and hold-out runs that should show its gain do not;
 //!     refuted    where hold-out runs contradict it (`HoldoutEvidence::verdict`).
 //! Both are reported, each with its reason, and stand neither among the causes nor in the extended model.
 
 use super::cause_size::CauseSizes;
+use crate::postflight::diagnosis::holdout::holdout_gain::{HoldoutEvidence, HoldoutVerdict};
 
-/// Share of the model's error below which a cause is small beside gusts and what is left unexplained.
+/// Share of all the model's error below which a cause is small beside gusts and what is left unexplained.
+pub const SMALL_OF_ALL: f64 = 0.01;
+/// Share of all the model's error below which a cause needs hold-out runs that bear it out, where they can.
+pub const MODEST_OF_ALL: f64 = 0.05;
+/// Share of the error that larger causes leave below which a cause is small.
 pub const SMALL_SHARE: f64 = 0.015;
 /// The same of one that hardly changes the motion.
 pub const SMALL_SHARE_HARDLY_MOVING: f64 = 0.2;
@@ -36,8 +42,15 @@ impl CauseSizes {
         let not_larger: f64 = self.of.iter().map(|one| one.error).filter(|error| *error <= own.error).sum();
         let share = own.error / (not_larger + self.left);
         let hardly_moves = own.motion_share < SMALL_MOTION && share < SMALL_SHARE_HARDLY_MOVING;
-        (share < SMALL_SHARE || hardly_moves) && own.error < self.left
+        let all: f64 = self.of.iter().map(|one| one.error).sum::<f64>() + self.left;
+        (share < SMALL_SHARE || own.error < SMALL_OF_ALL * all || hardly_moves) && own.error < self.left
     }
+}
+
+/// Whether a cause of that share of all error is too modest to be relied upon without hold-out runs that bear it out, and these
+/// do not, though they should.
+pub(crate) fn is_modest_and_not_seen(error_share: f64, evidence: &HoldoutEvidence) -> bool {
+    error_share < MODEST_OF_ALL && evidence.is_telling() && evidence.verdict() == HoldoutVerdict::NotSeen
 }
 
 #[cfg(test)]
@@ -56,6 +69,8 @@ mod tests {
         assert!(smallest(&[(0.2, 1.0)], 100.0) && !smallest(&[(0.2, 2.0)], 100.0));
         assert!(smallest(&[(0.03, 2.0)], 100.0) && !smallest(&[(0.03, 30.0)], 100.0), "it hardly moves anything");
         assert!(!smallest(&[(0.2, 1.0)], 0.5), "what is left is smaller still");
-        assert!(!smallest(&[(0.2, 1.0), (0.5, 1000.0)], 2.0), "of what the larger cause leaves it is half");
+        assert!(!smallest(&[(0.2, 1.0), (0.5, 1000.0)], 0.5), "the larger cause leaves less");
+        assert!(smallest(&[(0.2, 1.0), (0.5, 1000.0)], 2.0), "next to nothing of all");
+        assert!(!smallest(&[(0.2, 1.0), (0.5, 50.0)], 2.0), "of what the larger cause leaves it is half");
     }
 }

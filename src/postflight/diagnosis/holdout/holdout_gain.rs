@@ -58,6 +58,8 @@ pub enum HoldoutVerdict {
 const LEAST_PART: f64 = 0.25;
 /// Predicted ratio of errors above which the gain is too small to contradict a cause.
 const EXPECTED_AT_MOST: f64 = 0.98;
+/// Predicted ratio of errors above which no hold-out run can show a gain.
+const TELLING_AT_MOST: f64 = 0.995;
 
 impl HoldoutEvidence {
     /// Verdict on the cause.
@@ -74,6 +76,11 @@ impl HoldoutEvidence {
         } else {
             HoldoutVerdict::NotSeen
         }
+    }
+
+    /// Whether the cause, if it is right, should be seen on the channel that it improves most.
+    pub fn is_telling(&self) -> bool {
+        self.channel_expected < TELLING_AT_MOST
     }
 
     fn of(gain: &Improvement) -> Option<Self> {

@@ -19,7 +19,7 @@ use crate::postflight::diagnosis::data::run_data::{OUTPUT_CHANNELS, OUTPUTS, Run
 use crate::postflight::diagnosis::likelihood::aircraft::Aircraft;
 use crate::postflight::diagnosis::likelihood::maximise::{Effort, maximise};
 use crate::postflight::diagnosis::likelihood::normal_equations::{Detail, linearise};
-use crate::postflight::diagnosis::likelihood::parameter::RunInstrumentErrors;
+use crate::postflight::diagnosis::likelihood::parameter::{RunInstrumentErrors, output_of};
 use crate::postflight::diagnosis::likelihood::parameter_set::ParameterSet;
 use crate::postflight::diagnosis::likelihood::problem::DiagnosisProblem;
 use crate::postflight::diagnosis::likelihood::run_model::{RunModel, force_rate};
@@ -50,10 +50,36 @@ pub fn predict_over_horizon(model: &FlightModel, effects: &[Effect], run: &RunDa
     let Predictions { of_output, diverged_at_s } = predict_windows(&problem, &point, 0, &states);
     let channels = of_output.into_iter().enumerate().filter(|(output, pairs)| said(*output) && !pairs.is_empty());
     FreeRunPrediction {
-        channels: channels.filter_map(|(output, pairs)| channel(run, output, pairs)).collect(),
+        channels: channels
+            .filter_map(|(output, pairs)| channel(run, output, as_recorded(&unpredicted.effects, output, pairs)))
+            .collect(),
         diverged_at_s,
         ..unpredicted
     }
+}
+
+/// Mean over runs and channels of mean (z - y)^2/sigma^2 - 1, sigma the noise of z: the error of the model.
+pub(crate) fn error_over_horizon(model: &FlightModel, effects: &[Effect], runs: &[RunData]) -> f64 {
+    let predictions = runs.iter().flat_map(|run| predict_over_horizon(model, effects, run).channels);
+    let of_channel = |one: PredictedChannel| {
+        let errors = one.measured.iter().zip(&one.predicted).map(|(z, y)| (z - y) / one.noise_std);
+        errors.map(|e| e * e).sum::<f64>() / one.measured.len().max(1) as f64
+    };
+    let errors: Vec<f64> = predictions.map(of_channel).filter(|error| error.is_finite()).collect();
+    (errors.iter().sum::<f64>() / errors.len().max(1) as f64 - 1.0).max(0.0)
+}
+
+/// In the sign of the record: the problem has it as it should have been recorded.
+fn as_recorded(effects: &[Effect], output: usize, mut pairs: Vec<PredictedReading>) -> Vec<PredictedReading> {
+    let turns = |effect: &&Effect| {
+        output_of(effect) == Some(output) && matches!(effect, Effect::SensorScale { factor, .. } if *factor < 0.0)
+    };
+    if effects.iter().filter(turns).count() % 2 == 1 {
+        for (_, reading, predicted) in &mut pairs {
+            (reading.value, *predicted) = (-reading.value, -*predicted);
+        }
+    }
+    pairs
 }
 
 /// The run's own offsets where they settle, and the states of the filter there.

@@ -9,8 +9,7 @@
 //! The noise of forces and moments is never less than what the noise of the recorded controls makes.
 
 use super::aircraft::{Aircraft, Partials};
-use super::parameter::RUN_OFFSETS;
-use super::parameter::{difference_steps, with_number_changed};
+use super::parameter::{RUN_OFFSETS, difference_steps, output_of, with_number_changed};
 use super::parameter_set::ParameterSet;
 use crate::flight::channel::Channel;
 use crate::flight::control::{CONTROLS, Control};
@@ -62,7 +61,10 @@ pub struct DiagnosisProblem {
 
 impl DiagnosisProblem {
     /// Of runs and a model whose derivatives may each be off by so much of themselves, and by their standard errors.
+    ///
+    /// Where an effect of the model file turns the sign of a channel or control, `runs` are as they should have been recorded.
     pub fn new(aircraft: Aircraft, fixed: Vec<Effect>, mut runs: Vec<RunData>, tolerance: f64, stds: &Partials) -> Self {
+        let fixed = in_right_sign(&aircraft, fixed, &mut runs);
         let unmodelled = Axis::ALL.map(|axis| aircraft.is_unmodelled(axis));
         for run in &mut runs {
             (0..3).filter(|&axis| unmodelled[axis]).for_each(|axis| run.use_measured_force(axis));
@@ -184,6 +186,29 @@ impl DiagnosisProblem {
         let trimmed = place < CONTROLS || (place == ROTOR && self.aircraft.trim().rotor_speed.is_some());
         trimmed && self.runs.iter().any(|run| run.inputs.get(place).is_some_and(Option::is_some))
     }
+}
+
+/// Turns the sign of what is recorded with it turned: the effects that remain have positive factors.
+fn in_right_sign(aircraft: &Aircraft, mut effects: Vec<Effect>, runs: &mut [RunData]) -> Vec<Effect> {
+    for effect in &mut effects {
+        let output = output_of(effect);
+        match (effect, output) {
+            (Effect::SensorScale { factor, .. }, Some(output)) if *factor < 0.0 => {
+                *factor = -*factor;
+                runs.iter_mut().for_each(|run| run.turn_output(output));
+            }
+            (Effect::ControlEffectiveness { control, factor }, _) if *factor < 0.0 => {
+                *factor = -*factor;
+                let place = control.index();
+                let at_trim = aircraft.trim().controls.get(place).copied().unwrap_or(0.0);
+                runs.iter_mut().for_each(|run| run.turn_input(place, at_trim));
+            }
+            _ => {}
+        }
+    }
+    let is_none = |effect: &Effect| matches!(effect, Effect::SensorScale { factor, .. } | Effect::ControlEffectiveness { factor, .. } if *factor == 1.0);
+    effects.retain(|effect| !is_none(effect));
+    effects
 }
 
 /// Whether every run has what an accelerometer felt along an axis without a model.

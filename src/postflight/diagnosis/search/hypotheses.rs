@@ -190,7 +190,7 @@ pub fn curvature(problem: &DiagnosisProblem, present: &[Effect]) -> Vec<LibraryE
 }
 
 /// An entry that does not change what reaches the blades.
-fn plain_entry(effect: Effect, component: usize) -> LibraryEntry {
+pub(crate) fn plain_entry(effect: Effect, component: usize) -> LibraryEntry {
     let candidate = CandidateParameter { column: parameter_kind(&effect, component), blade_input_changes: Vec::new() };
     LibraryEntry { effect, candidate, component, fixed_size: false, prior_std: prior_std(&effect) }
 }

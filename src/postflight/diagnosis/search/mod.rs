@@ -8,3 +8,4 @@ pub mod next_cause;
 pub(crate) mod retest;
 pub mod score_test;
 pub(crate) mod substitution;
+pub(crate) mod turned_signs;
