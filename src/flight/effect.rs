@@ -121,6 +121,11 @@ pub enum Effect {
         /// True position less the run's, body axes, m.
         offset_m: [f64; 3],
     },
+    /// Two channels are recorded under each other's name.
+    Exchanged {
+        /// Which, of one quantity; their order says nothing.
+        channels: [Channel; 2],
+    },
     /// The model explains the data within their noise and its own tolerance.
     None,
     /// Something is there on that axis, and no other effect explains it.
@@ -271,6 +276,7 @@ kinds! {
     None "none" None {};
     Unknown "unknown" Unknown { axis: axis };
     RotorReaction "rotor_speed" Rotor [axis = N] { reaction: inertia_ratio } main reaction;
+    Exchanged "exchanged" Instrument { channels: channels };
 }
 
 impl Effect {
@@ -311,6 +317,7 @@ impl Effect {
             | Effect::FlightPath { .. }
             | Effect::Turbulence { .. }
             | Effect::SensorPosition { .. }
+            | Effect::Exchanged { .. }
             | Effect::Unknown { .. }
             | Effect::None => None,
         }
@@ -355,6 +362,10 @@ pub fn cause(effect: &Effect) -> (EffectKind, [u8; 2], Option<Term>) {
             EffectField::Axis(axis) => axis.index(),
             EffectField::Control(control) => control.index(),
             EffectField::Channel(channel) => channel.index(),
+            EffectField::Channels(channels) => {
+                let [one, other] = channels.map(|channel| channel.index() as u8);
+                return places = [one.min(other), one.max(other)];
+            }
             EffectField::Sensor(sensor) => sensor as usize,
             EffectField::Variable(variable) => return of = Some(Term::Linear(variable)),
             EffectField::Term(term) => return of = Some(term),
@@ -388,6 +399,7 @@ pub(crate) const EVERY_KIND: &str = r#"
         { kind = "sensor_lag", channel = "p", tau = 0.05 },
         { kind = "sensor_delay", channel = "r", delay = -0.02 },
         { kind = "sensor_position", sensor = "vane", offset_m = [13.1, 0, 0] },
+        { kind = "exchanged", channels = ["p", "r"] },
         { kind = "none" },
         { kind = "unknown", axis = "L" },
         { kind = "rotor_speed", axis = "N", reaction = -0.2 },
@@ -402,9 +414,10 @@ mod tests {
         for &kind in EffectKind::ALL {
             let shares = kind == EffectKind::RotorReaction;
             assert_eq!(EffectKind::from_name(kind.name()), Some(if shares { EffectKind::RotorSpeed } else { kind }));
-            assert_eq!(kind.name().starts_with("sensor_"), kind.family() == Family::Instrument);
+            let of_instrument = kind.name().starts_with("sensor_") || kind == EffectKind::Exchanged;
+            assert_eq!(of_instrument, kind.family() == Family::Instrument);
         }
-        assert_eq!(EffectKind::ALL.len(), 19);
+        assert_eq!(EffectKind::ALL.len(), 20);
         assert_eq!(EffectKind::FlightPath.family(), Family::Derivative);
         assert_eq!(EffectKind::from_name("sensor"), None);
     }

@@ -19,6 +19,8 @@ pub enum EffectField {
     Term(Term),
     Control(Control),
     Channel(Channel),
+    /// Two different channels.
+    Channels([Channel; 2]),
     /// A sensor whose position matters.
     Sensor(PositionedSensor),
     Number(f64),
@@ -50,6 +52,7 @@ pub trait EffectReader {
     fn term(&mut self, key: &'static str) -> Result<Term, Self::Error>;
     fn control(&mut self, key: &'static str) -> Result<Control, Self::Error>;
     fn channel(&mut self, key: &'static str) -> Result<Channel, Self::Error>;
+    fn channels(&mut self, key: &'static str) -> Result<[Channel; 2], Self::Error>;
     fn sensor(&mut self, key: &'static str) -> Result<PositionedSensor, Self::Error>;
     fn number(&mut self, key: &'static str, range: NumberRange) -> Result<f64, Self::Error>;
     fn vector(&mut self, key: &'static str) -> Result<[f64; 3], Self::Error>;
@@ -93,6 +96,9 @@ macro_rules! field {
     };
     (channel $value:ident) => {
         EffectField::Channel($value)
+    };
+    (channels $value:ident) => {
+        EffectField::Channels($value)
     };
     (sensor $value:ident) => {
         EffectField::Sensor($value)

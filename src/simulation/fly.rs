@@ -225,7 +225,8 @@ impl Flight {
         };
         let mut recorded = Vec::new();
         for ((instrument, reading), times) in self.instruments.channels.iter().zip(&readings).zip(&channel_times) {
-            recorded.push((instrument.channel, read(instrument, reading, &seen, times)));
+            let name = recorded_as(instrument.channel, &self.effects);
+            recorded.push((name, read(instrument, reading, &seen, times)));
         }
         // Every wanted time is in the mesh, up to where the motion diverged.
         let mut wanted = self.times_s.iter().peekable();
@@ -388,4 +389,13 @@ pub fn simulate(
     let flight =
         Flight { inputs: inputs.sampled(&times_s), instruments: instruments.clone(), times_s, seed, ..Flight::of(model.clone()) };
     flight.fly()
+}
+
+/// The name that a channel is recorded under.
+pub(crate) fn recorded_as(channel: Channel, effects: &[Effect]) -> Channel {
+    effects.iter().fold(channel, |channel, effect| match *effect {
+        Effect::Exchanged { channels: [one, other] } if channel == one => other,
+        Effect::Exchanged { channels: [one, other] } if channel == other => one,
+        _ => channel,
+    })
 }

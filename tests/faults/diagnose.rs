@@ -40,6 +40,46 @@ fn a_lag_in_the_flight_is_the_answer_and_its_extension_flies() {
 }
 
 #[test]
+fn a_turned_vane_and_exchanged_gyros_are_the_answer_and_the_extended_model_predicts_the_records() {
+    let folder = folder("diagnose-recording");
+    let model = own("replay/models/puma-like.toml");
+    let text = std::fs::read_to_string(&model).unwrap();
+    let (json, extended) = (folder.join("answer.json"), folder.join("extended.toml"));
+    for (table, words) in [
+        ("kind = \"sensor_scale\"\nchannel = \"beta\"\nfactor = -1.1\n", "beta is recorded with the sign turned"),
+        ("kind = \"exchanged\"\nchannels = [\"p\", \"r\"]\n", "p and r are exchanged"),
+        ("kind = \"exchanged\"\nchannels = [\"pedal\", \"lat_cyclic\"]\n", "lat_cyclic and pedal are exchanged"),
+    ] {
+        let spoilt = folder.join("spoilt.toml");
+        std::fs::write(&spoilt, format!("{text}\n[[effect]]\n{table}")).unwrap();
+        let fit = flown(&folder, "fit.csv", &spoilt, "pedal:3211:0.02:0.7", "1");
+        let holdout = flown(&folder, "holdout.csv", &spoilt, "pedal:doublet:0.02:0.8", "2");
+        let args = ["diagnose", "--model", path(&model), "--fit", path(&fit), "--holdout", path(&holdout)];
+        let (status, _, said) =
+            ended(&sideslip(&[args.as_slice(), &["--json", path(&json), "--extended", path(&extended)]].concat()));
+        assert_eq!(status, 0, "{said}");
+        let answer: Value = serde_json::from_str(&std::fs::read_to_string(&json).unwrap()).unwrap();
+        let verdict = &answer["verdict"];
+        assert!(verdict["statement"].as_str().unwrap().contains(words), "{verdict}");
+        assert_eq!(answer["findings"].as_array().unwrap().len(), 1, "{said}");
+        assert_eq!(answer["findings"][0]["holdout"], "borne out");
+        if let Some(factor) = verdict["factor"].as_f64() {
+            let std = verdict["std"].as_f64().unwrap();
+            assert!((factor + 1.1).abs() < 4.0 * std && std < 0.02, "{factor} +- {std}");
+        }
+        // The extended model predicts what is recorded, wrong as it is.
+        let compared = folder.join("compared.json");
+        let call = ["compare", path(&holdout), "--model", path(&model), "--beside", path(&extended), "--json", path(&compared)];
+        let (status, _, said) = ended(&sideslip(&call));
+        assert_eq!(status, 0, "{said}");
+        let text = std::fs::read_to_string(&compared).unwrap();
+        let compared: Value = serde_json::from_str(&text).unwrap();
+        let ratio = compared["all"]["pooled"]["ratio"].as_f64().unwrap();
+        assert!(ratio < 0.5, "{words}: {ratio} {text}");
+    }
+}
+
+#[test]
 fn what_cannot_be_used_is_refused_in_words() {
     let folder = folder("diagnose-wrong");
     let model = own("replay/models/puma-like.toml");

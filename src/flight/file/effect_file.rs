@@ -139,6 +139,19 @@ impl EffectReader for FieldReader<'_, '_> {
         channel(&self.table.require(key)?, self.naming)
     }
 
+    fn channels(&mut self, key: &'static str) -> Result<[Channel; 2], TomlError> {
+        let entry = self.table.require(key)?;
+        let [one, other] = entry.two_texts()?;
+        let channels = [channel_named(one, &entry, self.naming)?, channel_named(other, &entry, self.naming)?];
+        match channels {
+            [one, other] if one == other => Err(entry.misread("expected two different channels, found one twice")),
+            [one, other] if one.quantity() != other.quantity() || is_control(one) != is_control(other) => {
+                Err(entry.misread("expected two channels of one quantity, or two controls"))
+            }
+            channels => Ok(channels),
+        }
+    }
+
     fn sensor(&mut self, key: &'static str) -> Result<PositionedSensor, TomlError> {
         sensor(&self.table.require(key)?)
     }
@@ -187,13 +200,20 @@ fn control(entry: &TomlEntry<'_>, naming: &Naming) -> Result<Control, TomlError>
 }
 
 fn channel(entry: &TomlEntry<'_>, naming: &Naming) -> Result<Channel, TomlError> {
-    let name = entry.text()?;
+    channel_named(entry.text()?, entry, naming)
+}
+
+fn channel_named(name: &str, entry: &TomlEntry<'_>, naming: &Naming) -> Result<Channel, TomlError> {
     let Some((channel, _)) = Channel::from_name(name) else {
         let names: Vec<&str> = Channel::ALL.iter().map(|channel| channel.name(naming.offered())).collect();
         return Err(entry.choice("a channel", &names));
     };
     naming.note(name).map_err(|what| entry.misread(what))?;
     Ok(channel)
+}
+
+fn is_control(channel: Channel) -> bool {
+    Channel::CONTROLS.contains(&channel)
 }
 
 fn sensor(entry: &TomlEntry<'_>) -> Result<PositionedSensor, TomlError> {
@@ -217,6 +237,8 @@ fn nonlinear_term(entry: &TomlEntry<'_>) -> Result<Term, TomlError> {
 pub enum EffectValue {
     /// A name.
     Name(String),
+    /// Names.
+    Names(Vec<String>),
     /// A number.
     Number(f64),
     /// Three numbers.
@@ -226,7 +248,7 @@ pub enum EffectValue {
 impl DeclaredEffect {
     /// Keys and values of the effect's table, `kind` first and `std` last, for any format that has tables.
     pub fn entries(&self, naming: ControlNames) -> Vec<(&'static str, EffectValue)> {
-        use EffectValue::{Name, Number, Vector};
+        use EffectValue::{Name, Names, Number, Vector};
         let mut entries = vec![("kind", Name(self.effect.kind().name().to_owned()))];
         self.effect.for_each_field(|key, field| {
             let value = match field {
@@ -235,6 +257,9 @@ impl DeclaredEffect {
                 EffectField::Term(term) => Name(term.to_string()),
                 EffectField::Control(control) => Name(control.name(naming).to_owned()),
                 EffectField::Channel(channel) => Name(channel.name(naming).to_owned()),
+                EffectField::Channels(channels) => {
+                    Names(channels.iter().map(|channel| channel.name(naming).to_owned()).collect())
+                }
                 EffectField::Sensor(sensor) => Name(sensor.name().to_owned()),
                 EffectField::Number(number) => Number(number),
                 EffectField::Vector(vector) => Vector(vector),
@@ -251,6 +276,7 @@ impl DeclaredEffect {
         for (key, value) in self.entries(naming) {
             let _ = match value {
                 EffectValue::Name(name) => writeln!(text, "{key} = \"{name}\""),
+                EffectValue::Names(names) => writeln!(text, "{key} = {names:?}"),
                 EffectValue::Number(number) => writeln!(text, "{key} = {number:?}"),
                 EffectValue::Vector(numbers) => writeln!(text, "{key} = {numbers:?}"),
             };

@@ -24,8 +24,8 @@ use super::record::{DiagnosisError, RankedCause, TrimDifference, UnexplainedAxis
 use super::search::forward_search::{SearchResult, search};
 use super::search::joint_derivatives::joint_derivatives;
 use super::search::next_cause::{Rival, SearchSettings};
+use super::search::recording_faults::{RecordingFault, as_it_should_be_recorded, factor_std, recording_faults};
 use super::search::score_test::acts_on;
-use super::search::turned_signs::{TurnedSign, factor_std, in_right_sign, turned_signs};
 use crate::flight::derivative::Axis;
 use crate::flight::effect::{Effect, same_cause};
 use crate::flight::file::effect_file::DeclaredEffect;
@@ -142,13 +142,13 @@ pub fn diagnose(
         let fixed = [&model.file.own_effects()[..], effects].concat();
         DiagnosisProblem::new(Aircraft::of(model), fixed, recorded.clone(), model.file.tolerance, &model.file.stds)
     };
-    let turned = if records.is_empty() { Vec::new() } else { turned_signs(&posed_with) };
-    let fixed: Vec<Effect> = model.file.own_effects().into_iter().chain(turned.iter().map(|one| one.effect)).collect();
+    let faults = if records.is_empty() { Vec::new() } else { recording_faults(&posed_with) };
+    let fixed: Vec<Effect> = model.file.own_effects().into_iter().chain(faults.iter().map(|one| one.effect)).collect();
     let problem = pose(model, &fixed, recorded.clone(), &set_aside)?;
-    let in_right_sign = in_right_sign(fit, &turned);
+    let as_it_should_be = as_it_should_be_recorded(fit, &faults);
     // Instruments are checked without the model meanwhile; mostly they are correct, and the first search is valid.
     let (check_instruments, first) = std::thread::scope(|scope| {
-        let beside = scope.spawn(|| check_instruments(&in_right_sign));
+        let beside = scope.spawn(|| check_instruments(&as_it_should_be));
         let first = search_with_observed_noise(problem, &[], settings);
         (beside.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), first)
     });
@@ -172,13 +172,13 @@ pub fn diagnose(
         return Err(DiagnosisError::Diverged);
     };
     let mut findings = findings(&problem, &searched);
-    for (place, one) in turned.iter().enumerate() {
+    for (place, one) in faults.iter().enumerate() {
         let error = |known: usize| {
-            let known = fixed.get(..fixed.len() - turned.len() + known).unwrap_or_default();
+            let known = fixed.get(..fixed.len() - faults.len() + known).unwrap_or_default();
             error_over_horizon(model, known, &recorded)
         };
         let error_share = (1.0 - error(place + 1) / error(place)).clamp(0.0, 1.0);
-        add_turned(one, factor_std(&problem, &searched, &one.effect), error_share, &mut findings);
+        add_recording_fault(one, factor_std(&problem, &searched, &one.effect), error_share, &mut findings);
     }
     let discrepancy = discrepancy(&problem, &searched);
     let none = none(&searched);
@@ -312,10 +312,10 @@ fn findings(problem: &DiagnosisProblem, searched: &SearchResult) -> Vec<Finding>
     found
 }
 
-/// A turned sign as a finding, with the factor of the same channel or control that the search found beside it. It explains what
-/// the others do not: nothing is right before it is.
-fn add_turned(turned: &TurnedSign, std: Option<f64>, error_share: f64, findings: &mut Vec<Finding>) {
-    let mut cause = RankedCause { effect: turned.effect, std: std.unwrap_or(f64::NAN), probability: 1.0, odds: turned.odds };
+/// A fault of the recording as a finding, with the factor of the same channel or control that the search found beside it. It
+/// explains what the others do not: nothing is right before it is.
+fn add_recording_fault(fault: &RecordingFault, std: Option<f64>, error_share: f64, findings: &mut Vec<Finding>) {
+    let mut cause = RankedCause { effect: fault.effect, std: std.unwrap_or(0.0), probability: 1.0, odds: fault.odds };
     if let Some(place) = findings.iter().position(|one| same_cause(&one.cause.effect, &cause.effect)) {
         let beside = findings.remove(place).cause;
         cause.std = beside.std;
@@ -325,8 +325,8 @@ fn add_turned(turned: &TurnedSign, std: Option<f64>, error_share: f64, findings:
     }
     findings.iter_mut().for_each(|one| one.error_share *= 1.0 - error_share);
     let ranking = vec![cause];
-    let turned = Finding { cause, ranking, motion_share: None, error_share, small: false, held_out: None, regressor_plot: None };
-    findings.insert(0, turned);
+    let finding = Finding { cause, ranking, motion_share: None, error_share, small: false, held_out: None, regressor_plot: None };
+    findings.insert(0, finding);
 }
 
 /// Where the causes leave too much.

@@ -26,6 +26,7 @@ use crate::flight::sample::Sample;
 use crate::flight::signal::piecewise_linear::History;
 use crate::flight::signal::series::Series;
 use crate::simulation::flight_model::FlightModel;
+use crate::simulation::fly::recorded_as;
 use crate::simulation::fly::{Flight, Inputs, SimulationError};
 use crate::simulation::instrument::{Instrument, InstrumentSet};
 use core::f64::consts::PI;
@@ -182,7 +183,7 @@ fn inputs(in_trim: &Flight, effects: &[Effect], run: &ValidationRun<'_>, start_s
         Ok(History::through(points).ok().map(|history| history.shifted(at_trim - mean)))
     };
     for control in Control::ALL {
-        match about(control.channel(), trim.of(control.variable()))? {
+        match about(recorded_as(control.channel(), effects), trim.of(control.variable()))? {
             Some(history) => inputs.controls[control.index()] = history,
             None if run.still[control.index()] || !answers_to(control, in_trim, effects) => {}
             None => return Err(PredictionError::NoControl(control.name(run.geometry.controls))),

@@ -179,6 +179,10 @@ impl EffectReader for FieldReader<'_> {
         self.place(&Channel::ALL)
     }
 
+    fn channels(&mut self, _: &'static str) -> Result<[Channel; 2], BusError> {
+        Ok([self.place(&Channel::ALL)?, self.place(&Channel::ALL)?])
+    }
+
     fn sensor(&mut self, _: &'static str) -> Result<PositionedSensor, BusError> {
         self.place(&PositionedSensor::ALL)
     }
@@ -229,6 +233,7 @@ mod tests {
             Effect::SensorLag { channel, tau: 0.05 },
             Effect::SensorDelay { channel, delay: -0.05 },
             Effect::SensorPosition { sensor: PositionedSensor::Vane, offset_m: [1.0, -2.0, 0.5] },
+            Effect::Exchanged { channels: [Channel::P, Channel::R] },
             Effect::None,
             Effect::Unknown { axis },
         ]

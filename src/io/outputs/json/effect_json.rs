@@ -8,6 +8,7 @@ use serde_json::{Map, Value, json};
 pub fn effect_json(effect: &DeclaredEffect, controls: ControlNames) -> Map<String, Value> {
     let value = |value| match value {
         EffectValue::Name(name) => json!(name),
+        EffectValue::Names(names) => json!(names),
         EffectValue::Number(number) => json!(number),
         EffectValue::Vector(vector) => json!(vector),
     };

@@ -135,6 +135,9 @@ pub fn statement(cause: &RankedCause, model: &LinearModel, naming: ControlNames)
                 cause.std
             )
         }
+        Effect::Exchanged { channels: [one, other] } => {
+            format!("{} and {} are exchanged: each is recorded under the other's name", one.name(naming), other.name(naming))
+        }
         Effect::None => "the model explains the data within their noise and its own tolerance".to_owned(),
         Effect::Unknown { axis } => format!("an effect on the {} is explained by no hypothesis", axis_in_words(axis)),
     }

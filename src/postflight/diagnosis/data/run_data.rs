@@ -156,6 +156,22 @@ impl RunData {
         self.inputs.get(place).and_then(Option::as_ref).is_some_and(|series| span(series) > STILL * noise.max(1e-6))
     }
 
+    /// Gives two channels each other's records; both outputs or both inputs.
+    pub fn exchange(&mut self, channels: [Channel; 2]) {
+        let [one, other] = channels;
+        let outputs = [one, other].map(|channel| OUTPUT_CHANNELS.iter().position(|output| *output == channel));
+        let inputs = [one, other].map(|channel| (0..MEASURED_FORCE).find(|&input| input_channel(input) == channel));
+        if let [Some(one), Some(other)] = outputs {
+            self.outputs.swap(one, other);
+            self.output_noise.swap(one, other);
+            self.recorded_noise.swap(one, other);
+            self.groups = Groups::of(&self.outputs, &self.mesh, (f64::NEG_INFINITY, f64::INFINITY));
+        } else if let [Some(one), Some(other)] = inputs {
+            self.inputs.swap(one, other);
+            self.input_noise.swap(one, other);
+        }
+    }
+
     /// Turns the sign of an output.
     pub fn turn_output(&mut self, place: usize) {
         if let Some(series) = self.outputs.get_mut(place).and_then(Option::as_mut) {

@@ -26,6 +26,7 @@ use crate::postflight::diagnosis::likelihood::run_model::{RunModel, force_rate};
 use crate::postflight::diagnosis::likelihood::state::{FilterState, LAG};
 use crate::postflight::validation::free_run::{FreeRunPrediction, PredictedChannel};
 use crate::simulation::flight_model::FlightModel;
+use crate::simulation::fly::recorded_as;
 
 /// Length of a window, s.
 pub const HORIZON_S: f64 = 2.0;
@@ -51,7 +52,10 @@ pub fn predict_over_horizon(model: &FlightModel, effects: &[Effect], run: &RunDa
     let channels = of_output.into_iter().enumerate().filter(|(output, pairs)| said(*output) && !pairs.is_empty());
     FreeRunPrediction {
         channels: channels
-            .filter_map(|(output, pairs)| channel(run, output, as_recorded(&unpredicted.effects, output, pairs)))
+            .filter_map(|(output, pairs)| {
+                let (place, pairs) = as_recorded(&unpredicted.effects, output, pairs);
+                channel(run, place, pairs)
+            })
             .collect(),
         diverged_at_s,
         ..unpredicted
@@ -69,17 +73,24 @@ pub(crate) fn error_over_horizon(model: &FlightModel, effects: &[Effect], runs: 
     (errors.iter().sum::<f64>() / errors.len().max(1) as f64 - 1.0).max(0.0)
 }
 
-/// In the sign of the record: the problem has it as it should have been recorded.
-fn as_recorded(effects: &[Effect], output: usize, mut pairs: Vec<PredictedReading>) -> Vec<PredictedReading> {
-    let turns = |effect: &&Effect| {
-        output_of(effect) == Some(output) && matches!(effect, Effect::SensorScale { factor, .. } if *factor < 0.0)
-    };
-    if effects.iter().filter(turns).count() % 2 == 1 {
-        for (_, reading, predicted) in &mut pairs {
-            (reading.value, *predicted) = (-reading.value, -*predicted);
+/// Under the name and in the sign of the record: the problem has it as it should have been recorded.
+fn as_recorded(effects: &[Effect], output: usize, mut pairs: Vec<PredictedReading>) -> (usize, Vec<PredictedReading>) {
+    let mut place = output;
+    for effect in effects {
+        match *effect {
+            Effect::SensorScale { factor, .. } if factor < 0.0 && output_of(effect) == Some(place) => {
+                for (_, reading, predicted) in &mut pairs {
+                    (reading.value, *predicted) = (-reading.value, -*predicted);
+                }
+            }
+            Effect::Exchanged { .. } => {
+                let named = OUTPUT_CHANNELS.get(place).map(|&channel| recorded_as(channel, &[*effect]));
+                place = OUTPUT_CHANNELS.iter().position(|channel| Some(*channel) == named).unwrap_or(place);
+            }
+            _ => {}
         }
     }
-    pairs
+    (place, pairs)
 }
 
 /// The run's own offsets where they settle, and the states of the filter there.

@@ -62,9 +62,10 @@ pub struct DiagnosisProblem {
 impl DiagnosisProblem {
     /// Of runs and a model whose derivatives may each be off by so much of themselves, and by their standard errors.
     ///
-    /// Where an effect of the model file turns the sign of a channel or control, `runs` are as they should have been recorded.
+    /// Where effects of the model file turn the sign of a channel or control, or exchange two, `runs` are as they should have
+    /// been recorded.
     pub fn new(aircraft: Aircraft, fixed: Vec<Effect>, mut runs: Vec<RunData>, tolerance: f64, stds: &Partials) -> Self {
-        let fixed = in_right_sign(&aircraft, fixed, &mut runs);
+        let fixed = as_it_should_be_recorded(&aircraft, fixed, &mut runs);
         let unmodelled = Axis::ALL.map(|axis| aircraft.is_unmodelled(axis));
         for run in &mut runs {
             (0..3).filter(|&axis| unmodelled[axis]).for_each(|axis| run.use_measured_force(axis));
@@ -188,9 +189,10 @@ impl DiagnosisProblem {
     }
 }
 
-/// Turns the sign of what is recorded with it turned: the effects that remain have positive factors.
-fn in_right_sign(aircraft: &Aircraft, mut effects: Vec<Effect>, runs: &mut [RunData]) -> Vec<Effect> {
-    for effect in &mut effects {
+/// Turns the sign of what is recorded with it turned, and exchanges what is exchanged: the effects that remain are neither.
+fn as_it_should_be_recorded(aircraft: &Aircraft, mut effects: Vec<Effect>, runs: &mut [RunData]) -> Vec<Effect> {
+    // The last that happened to the record is undone first.
+    for effect in effects.iter_mut().rev() {
         let output = output_of(effect);
         match (effect, output) {
             (Effect::SensorScale { factor, .. }, Some(output)) if *factor < 0.0 => {
@@ -203,11 +205,15 @@ fn in_right_sign(aircraft: &Aircraft, mut effects: Vec<Effect>, runs: &mut [RunD
                 let at_trim = aircraft.trim().controls.get(place).copied().unwrap_or(0.0);
                 runs.iter_mut().for_each(|run| run.turn_input(place, at_trim));
             }
+            (Effect::Exchanged { channels }, _) => runs.iter_mut().for_each(|run| run.exchange(*channels)),
             _ => {}
         }
     }
-    let is_none = |effect: &Effect| matches!(effect, Effect::SensorScale { factor, .. } | Effect::ControlEffectiveness { factor, .. } if *factor == 1.0);
-    effects.retain(|effect| !is_none(effect));
+    effects.retain(|effect| match *effect {
+        Effect::Exchanged { .. } => false,
+        Effect::SensorScale { factor, .. } | Effect::ControlEffectiveness { factor, .. } => factor != 1.0,
+        _ => true,
+    });
     effects
 }
 
