@@ -399,10 +399,10 @@ pub(crate) const EVERY_KIND: &str = r#"
         { kind = "sensor_lag", channel = "p", tau = 0.05 },
         { kind = "sensor_delay", channel = "r", delay = -0.02 },
         { kind = "sensor_position", sensor = "vane", offset_m = [13.1, 0, 0] },
-        { kind = "exchanged", channels = ["p", "r"] },
         { kind = "none" },
         { kind = "unknown", axis = "L" },
         { kind = "rotor_speed", axis = "N", reaction = -0.2 },
+        { kind = "exchanged", channels = ["p", "r"] },
     ]"#;
 
 #[cfg(test)]

@@ -70,7 +70,7 @@ fn the_trim_stays_the_trim() {
 }
 
 /// One effect of each kind, in the order of [`EffectKind::ALL`], each large enough to be seen.
-pub(crate) fn one_of_each() -> [Effect; 19] {
+pub(crate) fn one_of_each() -> [Effect; 20] {
     let pedal = Control::Pedal;
     [
         Effect::Derivative { axis: Axis::N, variable: Variable::P, delta: -0.1 },
@@ -92,6 +92,7 @@ pub(crate) fn one_of_each() -> [Effect; 19] {
         Effect::None,
         Effect::Unknown { axis: Axis::L },
         Effect::RotorReaction { reaction: 0.2 },
+        Effect::Exchanged { channels: [Channel::P, Channel::R] },
     ]
 }
 
