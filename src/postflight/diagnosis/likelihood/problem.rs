@@ -211,7 +211,7 @@ fn as_it_should_be_recorded(aircraft: &Aircraft, mut effects: Vec<Effect>, runs:
     }
     effects.retain(|effect| match *effect {
         Effect::Exchanged { .. } => false,
-        Effect::SensorScale { factor, .. } | Effect::ControlEffectiveness { factor, .. } => factor != 1.0,
+        Effect::SensorScale { factor, .. } | Effect::ControlEffectiveness { factor, .. } => factor.total_cmp(&1.0).is_ne(),
         _ => true,
     });
     effects
