@@ -172,13 +172,15 @@ pub fn diagnose(
         return Err(DiagnosisError::Diverged);
     };
     let mut findings = findings(&problem, &searched);
-    for (place, one) in faults.iter().enumerate() {
-        let error = |known: usize| {
-            let known = fixed.get(..fixed.len() - faults.len() + known).unwrap_or_default();
-            error_over_horizon(model, known, &recorded)
-        };
-        let error_share = (1.0 - error(place + 1) / error(place)).clamp(0.0, 1.0);
-        add_recording_fault(one, factor_std(&problem, &searched, &one.effect), error_share, &mut findings);
+    if !faults.is_empty() {
+        let without = fixed.len() - faults.len();
+        let error = |mended: usize| error_over_horizon(model, fixed.get(..without + mended).unwrap_or_default(), &recorded);
+        let shares = shares_of_faults(&(0..=faults.len()).map(error).collect::<Vec<f64>>());
+        findings.iter_mut().for_each(|one| one.error_share *= 1.0 - shares.iter().sum::<f64>());
+        for (one, share) in faults.iter().zip(shares) {
+            add_recording_fault(one, factor_std(&problem, &searched, &one.effect), share, &mut findings);
+        }
+        findings.sort_by(|a, b| b.error_share.total_cmp(&a.error_share));
     }
     let discrepancy = discrepancy(&problem, &searched);
     let none = none(&searched);
@@ -312,8 +314,8 @@ fn findings(problem: &DiagnosisProblem, searched: &SearchResult) -> Vec<Finding>
     found
 }
 
-/// A fault of the recording as a finding, with the factor of the same channel or control that the search found beside it. It
-/// explains what the others do not: nothing is right before it is.
+/// A fault of the recording as a finding, with the factor of the same channel or control that the search found beside it. Its
+/// share of the error is what mending it takes away.
 fn add_recording_fault(fault: &RecordingFault, std: Option<f64>, error_share: f64, findings: &mut Vec<Finding>) {
     let mut cause = RankedCause { effect: fault.effect, std: std.unwrap_or(0.0), probability: 1.0, odds: fault.odds };
     if let Some(place) = findings.iter().position(|one| same_cause(&one.cause.effect, &cause.effect)) {
@@ -323,10 +325,21 @@ fn add_recording_fault(fault: &RecordingFault, std: Option<f64>, error_share: f6
             *factor *= by;
         }
     }
-    findings.iter_mut().for_each(|one| one.error_share *= 1.0 - error_share);
     let ranking = vec![cause];
     let finding = Finding { cause, ranking, motion_share: None, error_share, small: false, held_out: None, regressor_plot: None };
-    findings.insert(0, finding);
+    findings.push(finding);
+}
+
+/// The parts of the error that faults of the recording explain, from the error with none, one, two ... of them mended. An error
+/// without bound is explained by what makes it finite.
+fn shares_of_faults(errors: &[f64]) -> Vec<f64> {
+    let Some(&all) = errors.first() else { return Vec::new() };
+    let share = |(before, after): (&f64, &f64)| match (before.is_finite(), after.is_finite()) {
+        (true, true) if all.is_finite() => ((before - after) / all).max(0.0),
+        (false, true) => 1.0,
+        _ => 0.0,
+    };
+    errors.iter().zip(errors.iter().skip(1)).map(share).collect()
 }
 
 /// Where the causes leave too much.
@@ -416,4 +429,17 @@ fn of_rejected(rejected: &Finding, discrepancy: &[Discrepancy]) -> Option<Unexpl
     let axis = acts_on(&rejected.cause.effect).unwrap_or(most);
     let band_hz = discrepancy.iter().find(|one| one.axis == axis)?.band_hz;
     Some(UnexplainedAxis { axis, band_hz, worth: rejected.cause.odds })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faults_share_the_error_that_mending_them_takes_away() {
+        assert_eq!(shares_of_faults(&[100.0, 20.0, 5.0]), [0.8, 0.15]);
+        assert_eq!(shares_of_faults(&[f64::INFINITY, f64::INFINITY, 5.0]), [0.0, 1.0]);
+        assert_eq!(shares_of_faults(&[f64::INFINITY, 20.0, 5.0]), [1.0, 0.0]);
+        assert_eq!(shares_of_faults(&[10.0, 12.0]), [0.0]);
+    }
 }

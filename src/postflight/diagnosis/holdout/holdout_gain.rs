@@ -50,7 +50,7 @@ pub enum HoldoutVerdict {
     NotSeen,
     /// The pooled error is larger with it: much, or by more than it was predicted to fall.
     Refuted,
-    /// Of the channel that it should improve most, the 95 % interval excludes even [`LEAST_PART`] of the gain that it predicts.
+    /// Of the channel that it should improve most, the 95 % interval excludes even a quarter of the gain that it predicts.
     GainNotSeen,
 }
 

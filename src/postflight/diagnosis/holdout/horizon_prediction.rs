@@ -62,7 +62,8 @@ pub fn predict_over_horizon(model: &FlightModel, effects: &[Effect], run: &RunDa
     }
 }
 
-/// Mean over runs and channels of mean (z - y)^2/sigma^2 - 1, sigma the noise of z: the error of the model.
+/// Mean over runs and channels of mean (z - y)^2/sigma^2 - 1, sigma the noise of z: the error of the model. Infinite where it
+/// cannot be followed along any run.
 pub(crate) fn error_over_horizon(model: &FlightModel, effects: &[Effect], runs: &[RunData]) -> f64 {
     let predictions = runs.iter().flat_map(|run| predict_over_horizon(model, effects, run).channels);
     let of_channel = |one: PredictedChannel| {
@@ -70,7 +71,10 @@ pub(crate) fn error_over_horizon(model: &FlightModel, effects: &[Effect], runs: 
         errors.map(|e| e * e).sum::<f64>() / one.measured.len().max(1) as f64
     };
     let errors: Vec<f64> = predictions.map(of_channel).filter(|error| error.is_finite()).collect();
-    (errors.iter().sum::<f64>() / errors.len().max(1) as f64 - 1.0).max(0.0)
+    if errors.is_empty() {
+        return f64::INFINITY;
+    }
+    (errors.iter().sum::<f64>() / errors.len() as f64 - 1.0).max(0.0)
 }
 
 /// Under the name and in the sign of the record: the problem has it as it should have been recorded.
