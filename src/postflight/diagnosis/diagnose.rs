@@ -16,7 +16,7 @@ use super::evidence::reliance::{CauseRejection, is_modest_and_not_seen};
 use super::evidence::residual::{Discrepancy, discrepancy};
 use super::evidence::residual_coherence::{AxisSpectrum, residual_coherence};
 use super::holdout::holdout_gain::{HoldoutEvidence, HoldoutImprovement, HoldoutVerdict, held_out, moves};
-use super::holdout::horizon_prediction::error_over_horizon;
+use super::holdout::horizon_prediction::errors_over_horizon;
 use super::likelihood::adequacy::{with_observed_noise, without_unidentifiable};
 use super::likelihood::aircraft::Aircraft;
 use super::likelihood::problem::DiagnosisProblem;
@@ -24,7 +24,7 @@ use super::record::{DiagnosisError, RankedCause, TrimDifference, UnexplainedAxis
 use super::search::forward_search::{SearchResult, search};
 use super::search::joint_derivatives::joint_derivatives;
 use super::search::next_cause::{Rival, SearchSettings};
-use super::search::recording_faults::{RecordingFault, as_it_should_be_recorded, factor_std, recording_faults};
+use super::search::recording_faults::{RecordingFault, as_it_should_be_recorded, factor_std, recording_faults, shares_of_faults};
 use super::search::score_test::acts_on;
 use crate::flight::derivative::Axis;
 use crate::flight::effect::{Effect, same_cause};
@@ -174,13 +174,11 @@ pub fn diagnose(
     let mut findings = findings(&problem, &searched);
     if !faults.is_empty() {
         let without = fixed.len() - faults.len();
-        let error = |mended: usize| error_over_horizon(model, fixed.get(..without + mended).unwrap_or_default(), &recorded);
-        let shares = shares_of_faults(&(0..=faults.len()).map(error).collect::<Vec<f64>>());
-        findings.iter_mut().for_each(|one| one.error_share *= 1.0 - shares.iter().sum::<f64>());
-        for (one, share) in faults.iter().zip(shares) {
-            add_recording_fault(one, factor_std(&problem, &searched, &one.effect), share, &mut findings);
+        let error = |mended: usize| errors_over_horizon(model, fixed.get(..without + mended).unwrap_or_default(), &recorded);
+        let shares = shares_of_faults(&(0..=faults.len()).map(error).collect::<Vec<_>>());
+        for (place, (one, share)) in faults.iter().zip(shares).enumerate() {
+            add_recording_fault(one, factor_std(&problem, &searched, &one.effect), share, (place, &mut findings));
         }
-        findings.sort_by(|a, b| b.error_share.total_cmp(&a.error_share));
     }
     let discrepancy = discrepancy(&problem, &searched);
     let none = none(&searched);
@@ -314,12 +312,17 @@ fn findings(problem: &DiagnosisProblem, searched: &SearchResult) -> Vec<Finding>
     found
 }
 
-/// A fault of the recording as a finding, with the factor of the same channel or control that the search found beside it. Its
-/// share of the error is what mending it takes away.
-fn add_recording_fault(fault: &RecordingFault, std: Option<f64>, error_share: f64, findings: &mut Vec<Finding>) {
+/// A fault of the recording as a finding, with the factor of the same channel or control that the search found beside it. They
+/// stand before the other causes: nothing is right before they are.
+fn add_recording_fault(
+    fault: &RecordingFault,
+    std: Option<f64>,
+    error_share: f64,
+    (place, findings): (usize, &mut Vec<Finding>),
+) {
     let mut cause = RankedCause { effect: fault.effect, std: std.unwrap_or(0.0), probability: 1.0, odds: fault.odds };
-    if let Some(place) = findings.iter().position(|one| same_cause(&one.cause.effect, &cause.effect)) {
-        let beside = findings.remove(place).cause;
+    if let Some(same) = findings.iter().position(|one| same_cause(&one.cause.effect, &cause.effect)) {
+        let beside = findings.remove(same).cause;
         cause.std = beside.std;
         if let (Some(factor), Some(by)) = (cause.effect.main_number_mut(), beside.effect.main_number()) {
             *factor *= by;
@@ -327,19 +330,7 @@ fn add_recording_fault(fault: &RecordingFault, std: Option<f64>, error_share: f6
     }
     let ranking = vec![cause];
     let finding = Finding { cause, ranking, motion_share: None, error_share, small: false, held_out: None, regressor_plot: None };
-    findings.push(finding);
-}
-
-/// The parts of the error that faults of the recording explain, from the error with none, one, two ... of them mended. An error
-/// without bound is explained by what makes it finite.
-fn shares_of_faults(errors: &[f64]) -> Vec<f64> {
-    let Some(&all) = errors.first() else { return Vec::new() };
-    let share = |(before, after): (&f64, &f64)| match (before.is_finite(), after.is_finite()) {
-        (true, true) if all.is_finite() => ((before - after) / all).max(0.0),
-        (false, true) => 1.0,
-        _ => 0.0,
-    };
-    errors.iter().zip(errors.iter().skip(1)).map(share).collect()
+    findings.insert(place.min(findings.len()), finding);
 }
 
 /// Where the causes leave too much.
@@ -429,17 +420,4 @@ fn of_rejected(rejected: &Finding, discrepancy: &[Discrepancy]) -> Option<Unexpl
     let axis = acts_on(&rejected.cause.effect).unwrap_or(most);
     let band_hz = discrepancy.iter().find(|one| one.axis == axis)?.band_hz;
     Some(UnexplainedAxis { axis, band_hz, worth: rejected.cause.odds })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn faults_share_the_error_that_mending_them_takes_away() {
-        assert_eq!(shares_of_faults(&[100.0, 20.0, 5.0]), [0.8, 0.15]);
-        assert_eq!(shares_of_faults(&[f64::INFINITY, f64::INFINITY, 5.0]), [0.0, 1.0]);
-        assert_eq!(shares_of_faults(&[f64::INFINITY, 20.0, 5.0]), [1.0, 0.0]);
-        assert_eq!(shares_of_faults(&[10.0, 12.0]), [0.0]);
-    }
 }

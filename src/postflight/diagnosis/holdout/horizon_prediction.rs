@@ -62,19 +62,21 @@ pub fn predict_over_horizon(model: &FlightModel, effects: &[Effect], run: &RunDa
     }
 }
 
-/// Mean over runs and channels of mean (z - y)^2/sigma^2 - 1, sigma the noise of z: the error of the model. Infinite where it
-/// cannot be followed along any run.
-pub(crate) fn error_over_horizon(model: &FlightModel, effects: &[Effect], runs: &[RunData]) -> f64 {
+/// The error of the model by channel: mean over runs of mean (z - y)^2/sigma^2, sigma the noise of z. None where it cannot be
+/// followed along any run.
+pub(crate) fn errors_over_horizon(model: &FlightModel, effects: &[Effect], runs: &[RunData]) -> Vec<(Channel, f64)> {
     let predictions = runs.iter().flat_map(|run| predict_over_horizon(model, effects, run).channels);
-    let of_channel = |one: PredictedChannel| {
-        let errors = one.measured.iter().zip(&one.predicted).map(|(z, y)| (z - y) / one.noise_std);
-        errors.map(|e| e * e).sum::<f64>() / one.measured.len().max(1) as f64
-    };
-    let errors: Vec<f64> = predictions.map(of_channel).filter(|error| error.is_finite()).collect();
-    if errors.is_empty() {
-        return f64::INFINITY;
+    let mut sums: Vec<(Channel, f64, f64)> = Vec::new();
+    for one in predictions {
+        let squares = one.measured.iter().zip(&one.predicted).map(|(z, y)| (z - y) / one.noise_std).map(|e| e * e);
+        let error = squares.sum::<f64>() / one.measured.len().max(1) as f64;
+        match sums.iter_mut().find(|(channel, ..)| *channel == one.channel) {
+            _ if !error.is_finite() => {}
+            Some((_, sum, count)) => (*sum, *count) = (*sum + error, *count + 1.0),
+            None => sums.push((one.channel, error, 1.0)),
+        }
     }
-    (errors.iter().sum::<f64>() / errors.len() as f64 - 1.0).max(0.0)
+    sums.into_iter().map(|(channel, sum, count)| (channel, sum / count)).collect()
 }
 
 /// Under the name and in the sign of the record: the problem has it as it should have been recorded.

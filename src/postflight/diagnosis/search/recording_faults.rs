@@ -109,6 +109,22 @@ pub(crate) fn factor_std(problem: &DiagnosisProblem, searched: &SearchResult, ef
     score.map(|score| score.std).or(prior_std(&neutral))
 }
 
+/// Of each fault of the recording the part of the error that mending it takes away, in the channel where that is most; from the
+/// errors by channel with none, one, two ... of them mended. All of it where only mending makes the model follow the runs.
+pub(crate) fn shares_of_faults(errors: &[Vec<(Channel, f64)>]) -> Vec<f64> {
+    let of =
+        |errors: &[(Channel, f64)], channel: Channel| errors.iter().find(|(other, _)| *other == channel).map(|(_, error)| *error);
+    let Some(first) = errors.iter().find(|one| !one.is_empty()) else { return vec![0.0; errors.len().saturating_sub(1)] };
+    let share = |(before, after): (&Vec<(Channel, f64)>, &Vec<(Channel, f64)>)| {
+        if before.is_empty() {
+            return if after.is_empty() { 0.0 } else { 1.0 };
+        }
+        let parts = first.iter().filter_map(|&(channel, all)| Some((of(before, channel)? - of(after, channel)?) / all));
+        parts.fold(0.0, f64::max).min(1.0)
+    };
+    errors.iter().zip(errors.iter().skip(1)).map(share).collect()
+}
+
 /// The runs as they should have been recorded.
 pub(crate) fn as_it_should_be_recorded(runs: &[RecordedRun], faults: &[RecordingFault]) -> Vec<RecordedRun> {
     let mut runs = runs.to_vec();
@@ -191,5 +207,13 @@ mod tests {
         for effect in [late, gusts, biased, Effect::ActuatorLag { control: Control::Pedal, tau: 0.6 }] {
             assert_eq!(found(&[effect]), [], "{effect:?}");
         }
+    }
+
+    #[test]
+    fn a_faults_share_is_what_mending_it_takes_away() {
+        let errors = |p: f64, r: f64| vec![(Channel::P, p), (Channel::R, r)];
+        assert_eq!(shares_of_faults(&[errors(100.0, 10.0), errors(20.0, 8.0), errors(25.0, 1.0)]), [0.8, 0.7]);
+        assert_eq!(shares_of_faults(&[Vec::new(), errors(20.0, 8.0), errors(20.0, 2.0)]), [1.0, 0.75]);
+        assert_eq!(shares_of_faults(&[errors(10.0, 10.0), errors(12.0, 11.0)]), [0.0]);
     }
 }
