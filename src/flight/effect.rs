@@ -323,6 +323,15 @@ impl Effect {
         }
     }
 
+    /// Whether a channel or control is recorded with the sign turned, or two under each other's name.
+    pub const fn is_recording_fault(&self) -> bool {
+        match *self {
+            Effect::Exchanged { .. } => true,
+            Effect::SensorScale { factor, .. } | Effect::ControlEffectiveness { factor, .. } => factor < 0.0,
+            _ => false,
+        }
+    }
+
     /// The axis whose force or moment it changes, where that is one.
     pub fn axis(&self) -> Option<Axis> {
         self.first(|field| match field {

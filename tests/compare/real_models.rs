@@ -12,10 +12,11 @@ fn diagnosed(model: &Path, fit: &Path, holdout: &Path) -> Value {
     serde_json::from_str(&out).unwrap()
 }
 
-/// The vane that stands ahead of where the run says comes first, before any cause in the air; the model is of runs that had
-/// the same vane, and knows of its derivatives how far off they may be.
+/// The vane that stands ahead of where the run says is found, and no cause in the air is relied upon; the model is of runs that
+/// had the same vane, and knows of its derivatives how far off they may be. Those by the rudder, which these runs do not move,
+/// are off: that is most of the error, and no single cause of it is told from the others.
 #[test]
-fn the_vane_of_the_attas_is_named_before_any_aerodynamic_cause() {
+fn the_vane_of_the_attas_is_found_and_no_aerodynamic_cause_is_relied_upon() {
     let runs = ["attas-ail1.csv", "attas-elv1.csv", "attas-rud1.csv"].map(real);
     let [Some(aileron), Some(elevator), Some(rudder)] = runs else { return };
     let folder = folder("diagnose-attas");
@@ -25,9 +26,12 @@ fn the_vane_of_the_attas_is_named_before_any_aerodynamic_cause() {
     let model = folder.join("model.toml");
     assert!(std::fs::read_to_string(&model).unwrap().contains("[tolerance.N]"), "standard errors go with the model");
     let answer = diagnosed(&model, &rudder, &aileron);
-    let first = &answer["findings"][0];
-    assert_eq!((first["kind"].as_str(), first["sensor"].as_str()), (Some("sensor_position"), Some("vane")), "{first}");
-    let (ahead, std) = (first["offset_m"][0].as_f64().unwrap(), first["std"].as_f64().unwrap());
+    let findings = answer["findings"].as_array().unwrap();
+    let vane = findings.iter().find(|one| one["kind"] == "sensor_position" && one["sensor"] == "vane");
+    let vane = vane.unwrap_or_else(|| panic!("{findings:#?}"));
+    let relied_upon = |one: &&Value| one["probability"].as_f64().unwrap() >= 0.9;
+    assert!(findings.iter().filter(relied_upon).all(|one| one["sensor"] == "vane"), "{findings:#?}");
+    let (ahead, std) = (vane["offset_m"][0].as_f64().unwrap(), vane["std"].as_f64().unwrap());
     assert!((ahead - 13.1).abs() < 3.0 * std && std < 1.5, "{ahead} +- {std}");
     assert_eq!(answer["silent"].as_array().unwrap().len(), 3, "the lateral axes alone are in the model");
 }
@@ -40,7 +44,9 @@ fn the_a_priori_citation_is_too_stiff_and_the_extension_is_borne_out() {
     let model = folder("diagnose-citation").join("a-priori.toml");
     std::fs::write(&model, a_priori()).unwrap();
     let answer = diagnosed(&model, &fit, &holdout);
-    let first = &answer["findings"][0];
+    // Gusts, which are no error of the model, may explain more.
+    let findings = answer["findings"].as_array().unwrap();
+    let first = findings.iter().find(|one| one["kind"] != "turbulence").unwrap();
     let of_yaw = first["axis"] == "N"
         || first["class"].as_array().is_some_and(|class| class.iter().any(|one| one["effect"]["axis"] == "N"));
     assert!(of_yaw, "{first}");

@@ -1,7 +1,7 @@
-//! Why a cause that fits is not relied upon, and what hold-out runs say of one that is, in words.
+//! Why a cause that fits is not relied upon, what hold-out runs say of one that is, and its share of the error, in words.
 
 use sideslip::flight::channel::ControlNames;
-use sideslip::postflight::diagnosis::diagnose::RejectedCause;
+use sideslip::postflight::diagnosis::diagnose::{Diagnosis, Finding, RejectedCause};
 use sideslip::postflight::diagnosis::evidence::reliance::CauseRejection;
 use sideslip::postflight::diagnosis::holdout::holdout_gain::{HoldoutEvidence, HoldoutVerdict};
 use sideslip::postflight::validation::improvement::IntervalEstimate;
@@ -29,6 +29,15 @@ pub(super) fn rejection(rejected: &RejectedCause, naming: ControlNames) -> Strin
     }
 }
 
+/// Where no cause is found.
+pub(super) fn explained(diagnosis: &Diagnosis) -> &'static str {
+    if diagnosis.rejected.is_empty() {
+        "The model explains these runs within their noise and its own tolerance"
+    } else {
+        "No cause is relied upon; beside those below the model explains these runs within their noise and its own tolerance"
+    }
+}
+
 /// The verdict of the hold-out runs on one cause, in the words of the JSON.
 pub(super) fn holdout_word(evidence: &HoldoutEvidence) -> &'static str {
     match evidence.verdict() {
@@ -44,8 +53,15 @@ pub(super) fn ratio_text(ratio: &IntervalEstimate) -> String {
     format!("{:.3} [{low:.3} {high:.3}]", ratio.value)
 }
 
+/// `12 % of the error`: of that which faults of the recording leave, where there are any.
+pub(super) fn share_of_error(finding: &Finding, all: &[Finding]) -> String {
+    let is_fault = |one: &Finding| one.cause.effect.is_recording_fault();
+    let remaining = if all.iter().any(is_fault) && !is_fault(finding) { "remaining " } else { "" };
+    format!("{} of the {remaining}error", percent_of_error(finding.error_share))
+}
+
 /// `12 %`, of small shares two digits.
-pub(super) fn percent_of_error(share: f64) -> String {
+fn percent_of_error(share: f64) -> String {
     let percent = 100.0 * share;
     if percent >= 2.0 { format!("{percent:.0} %") } else { format!("{percent:.1} %") }
 }

@@ -1,6 +1,6 @@
 //! The answer for a person.
 
-use super::rejection::{holdout_word, percent_of_error, ratio_text, rejection};
+use super::rejection::{explained, holdout_word, ratio_text, rejection, share_of_error};
 use super::roots::dutch_roll;
 use super::verdict::judged;
 use crate::command::diagnose::answer::Answer;
@@ -27,14 +27,14 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
             let _ = writeln!(text, "Closest hypotheses, which do not explain it:");
         }
     } else if diagnosis.findings.is_empty() {
-        let words = "The model explains these runs within their noise and its own tolerance";
+        let words = explained(diagnosis);
         let _ = writeln!(text, "{}", style.bold(format_args!("{words} (probability {:.2})", diagnosis.none.0)));
     } else {
         let _ = writeln!(text, "{}", style.bold("What the model gets wrong:"));
     }
     for (number, finding) in diagnosis.findings.iter().enumerate() {
-        let (probability, share) = (finding.cause.probability, percent_of_error(finding.error_share));
-        let _ = writeln!(text, "  {}. {} (probability {probability:.2}; {share} of the error)", number + 1, say(&finding.cause));
+        let (probability, share) = (finding.cause.probability, share_of_error(finding, &diagnosis.findings));
+        let _ = writeln!(text, "  {}. {} (probability {probability:.2}; {share})", number + 1, say(&finding.cause));
         let held_out = diagnosis.judged().is_some() && diagnosis.findings.len() <= MANY;
         if held_out && finding.held_out.is_none() {
             let _ = writeln!(text, "     on the hold-out runs: not excited there");

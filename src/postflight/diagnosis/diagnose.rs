@@ -181,11 +181,11 @@ pub fn diagnose(
         }
     }
     let discrepancy = discrepancy(&problem, &searched);
-    let none = none(&searched);
     let spectra =
         residual_coherence(&problem, &searched).into_iter().filter(|own| !problem.unmodelled[own.axis.index()]).collect();
     // Many derivatives that are off stand together: none of them is left out for being small.
     let (gain, rejected) = judge_on_holdout(model, &mut findings, holdout, searched.is_joint())?;
+    let none = none(&searched, findings.is_empty());
     let contradicted = rejected.iter().find(|one| one.reason != CauseRejection::Small);
     let unknown = unknown.or_else(|| if findings.is_empty() { of_rejected(&contradicted?.finding, &discrepancy) } else { None });
     let trim_differences = problem.trim_differences.iter().copied().filter(TrimDifference::is_significant).collect();
@@ -356,9 +356,9 @@ fn unknown_of(problem: &DiagnosisProblem, searched: &SearchResult) -> Option<Une
     (!is_small).then_some(UnexplainedAxis { axis, band_hz: remains.band_hz, worth })
 }
 
-/// Nothing wrong, and what came nearest to being a cause.
-fn none(searched: &SearchResult) -> (f64, Vec<RankedCause>) {
-    let first = searched.rivals.first().unwrap_or(&searched.refused);
+/// Nothing wrong, and what came nearest to being a cause: beside those that are not relied upon, where no other was found.
+fn none(searched: &SearchResult, none_relied_upon: bool) -> (f64, Vec<RankedCause>) {
+    let first = if none_relied_upon { None } else { searched.rivals.first() }.unwrap_or(&searched.refused);
     let others = ranked(first);
     (1.0 - others.iter().map(|rival| rival.probability).sum::<f64>().min(1.0), others)
 }
@@ -387,6 +387,10 @@ fn judge_on_holdout(
         }
         let contradicted = findings.iter().enumerate().filter_map(|(place, finding)| {
             let own = finding.held_out?;
+            // Derivatives that were fitted together stand or fall by the pooled error: without one the others are others.
+            if joint {
+                return own.ratio.is_refuted().then_some((place, CauseRejection::Refuted, own.ratio.value));
+            }
             let reason = match own.verdict() {
                 HoldoutVerdict::Refuted => CauseRejection::Refuted,
                 HoldoutVerdict::GainNotSeen => CauseRejection::GainNotSeen,

@@ -2,7 +2,7 @@
 
 use crate::command::diagnose::answer::{Answer, Flights};
 use crate::command::diagnose::page::parts::words;
-use crate::command::diagnose::rejection::{holdout_word, percent_of_error, rejection};
+use crate::command::diagnose::rejection::{explained, holdout_word, rejection, share_of_error};
 use sideslip::io::outputs::html::page::escaped;
 use sideslip::io::outputs::words::cause_sentence::{manoeuvre, statement, unknown};
 use sideslip::io::outputs::words::set_aside::reason;
@@ -25,11 +25,8 @@ pub(super) fn section(page: &mut String, answer: &Answer) {
     } else if diagnosis.findings.is_empty() {
         let (probability, _) = &diagnosis.none;
         let tolerance = 100.0 * answer.model.file.tolerance;
-        let _ = writeln!(
-            page,
-            "<p class=\"cause\">The model explains these runs within their noise and its own tolerance ({tolerance:.1} %): \
-             probability {probability:.2}.</p>"
-        );
+        let _ =
+            writeln!(page, "<p class=\"cause\">{} ({tolerance:.1} %): probability {probability:.2}.</p>", explained(diagnosis));
     }
     if !diagnosis.findings.is_empty() {
         page.push_str("<ol>\n");
@@ -57,9 +54,9 @@ fn cause(page: &mut String, answer: &Answer, finding: &Finding) {
     let probability = finding.cause.probability;
     let _ = write!(
         page,
-        "<li><span class=\"cause\">{}</span> (probability {probability:.2}; {} of the error",
+        "<li><span class=\"cause\">{}</span> (probability {probability:.2}; {}",
         said(answer, &finding.cause),
-        percent_of_error(finding.error_share)
+        share_of_error(finding, &answer.diagnosis.findings)
     );
     if let Some(own) = &finding.held_out {
         let _ = write!(page, "; on the hold-out runs {}", holdout_word(own));

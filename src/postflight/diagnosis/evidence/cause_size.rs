@@ -10,11 +10,11 @@
 //! Many samples make a cause of any size significant; whether it matters is (1).
 
 use crate::flight::channel::Channel;
-use crate::flight::effect::Effect;
+use crate::flight::effect::{Effect, Family};
 use crate::postflight::diagnosis::data::run_data::{OUTPUT_CHANNELS, OUTPUTS};
 use crate::postflight::diagnosis::holdout::horizon_prediction::{PredictedReading, Predictions, predict_windows};
 use crate::postflight::diagnosis::likelihood::normal_equations::{Detail, linearise};
-use crate::postflight::diagnosis::likelihood::parameter_set::ParameterSet;
+use crate::postflight::diagnosis::likelihood::parameter_set::{Hypothesis, ParameterSet};
 use crate::postflight::diagnosis::likelihood::problem::DiagnosisProblem;
 
 /// Of one hypothesis.
@@ -24,6 +24,8 @@ pub(crate) struct CauseSize {
     pub(crate) motion_share: f64,
     /// (2).
     pub(crate) error: f64,
+    /// Whether it is an instrument's.
+    pub(crate) of_instrument: bool,
 }
 
 /// Of all hypotheses, in their order.
@@ -104,8 +106,12 @@ pub(crate) fn cause_sizes(problem: &DiagnosisProblem, point: &ParameterSet) -> C
         let of_channel = changed.iter().zip(&moved).filter(|(_, moved)| **moved > 0.0).map(|(changed, moved)| changed / moved);
         of_channel.fold(0.0, f64::max)
     };
-    let one = |changed: &Changed| CauseSize { motion_share: share(&changed.most), error: Whitened::pooled(&changed.whitened) };
-    CauseSizes { of: changed.iter().map(one).collect(), left: (Whitened::pooled(&left) - 1.0).max(0.0) }
+    let one = |(changed, hypothesis): (&Changed, &Hypothesis)| CauseSize {
+        motion_share: share(&changed.most),
+        error: Whitened::pooled(&changed.whitened),
+        of_instrument: hypothesis.effect.kind().family() == Family::Instrument,
+    };
+    CauseSizes { of: changed.iter().zip(&point.hypotheses).map(one).collect(), left: (Whitened::pooled(&left) - 1.0).max(0.0) }
 }
 
 /// Differences between predictions of one output, each with the number of samples in its reading.

@@ -3,7 +3,8 @@
 //! With many samples every small imperfection of a model is significant, and the library's nearest effect fits it with high
 //! probability, for probabilities are among the effects of the library. What tells a cause from these is what it explains, and
 //! what it predicts of runs that it was not found in. A cause is
-//!     small      where its share is below [`SMALL_OF_ALL`] of all the model's error, or below [`SMALL_SHARE`] of what larger
+//!     small      where its share is below [`SMALL_OF_ALL`] of all the model's error (of an instrument, which errs in one channel
+//!                of many, that says nothing), or below [`SMALL_SHARE`] of what larger
 //!                causes leave, or below [`SMALL_SHARE_HARDLY_MOVING`] of that while it changes no channel by more than
 //!                [`SMALL_MOTION`] of its motion; and its error below that which all causes leave (process noise, gusts
 //!                included). Or where its share is below [`MODEST_OF_ALL`] and hold-out runs that should show its gain do not;
@@ -43,7 +44,8 @@ impl CauseSizes {
         let share = own.error / (not_larger + self.left);
         let hardly_moves = own.motion_share < SMALL_MOTION && share < SMALL_SHARE_HARDLY_MOVING;
         let all: f64 = self.of.iter().map(|one| one.error).sum::<f64>() + self.left;
-        (share < SMALL_SHARE || own.error < SMALL_OF_ALL * all || hardly_moves) && own.error < self.left
+        let next_to_nothing = own.error < SMALL_OF_ALL * all && !own.of_instrument;
+        (share < SMALL_SHARE || next_to_nothing || hardly_moves) && own.error < self.left
     }
 }
 
@@ -59,7 +61,8 @@ mod tests {
     use crate::postflight::diagnosis::evidence::cause_size::CauseSize;
 
     fn smallest(of: &[(f64, f64)], left: f64) -> bool {
-        let of: Vec<CauseSize> = of.iter().map(|&(motion_share, error)| CauseSize { motion_share, error }).collect();
+        let of: Vec<CauseSize> =
+            of.iter().map(|&(motion_share, error)| CauseSize { motion_share, error, of_instrument: false }).collect();
         CauseSizes { left, of }.is_small(0)
     }
 

@@ -69,9 +69,11 @@ impl HoldoutEvidence {
         let loss = self.ratio.verdict() == ImprovementVerdict::Loss;
         if self.ratio.is_refuted() || loss && self.ratio.value - 1.0 > 1.0 - self.expected {
             HoldoutVerdict::Refuted
+        } else if gains(&self.ratio) {
+            HoldoutVerdict::BorneOut
         } else if self.channel_expected < EXPECTED_AT_MOST && self.channel_ratio.interval[0] > least {
             HoldoutVerdict::GainNotSeen
-        } else if gains(&self.ratio) || gains(&self.channel_ratio) {
+        } else if gains(&self.channel_ratio) {
             HoldoutVerdict::BorneOut
         } else {
             HoldoutVerdict::NotSeen
@@ -156,6 +158,7 @@ mod tests {
             (untold, [0.997, 1.0, 1.003], 0.985, HoldoutVerdict::NotSeen),
             (untold, [0.985, 0.988, 0.992], 0.985, HoldoutVerdict::NotSeen),
             ([0.93, 0.95, 0.97], [0.9, 1.0, 1.1], 0.9, HoldoutVerdict::BorneOut),
+            ([0.93, 0.95, 0.97], [1.03, 1.07, 1.12], 0.95, HoldoutVerdict::BorneOut),
             ([1.03, 1.06, 1.10], [0.60, 0.72, 0.85], 0.685, HoldoutVerdict::Refuted),
             // It was predicted to fall to 0.99.
             ([1.005, 1.018, 1.03], [0.98, 1.0, 1.04], 0.98, HoldoutVerdict::Refuted),

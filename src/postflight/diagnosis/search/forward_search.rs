@@ -94,8 +94,12 @@ pub(crate) fn forward_search(
     Some(SearchResult { left, before, point, local, rivals, refused, stds: Vec::new() })
 }
 
-/// How many causes are small beside what is left: these do not take the place of one that matters.
+/// How many causes are small beside what is left: these do not take the place of one that matters. Where motion is taken as it
+/// was measured, what is left is no measure of the model.
 fn small_causes(problem: &DiagnosisProblem, point: &ParameterSet) -> usize {
+    if !problem.models_all_axes() {
+        return 0;
+    }
     let sizes = cause_sizes(problem, point);
     (0..sizes.of.len()).filter(|&place| sizes.is_small(place)).count()
 }

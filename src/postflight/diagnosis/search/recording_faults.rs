@@ -8,8 +8,8 @@
 //! where that falls by [`FALLS`]; it is taken where with noise and offsets free
 //!     E_0 - E_1 > FALLS     R_1 < PART (R_0 + E_0 - E_1)                                               (2)
 //! E of `problem` (2) without and with it, R the cost that noise of forces beyond its floor saves: such a fault explains most of
-//! what is wrong. The search begins again with it in the model, up to [`MOST`]. Two that act on
-//! the same motion, such as vane and gyro of yaw, are not found: neither mends much without the other.
+//! what is wrong. In no run may the squared innovations rise by FALLS. The search begins again with it in the model, up to
+//! [`MOST`]. Two that act on the same motion, such as vane and gyro of yaw, are not found: neither mends much without the other.
 
 use super::forward_search::SearchResult;
 use super::hypotheses::{plain_entry, prior_std};
@@ -66,6 +66,14 @@ fn next_fault(pose: &impl Fn(&[Effect]) -> DiagnosisProblem, known: &[Effect]) -
         return None;
     }
     let mended = with(effect);
+    // What one run has and another has not is no fault of the recording of all.
+    let innovations = |problem: &DiagnosisProblem| {
+        let local = linearise(problem, &problem.null_hypothesis(), &[], Detail::Traces)?;
+        Some(local.runs.iter().map(|run| run.innovations.iter().map(|(.., e)| e * e).sum::<f64>()).collect::<Vec<f64>>())
+    };
+    if innovations(&mended)?.iter().zip(&innovations(&problem)?).any(|(mended, recorded)| *mended > recorded + FALLS) {
+        return None;
+    }
     let (point, before) = maximise(&problem, problem.null_hypothesis(), Effort::SETTLED)?;
     let (mended_point, after) = maximise(&mended, mended.null_hypothesis(), Effort::SETTLED)?;
     let odds = before.evidence() - after.evidence();

@@ -1,8 +1,8 @@
 //! The samples of a flight as ArduPilot logs them: PARM, MSG, IMU, ATT, AOA, BARO, ARSP, RCOU, RPM.
 //!
 //! Consumes samples in SI and radians, in order of time; produces a dataflash log. TimeUS is the time of the sample to the
-//! nearest microsecond; a message comes as often as [`sample_rates`](super::sample_rates) allows; a channel that a sample does
-//! not have is NaN in it. Names, columns and units are ArduPilot's, columns that a simulated flight has no value for left out.
+//! nearest microsecond; a message comes as often as [`sample_rates`](super::sample_rates) allows; a channel that is not
+//! due is NaN in it. Names, columns and units are ArduPilot's, columns that a simulated flight has no value for left out.
 //! Airspeed is that at sea-level density, from the standard atmosphere at the last static pressure written, as ArduPilot's is;
 //! without an altitude there is no airspeed that a reader could use. Controls are pulse widths of whole microseconds,
 //! [`SCALES`], which the log states as parameters (see [`stated_controls`](super::super::mapping::stated_controls)): a step is
@@ -122,21 +122,20 @@ impl SampleLog {
         let time = DataflashCell::Whole(microseconds(sample.time_s)?);
         let first = DataflashCell::Whole(0);
         let healthy = DataflashCell::Whole(1);
-        let at = |channel| number(sample.get(channel));
-        let degrees = |channel| number(sample.get(channel).map(f64::to_degrees));
-        if self.rates.due(LoggedKind::Imu, sample) {
-            let [p, q, r] = Channel::GYROS.map(at);
-            let [ax, ay, az] = Channel::ACCELEROMETERS.map(at);
+        let degrees = |due: &Sample, channel| number(due.get(channel).map(f64::to_degrees));
+        if let Some(due) = self.rates.due(LoggedKind::Imu, sample) {
+            let [p, q, r] = Channel::GYROS.map(|channel| number(due.get(channel)));
+            let [ax, ay, az] = Channel::ACCELEROMETERS.map(|channel| number(due.get(channel)));
             self.writer.message(IMU, &[time, first, p, q, r, ax, ay, az, healthy, healthy])?;
         }
-        if self.rates.due(LoggedKind::Attitude, sample) {
-            let heading = number(sample.get(Channel::Psi).map(|psi| psi.to_degrees().rem_euclid(360.0)));
-            self.writer.message(ATT, &[time, degrees(Channel::Phi), degrees(Channel::Theta), heading])?;
+        if let Some(due) = self.rates.due(LoggedKind::Attitude, sample) {
+            let heading = number(due.get(Channel::Psi).map(|psi| psi.to_degrees().rem_euclid(360.0)));
+            self.writer.message(ATT, &[time, degrees(&due, Channel::Phi), degrees(&due, Channel::Theta), heading])?;
         }
-        if self.rates.due(LoggedKind::Flow, sample) {
-            self.writer.message(AOA, &[time, degrees(Channel::Alpha), degrees(Channel::Beta)])?;
+        if let Some(due) = self.rates.due(LoggedKind::Flow, sample) {
+            self.writer.message(AOA, &[time, degrees(&due, Channel::Alpha), degrees(&due, Channel::Beta)])?;
         }
-        if self.rates.due(LoggedKind::Pressure, sample)
+        if self.rates.due(LoggedKind::Pressure, sample).is_some()
             && let Some(altitude) = sample.get(Channel::Altitude)
         {
             let pressure = pressure_at(altitude).ok_or(LogEncodeError::Altitude(altitude))?;
@@ -147,22 +146,22 @@ impl SampleLog {
             let temperature = number(Some(temperature_at(altitude)));
             self.writer.message(BARO, &[time, first, number(Some(above)), number(Some(pressure)), temperature, healthy])?;
         }
-        if self.rates.due(LoggedKind::Airspeed, sample) {
-            let indicated = sample.get(Channel::Tas).zip(self.density).map(|(tas, density)| tas * libm::sqrt(density / RHO0));
+        if let Some(due) = self.rates.due(LoggedKind::Airspeed, sample) {
+            let indicated = due.get(Channel::Tas).zip(self.density).map(|(tas, density)| tas * libm::sqrt(density / RHO0));
             self.writer.message(ARSP, &[time, first, number(indicated), healthy, healthy])?;
         }
-        if self.rates.due(LoggedKind::Controls, sample) {
+        if let Some(due) = self.rates.due(LoggedKind::Controls, sample) {
             let mut pulses = [DataflashCell::Whole(0); 4];
             for (channel, scale) in Channel::CONTROLS.into_iter().zip(SCALES) {
-                if let (Some(angle), Some(pulse)) = (sample.get(channel), pulses.get_mut(scale.output - 1)) {
+                if let (Some(angle), Some(pulse)) = (due.get(channel), pulses.get_mut(scale.output - 1)) {
                     *pulse = DataflashCell::Number(scale.output_at(angle));
                 }
             }
             let [first, second, third, fourth] = pulses;
             self.writer.message(RCOU, &[time, first, second, third, fourth])?;
         }
-        if self.rates.due(LoggedKind::Rotor, sample) {
-            let rpm = sample.get(Channel::RotorSpeed).map(|speed| speed * 60.0 / std::f64::consts::TAU);
+        if let Some(due) = self.rates.due(LoggedKind::Rotor, sample) {
+            let rpm = due.get(Channel::RotorSpeed).map(|speed| speed * 60.0 / std::f64::consts::TAU);
             self.writer.message(RPM, &[time, first, number(rpm), number(Some(1.0)), healthy])?;
         }
         Ok(())

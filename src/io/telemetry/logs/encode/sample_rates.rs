@@ -1,8 +1,7 @@
 //! Which samples of a flight a logger writes: each kind of message at most so often.
 //!
-//! Consumes samples in order of time; tells of each which kinds of message are due. A logger takes what is there when it is due
-//! and averages nothing. A message is due where any of its channels is: channels that are sampled at different moments do not
-//! take each other's place. Inertial measurements come as fast as the loggers of both autopilots write them where they are set up
+//! Consumes samples in order of time; tells of each which channels are due, by kinds of message. A logger takes what is there when
+//! it is due and averages nothing. Each channel has its own clock: those sampled at other moments or rates do not take its place. Inertial measurements come as fast as the loggers of both autopilots write them where they are set up
 //! to identify the aircraft; the others come at most 50 times a second.
 //! Sources: PX4, `logged_topics.cpp` (profile for system identification); ArduPilot, LOG_BITMASK (fast IMU, medium attitude).
 
@@ -64,20 +63,18 @@ impl SampleRates {
         SampleRates { imu_s: 1.0 / imu_hz, last_s: [None; CHANNELS] }
     }
 
-    /// Whether the sample has channels of that kind and one of them is due; then those that it has count as written.
-    pub fn due(&mut self, kind: LoggedKind, sample: &Sample) -> bool {
+    /// The channels of that kind that the sample has and that are due; they count as written. `None` where there is none.
+    pub fn due(&mut self, kind: LoggedKind, sample: &Sample) -> Option<Sample> {
         let interval_s = if kind == LoggedKind::Imu { self.imu_s } else { 1.0 / SLOW_HZ };
-        let sampled = |channel: &&Channel| sample.get(**channel).is_some();
-        let due = kind.channels().iter().filter(sampled).any(|channel| {
-            let last_s = self.last_s.get(channel.index()).copied().flatten();
-            last_s.is_none_or(|last_s| sample.time_s - last_s > interval_s * (1.0 - EARLY))
-        });
-        if due {
-            for channel in kind.channels().iter().filter(sampled) {
-                self.last_s.iter_mut().skip(channel.index()).take(1).for_each(|last_s| *last_s = Some(sample.time_s));
+        let mut part = Sample::new(sample.time_s);
+        for &channel in kind.channels() {
+            let (Some(value), Some(last_s)) = (sample.get(channel), self.last_s.get_mut(channel.index())) else { continue };
+            if last_s.is_none_or(|last_s| sample.time_s - last_s > interval_s * (1.0 - EARLY)) {
+                *last_s = Some(sample.time_s);
+                part.set(channel, value);
             }
         }
-        due
+        (part.present != 0).then_some(part)
     }
 }
 
@@ -109,8 +106,8 @@ mod tests {
                 sample.set(Channel::Q, 0.0);
             }
             let due = rates.due(LoggedKind::Imu, &sample);
-            of_p += u32::from(due && rolls);
-            of_q += u32::from(due && pitches);
+            of_p += u32::from(due.is_some_and(|due| due.get(Channel::P).is_some()));
+            of_q += u32::from(due.is_some_and(|due| due.get(Channel::Q).is_some()));
         }
         assert_eq!((of_p, of_q), (200, 50));
     }
@@ -127,10 +124,23 @@ mod tests {
                 sample.set(Channel::Tas, 50.0);
             }
             for (kind, count) in [LoggedKind::Imu, LoggedKind::Attitude, LoggedKind::Airspeed].into_iter().zip(&mut counts) {
-                *count += u32::from(rates.due(kind, &sample));
+                *count += u32::from(rates.due(kind, &sample).is_some());
             }
-            assert!(!rates.due(LoggedKind::Flow, &sample));
+            assert_eq!(rates.due(LoggedKind::Flow, &sample), None);
         }
+        // A fast channel beside a slow one keeps its own clock.
+        let mut mixed = SampleRates::new(ULOG_IMU_HZ);
+        let mut headings = Vec::new();
+        for at in 0..128_u32 {
+            let mut sample = Sample::new(f64::from(at) / 128.0);
+            sample.set(Channel::Psi, 0.0);
+            if at % 4 == 0 {
+                sample.set(Channel::Phi, 0.0);
+            }
+            let due = mixed.due(LoggedKind::Attitude, &sample);
+            headings.extend(due.filter(|due| due.get(Channel::Psi).is_some()).map(|_| at));
+        }
+        assert!(headings.windows(2).all(|pair| pair[1] - pair[0] == 3), "{headings:?}");
         // Of samples a millisecond apart the inertial ones come every third: 400 a second are at least 2.5 ms apart.
         assert_eq!(counts, [667, 100, 50]);
         assert_eq!(not_carried(&[Channel::P, Channel::Flap0, Channel::Rho], &[Channel::Rho]), [Channel::Flap0]);

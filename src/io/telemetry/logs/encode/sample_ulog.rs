@@ -3,7 +3,7 @@
 //!
 //! Consumes samples in SI and radians, in order of time; produces a ULog. Time is that of the sample to the nearest microsecond,
 //! in `timestamp` and, where the topic has one, `timestamp_sample`; a topic comes as often as
-//! [`sample_rates`](super::sample_rates) allows; a channel that a sample does not have is NaN in it. Topics, fields and units are
+//! [`sample_rates`](super::sample_rates) allows; a channel that is not due is NaN in it. Topics, fields and units are
 //! PX4's (v1.15), in the order of size that its logger writes; fields that a simulated flight has no value for are left out. PX4
 //! has no topic of vanes: incidence and sideslip are x and y of a `debug_vect` called `flow`. Controls are deflections demanded
 //! of `actuator_servos`, 1 for 30 degrees ([`SCALES`]), which the log states as parameters (see
@@ -86,17 +86,17 @@ fn single(values: &[f64]) -> Vec<u8> {
 
 fn one(writer: &mut UlogWriter, rates: &mut SampleRates, sample: &Sample) -> Result<(), LogEncodeError> {
     let time = microseconds(sample.time_s)?.to_le_bytes();
-    let at = |channel| sample.get(channel).unwrap_or(f64::NAN);
-    if rates.due(LoggedKind::Imu, sample) {
-        let (gyros, forces) = (Channel::GYROS.map(at), Channel::ACCELEROMETERS.map(at));
+    let at = |due: &Sample, channel| due.get(channel).unwrap_or(f64::NAN);
+    if let Some(due) = rates.due(LoggedKind::Imu, sample) {
+        let (gyros, forces) = (Channel::GYROS.map(|c| at(&due, c)), Channel::ACCELEROMETERS.map(|c| at(&due, c)));
         writer.data(SENSORS, &[&time, &single(&gyros), &0_i32.to_le_bytes(), &single(&forces)])?;
     }
     if let (Some(phi), Some(theta), Some(psi)) = (sample.get(Channel::Phi), sample.get(Channel::Theta), sample.get(Channel::Psi))
-        && rates.due(LoggedKind::Attitude, sample)
+        && rates.due(LoggedKind::Attitude, sample).is_some()
     {
         writer.data(ATTITUDE, &[&time, &time, &single(&quaternion([phi, theta, psi]))])?;
     }
-    if rates.due(LoggedKind::Pressure, sample)
+    if rates.due(LoggedKind::Pressure, sample).is_some()
         && let Some(altitude) = sample.get(Channel::Altitude)
     {
         let pressure = pressure_at(altitude).ok_or(LogEncodeError::Altitude(altitude))?;
@@ -104,28 +104,28 @@ fn one(writer: &mut UlogWriter, rates: &mut SampleRates, sample: &Sample) -> Res
         let air = [altitude, pressure, density.unwrap_or(f64::NAN), temperature_at(altitude)];
         writer.data(AIR_DATA, &[&time, &time, &single(&air)])?;
     }
-    if rates.due(LoggedKind::Airspeed, sample) {
+    if let Some(due) = rates.due(LoggedKind::Airspeed, sample) {
         let density = sample.get(Channel::Altitude).and_then(pressure_at).and_then(standard);
-        let indicated = density.map_or(f64::NAN, |(_, density)| at(Channel::Tas) * libm::sqrt(density / RHO0));
-        writer.data(AIRSPEED, &[&time, &time, &single(&[indicated, at(Channel::Tas)])])?;
+        let indicated = density.map_or(f64::NAN, |(_, density)| at(&due, Channel::Tas) * libm::sqrt(density / RHO0));
+        writer.data(AIRSPEED, &[&time, &time, &single(&[indicated, at(&due, Channel::Tas)])])?;
     }
-    if rates.due(LoggedKind::Controls, sample) {
+    if let Some(due) = rates.due(LoggedKind::Controls, sample) {
         let mut demands = [f64::NAN; 8];
         for (channel, scale) in Channel::CONTROLS.into_iter().zip(SCALES) {
-            if let (Some(angle), Some(demand)) = (sample.get(channel), demands.get_mut(scale.output - 1)) {
+            if let (Some(angle), Some(demand)) = (due.get(channel), demands.get_mut(scale.output - 1)) {
                 *demand = scale.output_at(angle);
             }
         }
         writer.data(SERVOS, &[&time, &time, &single(&demands)])?;
     }
-    if rates.due(LoggedKind::Rotor, sample) {
-        let rpm = at(Channel::RotorSpeed) * 60.0 / std::f64::consts::TAU;
+    if let Some(due) = rates.due(LoggedKind::Rotor, sample) {
+        let rpm = at(&due, Channel::RotorSpeed) * 60.0 / std::f64::consts::TAU;
         writer.data(ROTOR, &[&time, &single(&[rpm, rpm])])?;
     }
-    if rates.due(LoggedKind::Flow, sample) {
+    if let Some(due) = rates.due(LoggedKind::Flow, sample) {
         let mut name = [0; 10];
         name.iter_mut().zip(FLOW_VECTOR.bytes()).for_each(|(place, byte)| *place = byte);
-        writer.data(VECTOR, &[&time, &single(&[at(Channel::Alpha), at(Channel::Beta), 0.0]), &name])?;
+        writer.data(VECTOR, &[&time, &single(&[at(&due, Channel::Alpha), at(&due, Channel::Beta), 0.0]), &name])?;
     }
     Ok(())
 }
