@@ -123,14 +123,15 @@ pub(crate) fn shares_of_faults(errors: &[Vec<(Channel, f64)>]) -> Vec<f64> {
     let of =
         |errors: &[(Channel, f64)], channel: Channel| errors.iter().find(|(other, _)| *other == channel).map(|(_, error)| *error);
     let Some(first) = errors.iter().find(|one| !one.is_empty()) else { return vec![0.0; errors.len().saturating_sub(1)] };
-    let share = |(before, after): (&Vec<(Channel, f64)>, &Vec<(Channel, f64)>)| {
+    let share = |two: &[Vec<(Channel, f64)>]| {
+        let [before, after] = two else { return 0.0 };
         if before.is_empty() {
             return if after.is_empty() { 0.0 } else { 1.0 };
         }
         let parts = first.iter().filter_map(|&(channel, all)| Some((of(before, channel)? - of(after, channel)?) / all));
         parts.fold(0.0, f64::max).min(1.0)
     };
-    errors.iter().zip(errors.iter().skip(1)).map(share).collect()
+    errors.windows(2).map(share).collect()
 }
 
 /// The runs as they should have been recorded.

@@ -1,8 +1,9 @@
 //! Which samples of a flight a logger writes: each kind of message at most so often.
 //!
-//! Consumes samples in order of time; tells of each which channels are due, by kinds of message. A logger takes what is there when
-//! it is due and averages nothing. Each channel has its own clock: those sampled at other moments or rates do not take its place. Inertial measurements come as fast as the loggers of both autopilots write them where they are set up
-//! to identify the aircraft; the others come at most 50 times a second.
+//! Consumes samples in order of time; tells of each which channels are due, by kinds of message. A logger takes what is there
+//! when it is due and averages nothing. Each channel has its own clock: those sampled at other moments or rates do not take its
+//! place. Inertial measurements come as fast as the loggers of both autopilots write them where they are set up to identify the
+//! aircraft; the others come at most 50 times a second.
 //! Sources: PX4, `logged_topics.cpp` (profile for system identification); ArduPilot, LOG_BITMASK (fast IMU, medium attitude).
 
 use crate::flight::channel::{CHANNELS, Channel};
