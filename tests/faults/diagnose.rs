@@ -13,6 +13,14 @@ fn flown(folder: &Path, name: &str, model: &Path, input: &str, seed: &str) -> Pa
     file
 }
 
+/// The answer for a run to fit and a hold-out run.
+fn diagnosed(model: &Path, [fit, holdout]: [&Path; 2], json: &Path, extended: &Path) -> Value {
+    let args = ["diagnose", "--model", path(model), "--fit", path(fit), "--holdout", path(holdout)];
+    let (status, _, said) = ended(&sideslip(&[&args[..], &["--json", path(json), "--extended", path(extended)]].concat()));
+    assert_eq!(status, 0, "{said}");
+    serde_json::from_str(&std::fs::read_to_string(json).unwrap()).unwrap()
+}
+
 #[test]
 fn a_lag_in_the_flight_is_the_answer_and_its_extension_flies() {
     let folder = folder("diagnose");
@@ -22,11 +30,7 @@ fn a_lag_in_the_flight_is_the_answer_and_its_extension_flies() {
     std::fs::write(&lagging, format!("{text}\n[[effect]]\nkind = \"actuator_lag\"\ncontrol = \"pedal\"\ntau = 0.2\n")).unwrap();
     let fit = flown(&folder, "fit.csv", &lagging, "pedal:3211:0.02:0.7", "1");
     let holdout = flown(&folder, "holdout.csv", &lagging, "pedal:doublet:0.02:0.8", "2");
-    let args = ["diagnose", "--model", path(&model), "--fit", path(&fit), "--holdout", path(&holdout)];
-    let (status, _, said) =
-        ended(&sideslip(&[args.as_slice(), &["--json", path(&json), "--extended", path(&extended)]].concat()));
-    assert_eq!(status, 0, "{said}");
-    let answer: Value = serde_json::from_str(&std::fs::read_to_string(&json).unwrap()).unwrap();
+    let answer = diagnosed(&model, [&fit, &holdout], &json, &extended);
     let verdict = &answer["verdict"];
     assert_eq!((verdict["kind"].as_str(), verdict["control"].as_str()), (Some("actuator_lag"), Some("pedal")), "{verdict}");
     let (tau, std) = (verdict["tau"].as_f64().unwrap(), verdict["std"].as_f64().unwrap());
@@ -54,14 +58,10 @@ fn a_turned_vane_and_exchanged_gyros_are_the_answer_and_the_extended_model_predi
         std::fs::write(&spoilt, format!("{text}\n[[effect]]\n{table}")).unwrap();
         let fit = flown(&folder, "fit.csv", &spoilt, "pedal:3211:0.02:0.7", "1");
         let holdout = flown(&folder, "holdout.csv", &spoilt, "pedal:doublet:0.02:0.8", "2");
-        let args = ["diagnose", "--model", path(&model), "--fit", path(&fit), "--holdout", path(&holdout)];
-        let (status, _, said) =
-            ended(&sideslip(&[args.as_slice(), &["--json", path(&json), "--extended", path(&extended)]].concat()));
-        assert_eq!(status, 0, "{said}");
-        let answer: Value = serde_json::from_str(&std::fs::read_to_string(&json).unwrap()).unwrap();
+        let answer = diagnosed(&model, [&fit, &holdout], &json, &extended);
         let verdict = &answer["verdict"];
         assert!(verdict["statement"].as_str().unwrap().contains(words), "{verdict}");
-        assert_eq!(answer["findings"].as_array().unwrap().len(), 1, "{said}");
+        assert_eq!(answer["findings"].as_array().unwrap().len(), 1, "{answer}");
         assert_eq!(answer["findings"][0]["holdout"], "borne out");
         if let Some(factor) = verdict["factor"].as_f64() {
             let std = verdict["std"].as_f64().unwrap();

@@ -40,6 +40,12 @@ impl Series {
         series
     }
 
+    /// Every value as that makes it.
+    #[must_use]
+    pub fn mapped(&self, of: impl Fn(f64) -> f64) -> Self {
+        Series::of(self.samples().map(|(time_s, value)| (time_s, of(value))))
+    }
+
     /// Samples of one channel, those of a bank angle or a heading without jumps of a full turn; `None` of fewer than `least`.
     pub fn of_channel(samples: &[Sample], channel: Channel, least: usize) -> Option<Self> {
         let series = Series::of(samples.iter().filter_map(|sample| Some((sample.time_s, sample.get(channel)?))));

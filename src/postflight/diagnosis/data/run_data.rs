@@ -165,7 +165,7 @@ impl RunData {
             self.outputs.swap(one, other);
             self.output_noise.swap(one, other);
             self.recorded_noise.swap(one, other);
-            self.groups = Groups::of(&self.outputs, &self.mesh, (f64::NEG_INFINITY, f64::INFINITY));
+            self.regroup();
         } else if let [Some(one), Some(other)] = inputs {
             self.inputs.swap(one, other);
             self.input_noise.swap(one, other);
@@ -175,8 +175,8 @@ impl RunData {
     /// Turns the sign of an output.
     pub fn turn_output(&mut self, place: usize) {
         if let Some(series) = self.outputs.get_mut(place).and_then(Option::as_mut) {
-            *series = Series::of(series.samples().map(|(time_s, value)| (time_s, -value)));
-            self.groups = Groups::of(&self.outputs, &self.mesh, (f64::NEG_INFINITY, f64::INFINITY));
+            *series = series.mapped(|value| -value);
+            self.regroup();
         }
     }
 
@@ -185,7 +185,7 @@ impl RunData {
         if let Some(series) = self.inputs.get_mut(place).and_then(Option::as_mut) {
             let begins = series.range_s().map_or(trim, |(from_s, _)| series.mean(from_s, from_s + 1.0));
             let about = if libm::fabs(begins + trim) < libm::fabs(begins - trim) { 0.0 } else { trim };
-            *series = Series::of(series.samples().map(|(time_s, value)| (time_s, 2.0 * about - value)));
+            *series = series.mapped(|value| 2.0 * about - value);
         }
     }
 
@@ -196,7 +196,7 @@ impl RunData {
         };
         *input = output.take();
         self.input_noise[MEASURED_FORCE + axis] = self.output_noise[axis];
-        self.groups = Groups::of(&self.outputs, &self.mesh, (f64::NEG_INFINITY, f64::INFINITY));
+        self.regroup();
     }
 
     /// Lays the mesh over the time that the gyros cover.
@@ -225,6 +225,10 @@ impl RunData {
     /// Lays the mesh anew at this rate, Hz.
     pub fn lay_mesh(&mut self, rate_hz: f64) {
         self.mesh = self.gyros.mesh(rate_hz, FirstNode::MiddleOfStep);
+        self.regroup();
+    }
+
+    fn regroup(&mut self) {
         self.groups = Groups::of(&self.outputs, &self.mesh, (f64::NEG_INFINITY, f64::INFINITY));
     }
 

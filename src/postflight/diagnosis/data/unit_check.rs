@@ -92,7 +92,7 @@ impl UnitHypothesis {
     fn times(&self, run: &RunData, factor: f64) -> RunData {
         let mut other = run.clone();
         let times = |series: &mut Option<Series>, noise: &mut f64| {
-            *series = series.as_ref().map(|one| Series::of(one.samples().map(|(time_s, value)| (time_s, factor * value))));
+            *series = series.as_ref().map(|one| one.mapped(|value| factor * value));
             *noise *= factor;
         };
         for place in (0..INPUTS).filter(|place| self.inputs.contains(place)) {
