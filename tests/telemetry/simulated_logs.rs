@@ -73,6 +73,43 @@ fn where_a_logger_keeps_fewer_samples_the_derivatives_differ_by_less_than_a_stan
     }
 }
 
+/// The instruments of a small aircraft with an autopilot: everything but the inertial unit and the controls at a rate of its own.
+fn autopilot(file: &Path, inertial_hz: f64, flow_hz: f64, airspeed_hz: f64, pressure_hz: f64) {
+    let mut text = format!("rate_hz = {inertial_hz}\n");
+    for (channels, rate_hz) in [
+        (&["phi", "theta", "psi", "lon_cyclic", "lat_cyclic", "collective", "pedal", "rotor_speed"][..], 50.0),
+        (&["alpha", "beta"], flow_hz),
+        (&["tas"], airspeed_hz),
+        (&["altitude"], pressure_hz),
+    ] {
+        for channel in channels {
+            text += &format!("[channel.{channel}]\nrate_hz = {rate_hz}\n");
+        }
+    }
+    std::fs::write(file, text).unwrap();
+}
+
+#[test]
+fn inertial_measurements_and_air_data_at_rates_of_their_own_have_the_derivatives_of_the_run_file() {
+    // The logger keeps every sample of these instruments, so that the same measurements are in each file. PX4 writes its
+    // inertial messages 250 times a second at most.
+    for (inertial_hz, flow_hz, airspeed_hz, pressure_hz, endings) in [
+        (50.0, 25.0, 10.0, 10.0, &["bin", "ulg"][..]),
+        (200.0, 50.0, 10.0, 25.0, &["bin", "ulg"]),
+        (400.0, 50.0, 50.0, 50.0, &["bin"]),
+    ] {
+        let name = format!("autopilot-{inertial_hz}");
+        let instruments = folder(&format!("{name}-instruments")).join("autopilot.toml");
+        autopilot(&instruments, inertial_hz, flow_hz, airspeed_hz, pressure_hz);
+        for (ending, found) in against_text(&name, endings, &["--instruments", path(&instruments)]) {
+            assert!(
+                found.compared > 12 && found.largest < 0.25 && found.different.is_empty(),
+                "{inertial_hz} Hz, {ending}: {found:?}"
+            );
+        }
+    }
+}
+
 #[test]
 fn instruments_of_several_rates_keep_them_in_pcm() {
     let instruments = own("replay/instruments/flight-test.toml");

@@ -186,6 +186,13 @@ impl LinkIngest<'_> {
                 if let Some(fault) = self.live.take_signing_fault() {
                     message(format_args!("sideslip: {fault}; nothing is sent that cannot be signed"));
                 }
+                if let Some(lead_s) = self.live.take_signing_lead_s() {
+                    message(format_args!(
+                        "sideslip: timestamps of this signing key are {lead_s:.0} s ahead of this clock, by a signed frame or by \
+                         the record beside the key: streams by the clock are refused as more than a minute behind; set the \
+                         clocks and make a new key"
+                    ));
+                }
             }
             match self.live.poll(|| Some(monotonic_ns() / 1000)) {
                 Ok(LinkEvent::Bytes(_) | LinkEvent::Silence) => {}

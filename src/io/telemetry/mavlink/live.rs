@@ -278,6 +278,11 @@ impl LiveTelemetry {
         self.signing.as_mut()?.take_fault()
     }
 
+    /// By how many seconds the key's timestamps lead the clock, once where that is more than a minute.
+    pub fn take_signing_lead_s(&mut self) -> Option<f64> {
+        self.signing.as_mut()?.take_lead_s()
+    }
+
     /// Frames with a right checksum, less those that were refused.
     pub fn accepted(&self) -> u64 {
         self.framer.tally().good.saturating_sub(self.refused().total())

@@ -170,6 +170,11 @@ impl LinkSigning {
         self.time.take_fault()
     }
 
+    /// By how many seconds the key's timestamps lead the clock, once where that is more than a minute.
+    pub fn take_lead_s(&mut self) -> Option<f64> {
+        self.time.take_lead_s()
+    }
+
     fn verify(&mut self, packet: &Packet) -> Result<(), SigningRefusal> {
         let Some(signature) = packet.signature else {
             return Err(match (packet.id, packet.version) {

@@ -2,7 +2,8 @@
 //!
 //! Consumes the system's clock, the timestamps of frames received, and the file that keeps what may have been used; produces
 //! timestamps, never the same twice. The next one is the clock's, or one step after the newest where the clock is behind; a later
-//! timestamp received moves the newest forward (mavlink.io, "Message Signing", timestamp handling).
+//! timestamp received moves the newest forward (mavlink.io, "Message Signing", timestamp handling). One that is more than
+//! [`LEAD_MAX`] later than the clock is reported, with its lead: from then on this key's timestamps lead the clock for good.
 //!
 //! The file holds one number: every timestamp given out so far is below it. It is written ahead, [`AHEAD`] at a time and by a
 //! thread of its own once the first has been written, so that neither a killed process nor a loss of power makes one come
@@ -26,6 +27,8 @@ const EPOCH_S: u64 = 1_420_070_400;
 pub const STEPS_PER_S: u64 = 100_000;
 /// So far ahead of the newest timestamp is the number in the file, steps: ten seconds.
 pub const AHEAD: u64 = 10 * STEPS_PER_S;
+/// A timestamp received that leads the clock by more is reported, steps: a minute.
+pub const LEAD_MAX: u64 = 60 * STEPS_PER_S;
 /// The first timestamp that has no place in a frame.
 const END: u64 = 1 << 48;
 /// Digits of the number in the file: always as many, so that writing replaces all of it.
@@ -46,6 +49,10 @@ pub struct SigningTime {
     clock: StepClock,
     /// The newest that was given out or received.
     newest: u64,
+    /// By how much the newest timestamp led the clock beyond [`LEAD_MAX`], steps; until it is reported.
+    lead: Option<u64>,
+    /// The largest lead that was reported.
+    lead_reported: u64,
     record: Option<TimestampRecord>,
 }
 
@@ -58,7 +65,7 @@ impl std::fmt::Debug for SigningTime {
 impl SigningTime {
     /// Timestamps that no file keeps: of a link that only receives, and of tests.
     pub fn unrecorded(clock: StepClock) -> Self {
-        SigningTime { clock, newest: 0, record: None }
+        SigningTime { clock, newest: 0, lead: None, lead_reported: 0, record: None }
     }
 
     /// Timestamps by that clock, later than all on record in the file, which is made where it is missing.
@@ -67,7 +74,10 @@ impl SigningTime {
     /// What the system says; `InvalidData` where the file holds something else, `ResourceBusy` where another process uses it.
     pub fn recorded(clock: StepClock, path: &Path) -> Result<Self, Error> {
         let (record, used_below) = TimestampRecord::open(path)?;
-        Ok(SigningTime { clock, newest: used_below.saturating_sub(1), record: Some(record) })
+        let mut time = SigningTime::unrecorded(clock);
+        time.record = Some(record);
+        time.adopt(used_below.saturating_sub(1));
+        Ok(time)
     }
 
     /// The time of this end: the clock's, or the newest timestamp where that is later.
@@ -78,6 +88,16 @@ impl SigningTime {
     /// Takes a later timestamp, rightly signed by another, for the newest.
     pub fn adopt(&mut self, timestamp: u64) {
         self.newest = self.newest.max(timestamp);
+        let lead = timestamp.saturating_sub((self.clock)());
+        // Once for a lead, and again where it grows by as much.
+        if lead > self.lead_reported.saturating_add(LEAD_MAX) {
+            (self.lead, self.lead_reported) = (Some(lead), lead);
+        }
+    }
+
+    /// By how many seconds a timestamp received, or the one on record, led the clock; once where that was more than [`LEAD_MAX`].
+    pub fn take_lead_s(&mut self) -> Option<f64> {
+        self.lead.take().map(|steps| steps as f64 / STEPS_PER_S as f64)
     }
 
     /// A timestamp that was never given out before; `None` where that cannot be warranted.
@@ -254,6 +274,21 @@ mod tests {
         assert_eq!((time.now(), time.next_timestamp()), (9000, Some(9001)));
         time.adopt(END - 1);
         assert_eq!(time.next_timestamp(), None, "there is none left");
+    }
+
+    #[test]
+    fn a_timestamp_far_ahead_of_the_clock_is_reported_once() {
+        let year = 365 * 86_400 * STEPS_PER_S;
+        let mut time = SigningTime::unrecorded(at(500));
+        time.adopt(500 + LEAD_MAX);
+        assert_eq!(time.take_lead_s(), None);
+        for step in 0..100 {
+            time.adopt(500 + year + step * 1000);
+        }
+        assert_eq!((time.take_lead_s(), time.take_lead_s()), (Some(365.0 * 86_400.0), None));
+        time.adopt(500 + 2 * year);
+        assert_eq!(time.take_lead_s(), Some(2.0 * 365.0 * 86_400.0));
+        assert_eq!(time.next_timestamp(), Some(500 + 2 * year + 1));
     }
 
     #[test]
