@@ -3,7 +3,8 @@
 //! Time is that of the words, from the first bit that came. Where the link was silent and the bits of that time are lost, the
 //! stream goes on later by what this machine's clock says, so that a gap is one in the samples too. Datagrams that are lost one
 //! by one are told by the times at which the others arrive ([`ArrivalWindow`]), half a second later; from there on the time is
-//! right again, and the samples between are early by the bits that are missing. Both are counted and said.
+//! right again, and the samples between are early by the bits that are missing. Both are counted and said. Said, and not mended,
+//! are bits at another rate than the format's, and a stream that holds more bits than its time has ([`ArrivalRate`]).
 
 use super::args::IngestArgs;
 use super::link_source::{open, until_open};
@@ -20,6 +21,7 @@ use sideslip::io::bus::run_head::{playing_since, write_head};
 use sideslip::io::bus::service::Bus;
 use sideslip::io::telemetry::mavlink::link::{DATAGRAM_MAX, Link, LinkEvent, Url};
 use sideslip::io::telemetry::pcm::arrival::ArrivalWindow;
+use sideslip::io::telemetry::pcm::arrival_rate::ArrivalRate;
 use sideslip::io::telemetry::pcm::decoder::PcmDecoder;
 use sideslip::io::telemetry::pcm::format_file::PcmFormatFile;
 use sideslip::io::telemetry::pcm::recording::losses_in_words;
@@ -63,6 +65,9 @@ pub(super) fn listen(args: &IngestArgs, url: &Url, format: &Path, stop: &AtomicB
         link,
         out: RowPublisher::new(publisher, stop),
         arrivals: ArrivalWindow::default(),
+        rate: ArrivalRate::default(),
+        other_rate: None,
+        lead_s: 0.0,
         gaps: (0, 0.0),
         lost: (0, 0.0),
         earlier: Vec::new(),
@@ -89,6 +94,11 @@ struct PcmIngest<'s> {
     decoder: Option<PcmDecoder>,
     out: RowPublisher<'s>,
     arrivals: ArrivalWindow,
+    rate: ArrivalRate,
+    /// The rate that was said, in those of the format.
+    other_rate: Option<f64>,
+    /// By how much the stream led its arrival at most, s.
+    lead_s: f64,
     /// Silences, how many, and how long together, s.
     gaps: (u32, f64),
     /// Losses without a silence, the same.
@@ -149,12 +159,15 @@ impl PcmIngest<'_> {
 
     /// Datagrams that the others show to be lost took time.
     fn go_on_behind_losses(&mut self, received_s: f64, host_us: i64) {
+        let us =
+            |time_s: f64| Duration::try_from_secs_f64(time_s).map_or(0, |time| time.as_micros().try_into().unwrap_or(i64::MAX));
+        let (stream_us, length_us) = (us(self.stream_s() + received_s), us(received_s));
+        self.rate.arrived(host_us, stream_us, length_us);
+        self.say_other_rate();
         if self.is_whole {
             return;
         }
-        let us =
-            |time_s: f64| Duration::try_from_secs_f64(time_s).map_or(0, |time| time.as_micros().try_into().unwrap_or(i64::MAX));
-        let Some(lost_us) = self.arrivals.arrived(host_us, us(self.stream_s() + received_s), us(received_s)) else { return };
+        let Some(lost_us) = self.arrivals.arrived(host_us, stream_us, length_us) else { return };
         let lost_s = lost_us as f64 * 1e-6;
         if let Some(decoder) = &mut self.decoder {
             decoder.go_on_later(lost_s);
@@ -163,10 +176,27 @@ impl PcmIngest<'_> {
         message(format_args!("sideslip: {}: datagrams of {lost_s:.4} s are lost", self.link.url()));
     }
 
+    /// Bits at another rate than the format's, said once; a stream ahead of its arrival is kept for the end.
+    fn say_other_rate(&mut self) {
+        let other = self.rate.other_rate();
+        if let (Some(ratio), None) = (other, self.other_rate) {
+            let url = self.link.url();
+            message(format_args!(
+                "sideslip: {url}: bits come at {ratio:.2} times the bit rate of the format: the rate is wrong, the sender does not keep \
+                 to the time, or bits are lost all the time; times of samples are by the format's rate"
+            ));
+            self.other_rate = Some(ratio);
+        }
+        if other.is_none() && !self.is_whole {
+            self.lead_s = self.lead_s.max(self.rate.lead_s().unwrap_or(0.0));
+        }
+    }
+
     /// The bits of a silence are lost: what was received before it is ended, and the stream begins anew that much later.
     fn begin_behind_gap(&mut self, behind_s: f64, host_us: i64) -> Result<(), Failure> {
         self.start_s = self.stream_s() + behind_s;
         self.arrivals.clear();
+        self.rate.clear();
         self.gaps = (self.gaps.0 + 1, self.gaps.1 + behind_s);
         message(format_args!("sideslip: {}: {behind_s:.2} s of the stream are lost", self.link.url()));
         self.end_stream(host_us)
@@ -206,6 +236,13 @@ impl PcmIngest<'_> {
         }
         if self.lost.0 > 0 {
             losses.push(format!("datagrams lost at {} places, {:.4} s in all", self.lost.0, self.lost.1));
+        }
+        if self.lead_s > 0.0 {
+            losses.push(format!(
+                "the stream ran up to {:.4} s ahead of its arrival (datagrams that came twice, out of order, or from another sender): \
+                 samples are dated later by that",
+                self.lead_s
+            ));
         }
         if self.out.samples == 0 && self.bits > 0 {
             losses.push("bits came, but no minor frame of this format was found in them".to_owned());

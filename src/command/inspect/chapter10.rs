@@ -83,7 +83,8 @@ pub(super) fn run(source: &RecordingSource, config: &RecordingConfig, json: Opti
             write_json(target, &format!("{document:#}\n"))?;
         }
     }
-    let lost = tally.skipped_bytes + tally.damaged + tally.missing_packets + survey.unreadable_times;
+    let lost =
+        tally.skipped_bytes + tally.damaged + tally.missing_packets + survey.unreadable_times + contradictions.len() as u64;
     match seen.map(|seen| seen.outcome(file)) {
         Ok(Outcome::Done) | Err(_) if lost == 0 => Ok(Outcome::Done),
         _ => Ok(Outcome::DataLost),

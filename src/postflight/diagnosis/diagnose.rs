@@ -15,6 +15,7 @@ use super::evidence::regressor_plot::{RegressorPlot, regressor_plots};
 use super::evidence::reliance::{CauseRejection, is_modest_and_not_seen};
 use super::evidence::residual::{Discrepancy, discrepancy};
 use super::evidence::residual_coherence::{AxisSpectrum, residual_coherence};
+use super::evidence::size_error::size_std;
 use super::holdout::holdout_gain::{HoldoutEvidence, HoldoutImprovement, HoldoutVerdict, held_out, moves};
 use super::holdout::horizon_prediction::errors_over_horizon;
 use super::likelihood::adequacy::{with_observed_noise, without_unidentifiable};
@@ -301,7 +302,7 @@ fn findings(problem: &DiagnosisProblem, searched: &SearchResult) -> Vec<Finding>
             small = sizes.is_small(place);
             picture = pictures.next().flatten();
             let hypothesis = searched.point.hypotheses.get(place)?;
-            let std = searched.std(place);
+            let std = size_std(problem, searched, place);
             RankedCause { effect: hypothesis.effect, std, ..*first }
         };
         let error_share = if error > 0.0 { own_error / error } else { 0.0 };

@@ -15,6 +15,7 @@
 //! continue each other, once one was read.
 
 use super::error::Chapter10Error;
+use super::frame_rate::RecordedFrameRate;
 use super::header::SecondaryTime;
 use super::packet::{Chapter10Packet, Integrity};
 use super::pcm_data::{BitTime, FrameLock, MinorFrames, PcmMode, PcmPacket, RecordedFrame};
@@ -81,6 +82,7 @@ pub struct ChannelDecoder {
     /// Of streams that ended.
     earlier: SyncCounters,
     clock: RtcClock,
+    frame_rate: RecordedFrameRate,
     last_rtc: Option<u64>,
     scratch: Vec<u8>,
     frame: Vec<u8>,
@@ -103,6 +105,7 @@ impl ChannelDecoder {
             stream: None,
             earlier: SyncCounters::default(),
             clock: RtcClock::default(),
+            frame_rate: RecordedFrameRate::default(),
             last_rtc: None,
             scratch: Vec::new(),
             frame: vec![0; format.minor_frame_bits().div_ceil(8)],
@@ -140,6 +143,11 @@ impl ChannelDecoder {
     pub fn counters(&self) -> (SyncCounters, DecommutationCounters) {
         let sync = self.stream.as_ref().map(|stream| stream.synchronizer.counters()).unwrap_or_default();
         (sync.plus(&self.earlier), self.decommutator.counters())
+    }
+
+    /// The bit rate that the times of recorded minor frames show, 1/s, where the format has another one.
+    pub fn contradicting_rate(&self) -> Option<f64> {
+        self.frame_rate.contradicts(self.format.spec().bit_rate)
     }
 
     /// Gives the samples of a packet.
@@ -226,7 +234,7 @@ impl ChannelDecoder {
     /// The minor frames of a packet in packed or unpacked mode.
     fn frames(&mut self, pcm: &PcmPacket<'_>, count: i64, mut each: impl FnMut(PcmSample)) -> Result<(), Chapter10Error> {
         self.choose_map(pcm)?;
-        let ChannelDecoder { map, decommutator, scratch, frame: buffer, tally, format, clock, .. } = self;
+        let ChannelDecoder { map, decommutator, scratch, frame: buffer, tally, format, clock, frame_rate, .. } = self;
         let Some((mode, _, map)) = map else { return Ok(()) };
         let (rate, mut first, mut index) = (format.spec().bit_rate, None, 0.0);
         for recorded in pcm.frames(map, scratch)? {
@@ -240,6 +248,9 @@ impl ChannelDecoder {
                         }
                 }
             };
+            if matches!(recorded.time, BitTime::Rtc(_)) {
+                frame_rate.frame(start_s);
+            }
             index += 1.0;
             let (errors, inverted) = pattern_errors(&recorded, format);
             let bytes = match mode {
@@ -256,6 +267,7 @@ impl ChannelDecoder {
             let frame = MinorFrame { sync_errors, inverted, ..found };
             decommutator.timed_minor_frame(&frame, start_s, &mut each);
         }
+        frame_rate.packet_ends(format.minor_frame_bits() as f64);
         Ok(())
     }
 

@@ -137,6 +137,12 @@ impl ChannelRows {
         }
         let (sync, data) = self.decoder.counters();
         all.extend(losses_in_words(&sync, &data));
+        if let Some(rate) = self.decoder.contradicting_rate() {
+            all.push(format!(
+                "minor frames come at {rate:.0} bits a second by their times, not at the bit rate that is written (D2, or `bit_rate` of \
+                 the format): words have wrong times within their frame"
+            ));
+        }
         all.extend(self.rows.unused().words());
         if let Some((written, evidence)) = &self.evidence {
             all.extend(evidence.contradictions(written).iter().map(ToString::to_string));

@@ -13,6 +13,7 @@ pub mod channel_choice;
 pub mod channel_decoder;
 pub mod channel_rows;
 mod error;
+pub mod frame_rate;
 pub mod header;
 pub mod measurement_map;
 pub mod packet;

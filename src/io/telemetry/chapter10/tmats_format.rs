@@ -34,6 +34,7 @@ impl TmatsChannel {
     /// A sentence where the setup has no such channel, or its format is not whole or cannot be.
     pub fn of_channel(tmats: &Tmats, channel: u16, map: &MeasurementMap) -> Result<Self, String> {
         let written = TmatsPcmFormat::of_channel(tmats, channel).map_err(|error| error.to_string())?;
+        refuse_ambiguous(tmats, &written)?;
         let TmatsMeasurements { parameters, mut left_out, assumed } = TmatsMeasurements::of_link(tmats, &written.link, map);
         let spec = PcmFormatSpec { parameters, ..spec_of(&written)? };
         // A measurement outside of the frame is left out, not the whole format.
@@ -42,6 +43,23 @@ impl TmatsChannel {
         Ok(TmatsChannel { format, written, left_out, assumed })
     }
 }
+
+/// Where the group of the channel says two things of one, none of them is right by itself.
+fn refuse_ambiguous(tmats: &Tmats, written: &TmatsPcmFormat) -> Result<(), String> {
+    let prefix = format!("P-{}\\", written.group);
+    let is_used = |name: &str| ["D1", "D2", "D4", "D7", "D8"].contains(&name) || USED.iter().any(|used| name.starts_with(used));
+    if let Some(code) = tmats.contradicted().find(|code| code.strip_prefix(&prefix).is_some_and(is_used)) {
+        return Err(format!("{code} stands twice, with different values: give a format of its frames"));
+    }
+    let same = |(code, value): &(&str, &str)| code.starts_with("P-") && code.ends_with("\\DLN") && *value == written.link;
+    match tmats.attributes().filter(same).count() {
+        0 | 1 => Ok(()),
+        count => Err(format!("{count} groups P describe the data link {}: give a format of its frames", written.link)),
+    }
+}
+
+/// How the names of attributes of a group P begin that are used, beside those of the line.
+const USED: [&str; 5] = ["F", "MF", "SYNC", "ISF", "IDC"];
 
 /// The format without its measurements.
 fn spec_of(written: &TmatsPcmFormat) -> Result<PcmFormatSpec, String> {

@@ -51,6 +51,20 @@ fn what_the_setup_does_not_say_is_asked_for() {
 }
 
 #[test]
+fn a_group_that_says_two_things_is_refused() {
+    let of = |more: &str| {
+        let text = format!("{SETUP}{more}");
+        TmatsChannel::of_channel(&Tmats::parse(text.as_bytes()), 3, &MeasurementMap::default())
+            .map(|found| found.format.spec().clone())
+    };
+    for more in ["P-1\\D2:409600;", "P-1\\F3:OD;", "P-1\\MFW2-1:12;", "P-1\\MF5:01;"] {
+        assert!(of(more).unwrap_err().contains("stands twice, with different values"), "{more}");
+    }
+    assert!(of("P-2\\DLN:A;P-2\\D1:NRZ-L;").unwrap_err().contains("2 groups P describe the data link A"));
+    assert_eq!(of("P-1\\D2:204800;P-2\\DLN:B;P-1\\TF:ONE;P-1\\TF:TWO;"), of(""));
+}
+
+#[test]
 fn thousands_of_measurements_are_laid_out_once_each() {
     use std::fmt::Write;
     let mut text = SETUP.replace("D-1\\MN\\N-1:3;", "D-1\\MN\\N-1:4096;");

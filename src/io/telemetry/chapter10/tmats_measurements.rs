@@ -6,7 +6,7 @@
 //! | --- | --- | --- | --- |
 //! | `DLN` | data link, that of the `P` group | `DCN` | name of the measurement, that of `MN-y-n` |
 //! | `MN\N-y`, `MN-y-n` | measurements of list y (the first list) | `MN3` | engineering unit |
-//! | `MN3-y-n` | order of transfer (`M`, `D`) | `BFM`, `FPF` | binary format, floating-point format |
+//! | `MN1-y-n` `MN3-y-n` | parity, order of transfer (`M`, `D`) | `BFM`, `FPF` | binary format, floating-point format |
 //! | `LT-y-n` | kind of location: `WDFR`, word and frame | `DCT` | conversion: `NON`, `COE`, `PRS` |
 //! | `MML\N-y-n` | locations m | `CO`, `CO\N`, `CO-n` | coefficients of a polynomial |
 //! | `MNF\N-y-n-m` | fragments e of a location | `PS\N`, `PS1` | pair sets, whether a polynomial is fitted to them |
@@ -70,15 +70,24 @@ impl TmatsMeasurements {
         if count > MEASUREMENTS {
             found.left_out.push(format!("{group} has {count} measurements: the first {MEASUREMENTS} are read"));
         }
+        let frame_parity = parity_of_link(tmats, link);
+        let beyond = (count + 1..=MEASUREMENTS).map_while(|n| d.text(&format!("MN-1-{n}")));
+        found.left_out.extend(beyond.map(|name| format!("measurement {name}: stands beyond the {count} of MN\\N-1")));
         let mut others = Vec::new();
         for n in 1..=count.min(MEASUREMENTS) {
             let Some(name) = d.text(&format!("MN-1-{n}")) else { continue };
-            match d.measurement(n, name, map, &conversions) {
-                Ok(MeasuredParameter { parameter, has_encoding }) => {
+            match d.measurement(n, name, map, &conversions, frame_parity) {
+                Ok(MeasuredParameter { parameter, has_encoding, is_counts }) => {
                     if !has_encoding && Channel::from_name(&parameter.name).is_some() {
                         found
                             .assumed
                             .push(format!("measurement {name}: no binary format (BFM of its group C): read as unsigned"));
+                    }
+                    if is_counts && Channel::from_name(&parameter.name).is_some() {
+                        let unit = &parameter.unit;
+                        found
+                            .assumed
+                            .push(format!("measurement {name}: no conversion (DCT NON): its counts are taken as {unit}"));
                     }
                     found.parameters.push(parameter);
                 }
@@ -95,10 +104,21 @@ impl TmatsMeasurements {
     }
 }
 
-/// A measurement that can be decommutated, and whether the setup says how its bits are coded.
+/// A measurement that can be decommutated.
 struct MeasuredParameter {
     parameter: ParameterSpec,
+    /// Whether the setup says how its bits are coded.
     has_encoding: bool,
+    /// Whether whole numbers are not converted.
+    is_counts: bool,
+}
+
+/// The parity of the words of a data link, `F3` of its group P.
+fn parity_of_link<'a>(tmats: &'a Tmats, link: &str) -> Option<&'a str> {
+    let group = tmats
+        .attributes()
+        .find_map(|(code, value)| code.strip_suffix("\\DLN").filter(|_| value == link && code.starts_with("P-")));
+    tmats.get(&format!("{}\\F3", group?))
 }
 
 /// The group C of each measurement, by its name in small letters; of several the first.
@@ -169,6 +189,7 @@ impl<'a> MeasurementList<'a> {
         name: &str,
         map: &MeasurementMap,
         conversions: &HashMap<String, &str>,
+        frame_parity: Option<&str>,
     ) -> Result<MeasuredParameter, String> {
         let own = format!("1-{n}");
         self.refuse_contradicted(|code| {
@@ -178,6 +199,12 @@ impl<'a> MeasurementList<'a> {
         match self.text(&format!("LT-1-{n}")) {
             None | Some("WDFR") => {}
             Some(other) => return Err(format!("location of kind {other}, word and frame (WDFR) is read")),
+        }
+        match self.text(&format!("MN1-1-{n}")) {
+            Some(own @ ("EV" | "OD")) if frame_parity != Some(own) => {
+                return Err(format!("parity of its own (MN1 {own}); that of all words (F3 of group P) is read"));
+            }
+            _ => {}
         }
         self.most_significant_first(&format!("MN3-1-{n}"))?;
         let count = self.number(&format!("MML\\N-1-{n}"))?.unwrap_or(1);
@@ -201,7 +228,9 @@ impl<'a> MeasurementList<'a> {
         if let Some(conversion) = &conversion {
             conversion.convert(&mut parameter)?;
         }
-        let has_encoding = conversion.is_some_and(|conversion| conversion.text("BFM").is_some());
+        let has_encoding = conversion.as_ref().is_some_and(|conversion| conversion.text("BFM").is_some());
+        let is_float = conversion.as_ref().is_some_and(|conversion| conversion.text("BFM") == Some("FPT"));
+        let is_counts = !is_float && conversion.is_some_and(|conversion| conversion.text("DCT") == Some("NON"));
         if let Some(unit) = named.and_then(|named| named.unit.as_ref()) {
             parameter.unit.clone_from(unit);
         }
@@ -211,7 +240,7 @@ impl<'a> MeasurementList<'a> {
             }
             RecordingColumn::new(&parameter.name, Some(&parameter.unit))?;
         }
-        Ok(MeasuredParameter { parameter, has_encoding })
+        Ok(MeasuredParameter { parameter, has_encoding, is_counts })
     }
 
     fn most_significant_first(&self, attribute: &str) -> Result<(), String> {

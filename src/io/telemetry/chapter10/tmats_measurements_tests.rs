@@ -77,6 +77,8 @@ fn what_cannot_be_decommutated_is_left_out_with_its_reason() {
         ("X", "D-4\\WP-1-1-1-1:2;D-4\\WP-1-1-1-1:3;", "", "WP-1-1-1-1 stands twice"),
         ("X", WORD_2, "C-2\\DCT:PRS;C-2\\PS\\N:1;C-2\\PS3-1:0;", "PS4-1: expected a number, found none"),
         ("X", "D-4\\WP-1-1-1-1:2;D-4\\FP-1-1-1-1:first;", "", "FP-1-1-1-1: expected a whole number, found first"),
+        ("X", "D-4\\WP-1-1-1-1:2;D-4\\MN1-1-1:OD;", "", "parity of its own (MN1 OD)"),
+        ("X", "D-4\\WP-1-1-1-1:2;D-4\\MN1-1-1:OD;P-4\\DLN:L;P-4\\F3:EV;", "", "parity of its own (MN1 OD)"),
         ("q", WORD_2, "C-2\\BFM:TWO;", "no engineering unit"),
         ("q", WORD_2, "C-2\\MN3:FURLONG;", "unknown unit"),
     ];
@@ -98,6 +100,21 @@ fn a_channel_without_binary_format_is_read_as_unsigned_and_said_so() {
     assert_eq!(found.assumed, ["measurement P: no binary format (BFM of its group C): read as unsigned"]);
     assert_eq!(only("X", WORD_2, "").assumed, [""; 0]);
     assert_eq!(only("P", WORD_2, "C-2\\MN3:DEG/S;C-2\\BFM:TWO;").assumed, [""; 0]);
+}
+
+#[test]
+fn parity_of_all_words_measurements_beyond_the_list_and_counts_as_units() {
+    let same = only("X", "D-4\\WP-1-1-1-1:2;D-4\\MN1-1-1:OD;P-4\\DLN:L;P-4\\F3:OD;", "");
+    assert_eq!((same.parameters.len(), same.left_out), (1, vec![]));
+    let beyond = only("X", "D-4\\WP-1-1-1-1:2;D-4\\MN-1-2:R;D-4\\WP-1-2-1-1:3;", "");
+    assert_eq!(
+        (beyond.parameters.len(), &beyond.left_out[..]),
+        (1, &["measurement R: stands beyond the 1 of MN\\N-1".to_owned()][..])
+    );
+    let counts = only("P", WORD_2, "C-2\\MN3:DEG/S;C-2\\BFM:TWO;C-2\\DCT:NON;");
+    assert_eq!(counts.assumed, ["measurement P: no conversion (DCT NON): its counts are taken as deg/s"]);
+    let float = only("P", WORD_2, "C-2\\MN3:DEG/S;C-2\\BFM:FPT;C-2\\FPF:IEEE 32;C-2\\DCT:NON;");
+    assert_eq!(float.assumed, [""; 0]);
 }
 
 #[test]

@@ -103,6 +103,8 @@ pub struct DecommutationCounters {
     pub samples: u64,
     /// Words with wrong parity, measured or not.
     pub parity_errors: u64,
+    /// Words whose parity was checked.
+    pub parity_checks: u64,
     /// Samples beyond their limits.
     pub out_of_limits: u64,
     /// Samples too far from those beside them.
@@ -263,6 +265,7 @@ impl Decommutator {
         for (word, offset, bits, odd) in &self.parity {
             let ones = read_bits(bytes, *offset as usize, *bits).map_or(0, u64::count_ones);
             let wrong = (ones % 2 == 1) != *odd;
+            self.counters.parity_checks += 1;
             self.counters.parity_errors += u64::from(wrong);
             if let Some(place) = self.wrong_parity.get_mut(*word as usize) {
                 *place = wrong;

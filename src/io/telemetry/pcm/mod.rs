@@ -17,6 +17,7 @@
 //! allocates after its start.
 
 pub mod arrival;
+pub mod arrival_rate;
 pub mod bit_buffer;
 pub mod bits;
 pub mod calibration;

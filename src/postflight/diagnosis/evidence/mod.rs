@@ -7,3 +7,4 @@ pub mod reliance;
 pub mod residual;
 pub mod residual_coherence;
 pub(crate) mod residual_series;
+pub(crate) mod size_error;

@@ -87,6 +87,9 @@ pub fn run_filter(run: &RunModel<'_>, noise: &FilterNoise, request: FilterReques
     let lag_seen = |x: &FilterState, here: &OperatingPoint| run.lag.and_then(|(output, _)| run.predict(output, x, here));
     let mut lag_before: Option<(f64, FilterState)> = None;
     for node in 0..record.mesh.nodes {
+        if request.traces {
+            result.scores.resize((node + 1) * kept, 0.0);
+        }
         let moved = *run.blade_input.nodes.get(node)?;
         let mut step = None;
         if node > 0 {
@@ -225,6 +228,8 @@ pub fn run_filter(run: &RunModel<'_>, noise: &FilterNoise, request: FilterReques
                 }
                 let per_root = (1.0 / root) as f32;
                 row.iter_mut().for_each(|entry| *entry *= per_root);
+                let scores = result.scores.iter_mut().skip(node * kept);
+                scores.zip(row.iter()).for_each(|(score, s)| *score += f64::from(*s) * e);
                 rows.take(e, &mut result);
             }
             if let Some(noise_score) = &mut noise_score {

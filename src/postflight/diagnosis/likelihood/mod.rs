@@ -13,5 +13,6 @@ pub mod parameter;
 pub mod parameter_set;
 pub mod problem;
 pub mod run_model;
+pub(crate) mod sandwich;
 pub(crate) mod sensitivity;
 pub mod state;

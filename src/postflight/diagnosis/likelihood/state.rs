@@ -65,6 +65,8 @@ pub struct FilterResult {
     pub gradient: Vec<f64>,
     /// Root mean square of each column's force, where it has one: of its axis.
     pub strength: Vec<f64>,
+    /// S'e of each node's readings, [nodes x kept]; only where traces are asked for.
+    pub scores: Vec<f64>,
     /// States after each node's readings.
     pub states: Vec<FilterState>,
     /// Whitened innovations: node, output, value; only where asked for.
