@@ -173,7 +173,10 @@ impl PcmIngest<'_> {
             decoder.go_on_later(lost_s);
         }
         self.lost = (self.lost.0 + 1, self.lost.1 + lost_s);
-        message(format_args!("sideslip: {}: datagrams of {lost_s:.4} s are lost", self.link.url()));
+        // Where the rate is another, it is not datagrams one by one.
+        if self.other_rate.is_none() {
+            message(format_args!("sideslip: {}: datagrams of {lost_s:.4} s are lost", self.link.url()));
+        }
     }
 
     /// Bits at another rate than the format's, said once; a stream ahead of its arrival is kept for the end.
@@ -182,8 +185,8 @@ impl PcmIngest<'_> {
         if let (Some(ratio), None) = (other, self.other_rate) {
             let url = self.link.url();
             message(format_args!(
-                "sideslip: {url}: bits come at {ratio:.2} times the bit rate of the format: the rate is wrong, the sender does not keep \
-                 to the time, or bits are lost all the time; times of samples are by the format's rate"
+                "sideslip: {url}: bits come at {ratio:.2} times the bit rate of the format: the rate is wrong, the sender does \
+                 not keep to the time, or bits are lost all the time; do not rely on the times of samples"
             ));
             self.other_rate = Some(ratio);
         }
@@ -237,10 +240,13 @@ impl PcmIngest<'_> {
         if self.lost.0 > 0 {
             losses.push(format!("datagrams lost at {} places, {:.4} s in all", self.lost.0, self.lost.1));
         }
+        if let Some(ratio) = self.other_rate.filter(|ratio| *ratio < 1.0) {
+            losses.push(format!("bits came at {ratio:.2} times the bit rate of the format"));
+        }
         if self.lead_s > 0.0 {
             losses.push(format!(
-                "the stream ran up to {:.4} s ahead of its arrival (datagrams that came twice, out of order, or from another sender): \
-                 samples are dated later by that",
+                "the stream ran up to {:.4} s ahead of its arrival (datagrams that came twice, out of order, or from another \
+                 sender): samples are dated later by that",
                 self.lead_s
             ));
         }

@@ -64,7 +64,11 @@ const USED: [&str; 5] = ["F", "MF", "SYNC", "ISF", "IDC"];
 /// The format without its measurements.
 fn spec_of(written: &TmatsPcmFormat) -> Result<PcmFormatSpec, String> {
     let group = written.group;
-    let missing = |attribute: &str| format!("P-{group}\\{attribute}: expected a value, found none");
+    let missing = |attribute: &str| {
+        let code = format!("P-{group}\\{attribute}");
+        let found = if written.unreadable.contains(&code) { "one that cannot be read" } else { "none" };
+        format!("{code}: expected a value, found {found}")
+    };
     if written.lsb_first == Some(true) {
         return Err(format!("P-{group}\\F2: words are sent least significant bit first, which is not read"));
     }

@@ -41,6 +41,9 @@ fn what_the_setup_does_not_say_is_asked_for() {
         let said = TmatsChannel::of_channel(&Tmats::parse(without.as_bytes()), 3, &MeasurementMap::default()).unwrap_err();
         assert!(said.contains(expected), "{said}");
     }
+    let fast = SETUP.replace("P-1\\D2:204800;", "P-1\\D2:fast;");
+    let said = TmatsChannel::of_channel(&Tmats::parse(fast.as_bytes()), 3, &MeasurementMap::default()).unwrap_err();
+    assert_eq!(said, "P-1\\D2: expected a value, found one that cannot be read");
     let reversed = SETUP.replace("P-1\\F2:M;", "P-1\\F2:L;");
     assert!(
         TmatsChannel::of_channel(&Tmats::parse(reversed.as_bytes()), 3, &MeasurementMap::default())

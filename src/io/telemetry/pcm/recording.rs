@@ -165,8 +165,8 @@ pub fn losses_in_words(sync: &SyncCounters, data: &DecommutationCounters) -> Opt
     if data.parity_errors > 0 && data.parity_errors as f64 > NOT_THE_PARITY * data.parity_checks as f64 {
         let (wrong, checked) = (data.parity_errors, data.parity_checks);
         parts.push(format!(
-            "{wrong} of {checked} words have wrong parity: the words have another parity than the format says, or none, and values \
-             are wrong"
+            "{wrong} of {checked} words have wrong parity: the words have another parity than the format says, or none, and \
+             values are wrong"
         ));
     }
     (!parts.is_empty()).then(|| parts.join(", "))
