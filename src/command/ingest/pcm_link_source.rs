@@ -233,7 +233,7 @@ impl PcmIngest<'_> {
         message(format_args!("sideslip: {} samples, {} minor frames", self.out.samples, self.frames));
         let mut losses = self.earlier.clone();
         losses.extend(self.out.take_losses());
-        losses.extend(self.rows.unused().words());
+        losses.extend(self.rows.shortfall());
         if self.gaps.0 > 0 {
             losses.push(format!("{} gaps of the stream, {:.2} s in all", self.gaps.0, self.gaps.1));
         }

@@ -143,7 +143,7 @@ impl ChannelRows {
                  `bit_rate` of the format): words have wrong times within their frame"
             ));
         }
-        all.extend(self.rows.unused().words());
+        all.extend(self.rows.shortfall());
         if let Some((written, evidence)) = &self.evidence {
             all.extend(evidence.contradictions(written).iter().map(ToString::to_string));
         }

@@ -46,6 +46,8 @@ pub enum FormatMistake {
     OutOf { low: u64, high: u64, found: u64 },
     #[error("expected a finite number above zero, found {found}")]
     NotPositive { found: f64 },
+    #[error("expected {low} to {high} bits a second, found {found}")]
+    BitRate { low: f64, high: f64, found: f64 },
     #[error("expected a pattern and a mask of {bits} bits, found 0x{pattern:X} and 0x{mask:X}")]
     PatternBits { bits: u32, pattern: u64, mask: u64 },
     #[error("expected at least {least} compared bits, found {found}")]

@@ -16,6 +16,8 @@ pub const WORDS_MAX: u32 = 4096;
 pub const MINOR_FRAMES_MAX: u32 = 256;
 /// Shortest and longest word, bits (class I: to 16).
 pub const WORD_BITS: (u32, u32) = (4, 32);
+/// Slowest and fastest line, bits a second.
+const BIT_RATES: (f64, f64) = (1.0, 1e11);
 /// Most places of one parameter as described, and most parts of a place.
 const LISTED_MAX: usize = 4096;
 /// Most samples of a major frame.
@@ -92,8 +94,9 @@ impl PcmFormat {
     /// # Errors
     /// [`PcmFormatError`], the first mistake found outside of the parameters.
     pub fn leaving_out(mut spec: PcmFormatSpec) -> Result<(Self, Vec<PcmFormatError>), PcmFormatError> {
-        if !(spec.bit_rate.is_finite() && spec.bit_rate > 0.0) {
-            return Err(at("bit_rate", FormatMistake::NotPositive { found: spec.bit_rate }));
+        let (low, high) = BIT_RATES;
+        if !(low..=high).contains(&spec.bit_rate) {
+            return Err(at("bit_rate", FormatMistake::BitRate { low, high, found: spec.bit_rate }));
         }
         let rules = check_sync(&spec)?;
         within("words", spec.words, 2, WORDS_MAX)?;

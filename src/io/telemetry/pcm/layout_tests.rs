@@ -62,7 +62,9 @@ fn every_mistake_has_its_place_and_numbers() {
     };
     let rules = SyncRules::for_length(32);
     for (found, expected) in [
-        (refused(&|spec| spec.bit_rate = f64::NAN), "bit_rate: expected a finite number above zero, found NaN"),
+        (refused(&|spec| spec.bit_rate = f64::NAN), "bit_rate: expected 1 to 100000000000 bits a second, found NaN"),
+        (refused(&|spec| spec.bit_rate = 1e300), "bit_rate: expected 1 to 100000000000 bits a second, found 1"),
+        (refused(&|spec| spec.bit_rate = 0.0), "bit_rate: expected 1 to 100000000000 bits a second, found 0"),
         (refused(&|spec| spec.sync.bits = 34), "sync.bits: expected 16 to 33, found 34"),
         (refused(&|spec| spec.sync.bits = 24), "sync.pattern: expected a pattern and a mask of 24 bits"),
         (refused(&|spec| spec.sync.mask = 0x7F), "sync.mask: expected at least 8 compared bits, found 7"),

@@ -85,7 +85,7 @@ impl PcmRecording {
     /// What was lost or left out, in words; complete after the last row.
     pub fn shortfall(&self) -> Option<String> {
         let (sync, data) = (self.decoder.synchronizer.counters(), self.decoder.decommutator.counters());
-        let parts = [losses_in_words(&sync, &data), self.rows.unused().words()];
+        let parts = [losses_in_words(&sync, &data), self.rows.shortfall()];
         let parts: Vec<String> = parts.into_iter().flatten().collect();
         (!parts.is_empty()).then(|| parts.join(", "))
     }

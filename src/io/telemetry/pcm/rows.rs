@@ -71,7 +71,12 @@ pub struct PcmRows {
     /// Times of the first and the last sample of the row, s; `None` while it has none.
     span_s: Option<(f64, f64)>,
     unused: UnusedSamples,
+    /// Of each parameter, samples and those that were left out.
+    counts: Vec<(u64, u64)>,
 }
+
+/// Parameters that are named at most where they lost most of their samples.
+const NAMED: usize = 4;
 
 impl PcmRows {
     /// For the parameters of that format.
@@ -98,6 +103,7 @@ impl PcmRows {
         }
         let header = RecordingHeader::from_columns(columns)?;
         Ok(PcmRows {
+            counts: vec![(0, 0); cells.len()],
             cells,
             columns: header.columns,
             controls: header.controls,
@@ -125,9 +131,30 @@ impl PcmRows {
         self.unused
     }
 
+    /// What was left out so far in words, and the parameters that lost most of their samples; `None` where nothing was.
+    #[must_use]
+    pub fn shortfall(&self) -> Option<String> {
+        let mut words = self.unused.words()?;
+        let named = self.columns.iter().skip(1).zip(&self.counts);
+        let mut most = named.filter(|(_, (samples, left_out))| 2 * left_out > *samples);
+        for (column, (samples, left_out)) in most.by_ref().take(NAMED) {
+            words.push_str(&format!(", {} lost {left_out} of {samples}", column.name));
+        }
+        match most.count() {
+            0 => {}
+            more => words.push_str(&format!(", and {more} parameters more lost most of theirs")),
+        }
+        Some(words)
+    }
+
     /// Takes in a sample; gives the row that it does not belong to any more.
     pub fn put(&mut self, sample: &PcmSample, each: &mut impl FnMut(&RecordingRow)) {
-        let Some(value) = self.usable(sample) else { return };
+        let value = self.usable(sample);
+        if let Some((samples, left_out)) = self.counts.get_mut(sample.parameter) {
+            *samples += 1;
+            *left_out += u64::from(value.is_none());
+        }
+        let Some(value) = value else { return };
         let Some(cell) = self.cells.get(sample.parameter).copied() else { return };
         let taken = match cell {
             Cell::Known(channel, _) => self.row.sample.get(channel).is_some(),

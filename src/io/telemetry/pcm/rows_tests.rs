@@ -66,7 +66,19 @@ fn what_may_be_wrong_is_left_out_and_counted() {
     let expected = UnusedSamples { parity: 1, doubtful_frame: 1, out_of_limits: 2, beyond_step: 0, no_value: 1, extrapolated: 1 };
     assert_eq!(rows.unused(), expected);
     assert!(rows.unused().words().unwrap().contains("2 samples beyond their limits"));
+    assert!(rows.shortfall().unwrap().ends_with(", p lost 5 of 6"), "{:?}", rows.shortfall());
     assert_eq!(UnusedSamples::default().words(), None);
+    let mut many = PcmRows::new(&format(&[("a", ""), ("b", ""), ("c", ""), ("d", ""), ("e", ""), ("f", ""), ("g", "")])).unwrap();
+    assert_eq!(many.shortfall(), None);
+    for parameter in 0..6 {
+        many.put(&PcmSample { flags: SampleFlags::HIGH, ..sample(parameter, 1.0, 1.0) }, &mut |_| {});
+        many.put(&sample(6, 1.0, 1.0), &mut |_| {});
+    }
+    let words = many.shortfall().unwrap();
+    assert!(
+        words.ends_with("a lost 1 of 1, b lost 1 of 1, c lost 1 of 1, d lost 1 of 1, and 2 parameters more lost most of theirs"),
+        "{words}"
+    );
 }
 
 #[test]
