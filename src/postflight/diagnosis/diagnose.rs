@@ -10,14 +10,14 @@
 use super::data::instrument_check::{InstrumentCheck, check_instruments};
 use super::data::run_data::RunData;
 use super::data::usable_runs::usable_runs;
-use super::evidence::cause_size::cause_sizes;
+use super::evidence::cause_size::{CauseSizes, cause_sizes};
 use super::evidence::regressor_plot::{RegressorPlot, regressor_plots};
 use super::evidence::reliance::{CauseRejection, is_modest_and_not_seen};
 use super::evidence::residual::{Discrepancy, discrepancy};
 use super::evidence::residual_coherence::{AxisSpectrum, residual_coherence};
 use super::evidence::size_error::size_std;
 use super::holdout::holdout_gain::{HoldoutEvidence, HoldoutImprovement, HoldoutVerdict, held_out, moves};
-use super::holdout::horizon_prediction::errors_over_horizon;
+use super::holdout::horizon_prediction::{HORIZON_S, errors_over_horizon};
 use super::likelihood::adequacy::{with_observed_noise, without_unidentifiable};
 use super::likelihood::aircraft::Aircraft;
 use super::likelihood::problem::DiagnosisProblem;
@@ -44,6 +44,9 @@ pub const NOTHING: f64 = 25.0;
 const MANY_LEAVE: f64 = 0.04;
 /// What remains of an axis is small where it is below this part of the axis's motion in air that moves.
 const SMALL_REMAINDER: f64 = 0.25;
+/// Shares of the error are those of predictions over so long, s: over a whole manoeuvre the effects on an aircraft add up, while
+/// those of gusts pass.
+const SHARES_OVER_S: f64 = 16.0;
 /// So many causes on one axis are none.
 const CROWD: usize = 3;
 const TOLD: usize = 12;
@@ -59,6 +62,8 @@ pub struct Finding {
     pub motion_share: Option<f64>,
     /// The part of the model's error that it explains, of all that is there beyond noise.
     pub error_share: f64,
+    /// The same of predictions over the horizon of the hold-out runs, by which it is relied upon or not.
+    pub horizon_share: f64,
     /// Whether it is too small to be relied upon.
     pub small: bool,
     /// On the hold-out runs.
@@ -283,14 +288,18 @@ fn ranked(rivals: &[Rival]) -> Vec<RankedCause> {
 
 fn findings(problem: &DiagnosisProblem, searched: &SearchResult) -> Vec<Finding> {
     let mut number = 0;
-    let sizes = cause_sizes(problem, &searched.point);
-    let error = sizes.of.iter().map(|size| size.error).sum::<f64>() + sizes.left;
+    let sizes = cause_sizes(problem, &searched.point, HORIZON_S);
+    let shares = cause_sizes(problem, &searched.point, SHARES_OVER_S);
+    let share = |of: &CauseSizes, own: f64| {
+        let error = of.of.iter().map(|size| size.error).sum::<f64>() + of.left;
+        if error > 0.0 { own / error } else { 0.0 }
+    };
     let mut pictures = regressor_plots(problem, searched).into_iter();
     let found = searched.rivals.iter().filter_map(|rivals| {
         let ranking = ranked(rivals);
         let first = ranking.first()?;
         // Gusts are no fault of the model, and never too small.
-        let (mut picture, mut motion_share, mut own_error, mut small) = (None, None, sizes.left, false);
+        let (mut picture, mut motion_share, mut own_error, mut small) = (None, None, (shares.left, sizes.left), false);
         let cause = if let Effect::Turbulence { .. } = first.effect {
             let length = searched.point.gust.1 * problem.aircraft.trim().airspeed();
             RankedCause { effect: Effect::Turbulence { sigma: searched.point.gust.0, length }, ..*first }
@@ -298,15 +307,18 @@ fn findings(problem: &DiagnosisProblem, searched: &SearchResult) -> Vec<Finding>
             let place = number;
             number += 1;
             motion_share = sizes.of.get(place).map(|size| size.motion_share);
-            own_error = sizes.of.get(place).map_or(0.0, |size| size.error);
+            let error = |of: &CauseSizes| of.of.get(place).map_or(0.0, |size| size.error);
+            own_error = (error(&shares), error(&sizes));
             small = sizes.is_small(place);
             picture = pictures.next().flatten();
             let hypothesis = searched.point.hypotheses.get(place)?;
             let std = size_std(problem, searched, place);
             RankedCause { effect: hypothesis.effect, std, ..*first }
         };
-        let error_share = if error > 0.0 { own_error / error } else { 0.0 };
-        Some(Finding { cause, ranking, motion_share, error_share, small, held_out: None, regressor_plot: picture })
+        let (error_share, horizon_share) = (share(&shares, own_error.0), share(&sizes, own_error.1));
+        let finding =
+            Finding { cause, ranking, motion_share, error_share, horizon_share, small, held_out: None, regressor_plot: picture };
+        Some(finding)
     });
     let mut found: Vec<Finding> = found.collect();
     found.sort_by(|a, b| b.error_share.total_cmp(&a.error_share));
@@ -330,7 +342,16 @@ fn add_recording_fault(
         }
     }
     let ranking = vec![cause];
-    let finding = Finding { cause, ranking, motion_share: None, error_share, small: false, held_out: None, regressor_plot: None };
+    let finding = Finding {
+        cause,
+        ranking,
+        motion_share: None,
+        error_share,
+        horizon_share: error_share,
+        small: false,
+        held_out: None,
+        regressor_plot: None,
+    };
     findings.insert(place.min(findings.len()), finding);
 }
 
@@ -413,7 +434,7 @@ fn judge_on_holdout(
 
 /// Takes out those that are too small to be relied upon.
 fn take_small(findings: &mut Vec<Finding>) -> Vec<RejectedCause> {
-    let not_seen = |finding: &Finding| finding.held_out.is_some_and(|own| is_modest_and_not_seen(finding.error_share, &own));
+    let not_seen = |finding: &Finding| finding.held_out.is_some_and(|own| is_modest_and_not_seen(finding.horizon_share, &own));
     let small = findings.extract_if(.., |finding| finding.small || not_seen(finding));
     small.map(|finding| RejectedCause { finding, reason: CauseRejection::Small }).collect()
 }

@@ -8,11 +8,11 @@
 //! of order, or from another sender. Clocks that drift do so by less than [`DRIFT`].
 
 /// The stream is watched for so long before (1) is formed, us.
-const ENOUGH_US: i64 = 5_000_000;
+pub const ENOUGH_US: i64 = 5_000_000;
 /// Length of the first window, us.
-const FIRST_US: i64 = 2_000_000;
+pub const FIRST_US: i64 = 2_000_000;
 /// Clocks drift apart by less.
-const DRIFT: f64 = 1e-3;
+pub const DRIFT: f64 = 1e-3;
 /// Leads below this are jitter, us.
 const LEAST_LEAD_US: i64 = 2_000;
 /// A rate this far from that of the format is another one.

@@ -66,15 +66,15 @@ struct Changed {
     whitened: [Whitened; OUTPUTS],
 }
 
-/// (1) and (2) of every hypothesis; nothing where the model cannot be followed along the runs.
-pub(crate) fn cause_sizes(problem: &DiagnosisProblem, point: &ParameterSet) -> CauseSizes {
+/// (1) and (2) of every hypothesis, by predictions over so long; nothing where the model cannot be followed along the runs.
+pub(crate) fn cause_sizes(problem: &DiagnosisProblem, point: &ParameterSet, horizon_s: f64) -> CauseSizes {
     let Some(local) = linearise(problem, point, &[], Detail::Traces) else { return CauseSizes::default() };
     let mut moved = [0.0_f64; OUTPUTS];
     let mut left = [Whitened::default(); OUTPUTS];
     let mut changed = vec![Changed::default(); point.hypotheses.len()];
     for (number, (record, filtered)) in problem.runs.iter().zip(&local.runs).enumerate() {
         let noise = |output: usize| record.recorded_noise.get(output).copied().filter(|noise| noise.is_finite()).unwrap_or(0.0);
-        let with = predict_windows(problem, point, number, &filtered.states);
+        let with = predict_windows(problem, point, (number, &filtered.states), horizon_s);
         for (output, ((most, left), readings)) in moved.iter_mut().zip(&mut left).zip(&with.of_output).enumerate() {
             *most = most.max(deviation(readings.iter().map(|(_, reading, _)| reading.value))).max(noise(output));
             for (_, reading, predicted) in readings {
@@ -91,7 +91,7 @@ pub(crate) fn cause_sizes(problem: &DiagnosisProblem, point: &ParameterSet) -> C
                 _ => {
                     let mut without = point.clone();
                     without.hypotheses.remove(place);
-                    difference(&with, &predict_windows(problem, &without, number, &filtered.states))
+                    difference(&with, &predict_windows(problem, &without, (number, &filtered.states), horizon_s))
                 }
             };
             let of_output = changed.most.iter_mut().zip(&mut changed.whitened).zip(differences).enumerate();

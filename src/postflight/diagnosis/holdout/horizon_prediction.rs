@@ -48,7 +48,7 @@ pub fn predict_over_horizon(model: &FlightModel, effects: &[Effect], run: &RunDa
     };
     let Some((point, states)) = filtered(&problem) else { return unpredicted };
     let said = |output: usize| axes_of(output).iter().all(|&axis| !problem.unmodelled[axis]);
-    let Predictions { of_output, diverged_at_s } = predict_windows(&problem, &point, 0, &states);
+    let Predictions { of_output, diverged_at_s } = predict_windows(&problem, &point, (0, &states), HORIZON_S);
     let channels = of_output.into_iter().enumerate().filter(|(output, pairs)| said(*output) && !pairs.is_empty());
     FreeRunPrediction {
         channels: channels
@@ -130,12 +130,12 @@ pub(crate) struct Predictions {
     pub(crate) diverged_at_s: Option<f64>,
 }
 
-/// (1) from the beginning of every window of the run of that number.
+/// (1) from the beginning of every window of that length of a run, by its number and the states of the filter.
 pub(crate) fn predict_windows(
     problem: &DiagnosisProblem,
     point: &ParameterSet,
-    number: usize,
-    states: &[FilterState],
+    (number, states): (usize, &[FilterState]),
+    horizon_s: f64,
 ) -> Predictions {
     let mut predictions = Predictions::default();
     let (Some(record), Some(own)) = (problem.runs.get(number), point.run_offsets.get(number)) else { return predictions };
@@ -160,7 +160,7 @@ pub(crate) fn predict_windows(
         vane_m: instruments.vane_m,
         lag: instruments.lag,
     };
-    let steps = (libm::round(HORIZON_S / record.mesh.step_s) as usize).max(1);
+    let steps = (libm::round(horizon_s / record.mesh.step_s) as usize).max(1);
     for begin in (0..states.len()).step_by(steps) {
         let Some(&start) = states.get(begin) else { break };
         if let Err(node) = window(&run, start, (begin, steps), &mut predictions.of_output) {

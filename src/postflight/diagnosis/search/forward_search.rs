@@ -8,6 +8,7 @@ use super::retest::{drop_redundant, retest};
 use crate::flight::derivative::AXES;
 use crate::flight::file::effect_file::DeclaredEffect;
 use crate::postflight::diagnosis::evidence::cause_size::cause_sizes;
+use crate::postflight::diagnosis::holdout::horizon_prediction::HORIZON_S;
 use crate::postflight::diagnosis::likelihood::adequacy::unexplained;
 use crate::postflight::diagnosis::likelihood::maximise::{Effort, maximise};
 use crate::postflight::diagnosis::likelihood::normal_equations::{Detail, Linearisation, linearise};
@@ -100,7 +101,7 @@ fn small_causes(problem: &DiagnosisProblem, point: &ParameterSet) -> usize {
     if !problem.models_all_axes() {
         return 0;
     }
-    let sizes = cause_sizes(problem, point);
+    let sizes = cause_sizes(problem, point, HORIZON_S);
     (0..sizes.of.len()).filter(|&place| sizes.is_small(place)).count()
 }
 
