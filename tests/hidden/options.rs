@@ -70,7 +70,9 @@ fn a_rotor_that_its_engine_turns_is_named_by_its_reaction() {
     let [one] = &found.findings[..] else { panic!("{:?}", found.findings) };
     let Effect::RotorReaction { reaction } = one.cause.effect else { panic!("{:?}", one.cause) };
     eprintln!("reaction {reaction:.4} +- {:.4}, true {truth:.4}", one.cause.std);
-    assert!((reaction - truth).abs() < 3.0 * one.cause.std && one.cause.std < 0.05 * truth.abs());
+    let error = (reaction - truth).abs();
+    // The standard error holds 6 % of the size for what a model lacks; here it lacks nothing.
+    assert!(error < 3.0 * one.cause.std && error < 0.05 * truth.abs() && one.cause.std < 0.08 * truth.abs());
     assert_eq!(found.unknown, None);
     let (gain, _) = found.gain.unwrap();
     assert!(gain.pooled.unwrap().ratio.interval[1] < 0.9);

@@ -13,6 +13,10 @@ use sideslip::realtime::estimation::record::Aid;
 const RATE_MIN_HZ: f64 = 8.0;
 /// Jitter of time stamps that is let pass when a rate is held against the least one, relative.
 const RATE_SLACK: f64 = 0.005;
+/// Derivatives need a recording of so long, s: a short period of a small aircraft, or half of a Dutch roll.
+const LENGTH_MIN_S: f64 = 2.0;
+/// Rates that move less from end to end are those of an aircraft that stands, rad/s.
+const RATE_EXCURSION_MIN: f64 = 0.03;
 /// A control that moves less from end to end hardly excites anything, rad.
 const EXCURSION_MIN: f64 = 0.01;
 
@@ -63,7 +67,16 @@ impl EstimableQuantities {
         };
         let gyros = [Channel::P, Channel::Q, Channel::R];
         let no_rates = missing(&gyros);
-        let moments: Vec<String> = no_rates.clone().into_iter().chain(too_slow(&gyros)).collect();
+        let range = |channel: &Channel| survey.of(*channel).and_then(|column| column.range).map(|(least, most)| most - least);
+        let length_s = |channel: &Channel| survey.of(*channel)?.times.range_s.map(|(first_s, last_s)| last_s - first_s);
+        let too_short = gyros.iter().filter_map(length_s).reduce(f64::min).filter(|length_s| *length_s < LENGTH_MIN_S);
+        let too_short =
+            too_short.map(|length_s| format!("it is {length_s:.2} s long, derivatives need {LENGTH_MIN_S} s or more"));
+        let moments: Vec<String> = no_rates.clone().into_iter().chain(too_slow(&gyros)).chain(too_short).collect();
+        // Said beside what is possible: nothing may have been excited.
+        let most = gyros.iter().filter_map(range).fold(0.0, f64::max);
+        let stands = (moments.is_empty() && most < RATE_EXCURSION_MIN)
+            .then(|| format!("p q r move by {most:.3} rad/s from end to end only, as of an aircraft that stands"));
 
         let axis = |axis: Axis| {
             let accelerometer = match axis {
@@ -77,7 +90,9 @@ impl EstimableQuantities {
             if moments.is_empty() {
                 reasons.extend(accelerometer.and_then(|channel| too_slow(&[channel])));
             }
-            Feasibility::from_obstacles(axis, reasons)
+            let mut judged = Feasibility::from_obstacles(axis, reasons);
+            judged.reasons.extend(stands.clone());
+            judged
         };
         let variable = |variable: Variable| {
             let needs: &[Channel] = match variable {
@@ -118,6 +133,7 @@ impl EstimableQuantities {
             let names = lateral.map(|variable| variable.name(controls)).join(" nor ");
             dutch_roll.reasons.push(format!("neither {names} moves enough: only gusts or a free motion can excite it"));
         }
+        dutch_roll.reasons.extend(stands.clone());
         let (with, without): (Vec<Aid>, Vec<Aid>) = Aid::ALL.into_iter().partition(|aid| survey.of(aid.channel()).is_some());
         let names = |aids: Vec<Aid>| aids.into_iter().map(|aid| aid.channel().name(controls)).collect();
         let mut state_obstacles: Vec<String> = no_rates.into_iter().collect();
@@ -183,6 +199,17 @@ mod tests {
         assert!(answer.state.possible && !answer.dutch_roll.possible && answer.axes.iter().all(|axis| !axis.possible));
         assert_eq!(answer.dutch_roll.reasons, ["p q r come at 4.0 Hz, derivatives need 8 Hz"]);
         assert!(judged(ALL, 8.0, &[]).dutch_roll.possible);
+    }
+
+    #[test]
+    fn a_recording_that_is_too_short_or_stands_still_says_so() {
+        let short = judged(ALL, 100.0, &[]);
+        assert!(short.state.possible && short.axes.iter().all(|axis| !axis.possible) && !short.dutch_roll.possible);
+        assert_eq!(short.axes[3].reasons, ["it is 0.99 s long, derivatives need 2 s or more"]);
+        let still = judged(ALL, 25.0, &[Channel::P, Channel::Q, Channel::R]);
+        assert!(still.axes.iter().all(|axis| axis.possible));
+        assert_eq!(still.axes[3].reasons, ["p q r move by 0.000 rad/s from end to end only, as of an aircraft that stands"]);
+        assert_eq!(still.dutch_roll.reasons, still.axes[3].reasons);
     }
 
     #[test]

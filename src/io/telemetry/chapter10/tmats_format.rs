@@ -6,7 +6,9 @@
 //! Source: IRIG 106-09 Chapter 9, attribute groups P, D and C.
 
 use super::measurement_map::MeasurementMap;
+use super::pcm_layout::PcmMode;
 use super::tmats::Tmats;
+use super::tmats_check::{Contradiction, own_contradictions};
 use super::tmats_measurements::TmatsMeasurements;
 use super::tmats_pcm::{SubframeCounter, TmatsParity, TmatsPcmFormat};
 use crate::io::telemetry::pcm::bits::LineCode;
@@ -35,6 +37,11 @@ impl TmatsChannel {
     pub fn of_channel(tmats: &Tmats, channel: u16, map: &MeasurementMap) -> Result<Self, String> {
         let written = TmatsPcmFormat::of_channel(tmats, channel).map_err(|error| error.to_string())?;
         refuse_ambiguous(tmats, &written)?;
+        // Unpacked words stand in cells of their own, which do not show how long they are.
+        let own = own_contradictions(&written).into_iter().find(|one| matches!(one, Contradiction::OwnLength { .. }));
+        if let Some(own) = own.filter(|_| written.mode == Some(PcmMode::Unpacked)) {
+            return Err(format!("{own}: which of them is right is not known, give a format of its frames"));
+        }
         let TmatsMeasurements { parameters, mut left_out, assumed } = TmatsMeasurements::of_link(tmats, &written.link, map);
         let spec = PcmFormatSpec { parameters, ..spec_of(&written)? };
         // A measurement outside of the frame is left out, not the whole format.

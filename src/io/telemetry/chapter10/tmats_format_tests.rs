@@ -68,6 +68,16 @@ fn a_group_that_says_two_things_is_refused() {
 }
 
 #[test]
+fn unpacked_words_whose_lengths_contradict_the_frame_are_refused() {
+    let of = |text: &str| TmatsChannel::of_channel(&Tmats::parse(text.as_bytes()), 3, &MeasurementMap::default());
+    // 32 bits of pattern, 29 words of 16 and one of 20: MF2 says 512.
+    let unpacked = format!("{SETUP}R-1\\PDP-1:UN;");
+    assert!(of(&unpacked).unwrap_err().contains("make 516: which of them is right is not known"), "{:?}", of(&unpacked));
+    assert!(of(&unpacked.replace("P-1\\MF2:512;", "P-1\\MF2:516;")).is_ok());
+    assert!(of(&unpacked.replace("PDP-1:UN", "PDP-1:TM")).is_ok());
+}
+
+#[test]
 fn thousands_of_measurements_are_laid_out_once_each() {
     use std::fmt::Write;
     let mut text = SETUP.replace("D-1\\MN\\N-1:3;", "D-1\\MN\\N-1:4096;");

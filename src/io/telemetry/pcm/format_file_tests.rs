@@ -143,7 +143,7 @@ fn what_is_left_out_has_its_default() {
 fn every_mistake_is_found_where_it_stands() {
     for (from, to, line, column, word) in [
         ("bit_rate", "bitrate", 3, 1, "nearest is `bit_rate`"),
-        ("bit_rate = 2_000_000", "bit_rate = -1", 3, 12, "above zero, found -1"),
+        ("bit_rate = 2_000_000", "bit_rate = -1", 3, 12, "1 to 100000000000 bits a second, found -1"),
         ("\"rnrz_l\"", "\"rnrzl\"", 4, 13, "nearest is \"rnrz_l\""),
         ("\"normal\"", "\"upright\"", 5, 12, "automatic, normal, inverted, found \"upright\""),
         ("words = 63", "words = 6300", 6, 9, "2 to 4096, found 6300"),
