@@ -288,8 +288,7 @@ fn ranked(rivals: &[Rival]) -> Vec<RankedCause> {
 
 fn findings(problem: &DiagnosisProblem, searched: &SearchResult) -> Vec<Finding> {
     let mut number = 0;
-    let sizes = cause_sizes(problem, &searched.point, HORIZON_S);
-    let shares = cause_sizes(problem, &searched.point, SHARES_OVER_S);
+    let [sizes, shares] = cause_sizes(problem, &searched.point, [HORIZON_S, SHARES_OVER_S]);
     let share = |of: &CauseSizes, own: f64| {
         let error = of.of.iter().map(|size| size.error).sum::<f64>() + of.left;
         if error > 0.0 { own / error } else { 0.0 }

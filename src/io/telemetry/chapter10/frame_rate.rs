@@ -7,15 +7,13 @@
 
 /// Minor frames of a packet, at least: the counter that dates them has steps of 0.1 us.
 const FRAMES: u32 = 4;
-/// Packets, at least, whose rates agree with the largest.
-const PACKETS: usize = 2;
 /// How far the rate that is written may be off.
 const SHARE: f64 = 0.02;
 
 /// The rates of packets, the largest two.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RecordedFrameRate {
-    largest: [f64; PACKETS],
+    largest: [f64; 2],
     packet: Option<(f64, f64, u32)>,
 }
 
@@ -32,13 +30,9 @@ impl RecordedFrameRate {
     pub(super) fn packet_ends(&mut self, frame_bits: f64) {
         let Some((first_s, last_s, count)) = self.packet.take().filter(|(.., count)| *count >= FRAMES) else { return };
         let rate = f64::from(count - 1) * frame_bits / (last_s - first_s);
-        if let Some(place) = self.largest.iter().position(|largest| rate.is_finite() && rate > *largest) {
-            if let Some(rest) = self.largest.get_mut(place..) {
-                rest.rotate_right(1);
-            }
-            if let Some(own) = self.largest.get_mut(place) {
-                *own = rate;
-            }
+        let [most, next] = self.largest;
+        if rate.is_finite() {
+            self.largest = [most.max(rate), next.max(most.min(rate))];
         }
     }
 

@@ -16,6 +16,7 @@ use crate::postflight::diagnosis::holdout::horizon_prediction::{PredictedReading
 use crate::postflight::diagnosis::likelihood::normal_equations::{Detail, linearise};
 use crate::postflight::diagnosis::likelihood::parameter_set::{Hypothesis, ParameterSet};
 use crate::postflight::diagnosis::likelihood::problem::DiagnosisProblem;
+use crate::postflight::diagnosis::likelihood::state::FilterResult;
 
 /// Of one hypothesis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,13 +67,24 @@ struct Changed {
     whitened: [Whitened; OUTPUTS],
 }
 
-/// (1) and (2) of every hypothesis, by predictions over so long; nothing where the model cannot be followed along the runs.
-pub(crate) fn cause_sizes(problem: &DiagnosisProblem, point: &ParameterSet, horizon_s: f64) -> CauseSizes {
-    let Some(local) = linearise(problem, point, &[], Detail::Traces) else { return CauseSizes::default() };
+/// (1) and (2) of every hypothesis, by predictions over each of these times; nothing where the model cannot be followed along the
+/// runs.
+pub(crate) fn cause_sizes<const N: usize>(
+    problem: &DiagnosisProblem,
+    point: &ParameterSet,
+    horizons_s: [f64; N],
+) -> [CauseSizes; N] {
+    match linearise(problem, point, &[], Detail::Traces) {
+        Some(local) => horizons_s.map(|horizon_s| sizes_over(problem, point, &local.runs, horizon_s)),
+        None => core::array::from_fn(|_| CauseSizes::default()),
+    }
+}
+
+fn sizes_over(problem: &DiagnosisProblem, point: &ParameterSet, runs: &[FilterResult], horizon_s: f64) -> CauseSizes {
     let mut moved = [0.0_f64; OUTPUTS];
     let mut left = [Whitened::default(); OUTPUTS];
     let mut changed = vec![Changed::default(); point.hypotheses.len()];
-    for (number, (record, filtered)) in problem.runs.iter().zip(&local.runs).enumerate() {
+    for (number, (record, filtered)) in problem.runs.iter().zip(runs).enumerate() {
         let noise = |output: usize| record.recorded_noise.get(output).copied().filter(|noise| noise.is_finite()).unwrap_or(0.0);
         let with = predict_windows(problem, point, (number, &filtered.states), horizon_s);
         for (output, ((most, left), readings)) in moved.iter_mut().zip(&mut left).zip(&with.of_output).enumerate() {

@@ -101,7 +101,7 @@ fn small_causes(problem: &DiagnosisProblem, point: &ParameterSet) -> usize {
     if !problem.models_all_axes() {
         return 0;
     }
-    let sizes = cause_sizes(problem, point, HORIZON_S);
+    let [sizes] = cause_sizes(problem, point, [HORIZON_S]);
     (0..sizes.of.len()).filter(|&place| sizes.is_small(place)).count()
 }
 
