@@ -159,6 +159,16 @@ fn a_setup_that_contradicts_its_data_is_told_or_refused() {
     assert!(shortfall.clone().unwrap().contains("TMATS says 1020000 bits a second"), "{shortfall:?}");
     // A packet is 20 frames, so that its own time holds the error down to a fiftieth of it.
     assert!(received.len() > 900 && received.last().unwrap().time_s < 1000.0 / 256.0);
+    // So far off that no packet follows the one before it: words are dated by the times of the packets after eight of them.
+    with(Storage::Throughput, "P-1\\D2:999424", "P-1\\D2:1600000");
+    let (received, shortfall) = read(&file);
+    assert!(shortfall.clone().unwrap().contains("bits come at 999422 a second by the recorder's times"), "{shortfall:?}");
+    let late: Vec<&Sample> = received.iter().filter(|sample| sample.time_s > 1.0).collect();
+    assert!(late.len() > 740, "{} samples", late.len());
+    for got in late {
+        let frames = 256.0 * got.time_s;
+        assert!((frames - frames.round()).abs() < 0.2, "{}", got.time_s);
+    }
     for (storage, from, to, expected) in [
         (Storage::Throughput, "MF1:243", "MF1:200", "TMATS says 3904 bits in a minor frame (P-1\\MF2), but its words"),
         (Storage::Packed, "MF1:243", "MF1:200", "the data say 3904"),

@@ -6,6 +6,8 @@
 //! | packed, unpacked | as the recorder has synchronised them | that of its intra-packet header |
 //! | throughput | by the frame synchroniser here | that of the packet that it begins in, and from there by the bit rate |
 //!
+//! The bit rate is the format's, unless the recorder's times contradict it ([`RecordedFrameRate`]): then theirs.
+//!
 //! A sample has the time of its word's first bit ([`Decommutator`]). Times are those of the relative time counter; intra-packet
 //! times of another format count from the packet's own, and where their layout is not known minor frames follow at the bit
 //! rate. In throughput mode a packet continues the bits of the one before unless packets are missing, the recorder lost data,
@@ -23,7 +25,7 @@ use super::pcm_layout::{CellSize, PcmAlignment, PcmLayout, UnpackedForm, WordMap
 use super::rtc_clock::RtcClock;
 use super::sequence::SequenceStep;
 use crate::io::telemetry::pcm::bits::write_bits;
-use crate::io::telemetry::pcm::decommutator::{DecommutationCounters, Decommutator, PcmSample};
+use crate::io::telemetry::pcm::decommutator::{BitClock, DecommutationCounters, Decommutator, PcmSample};
 use crate::io::telemetry::pcm::frame_sync::{FrameSynchronizer, MinorFrame, SyncCounters};
 use crate::io::telemetry::pcm::layout::PcmFormat;
 use crate::io::telemetry::pcm::sync_pattern::PolarityRule;
@@ -79,6 +81,8 @@ pub struct ChannelDecoder {
     map: Option<(PcmMode, PcmAlignment, WordMap)>,
     decommutator: Decommutator,
     stream: Option<BitStream>,
+    /// Bits of the last packet in throughput mode.
+    last_bits: Option<u64>,
     /// Of streams that ended.
     earlier: SyncCounters,
     clock: RtcClock,
@@ -103,6 +107,7 @@ impl ChannelDecoder {
             map: None,
             decommutator: Decommutator::new(format),
             stream: None,
+            last_bits: None,
             earlier: SyncCounters::default(),
             clock: RtcClock::default(),
             frame_rate: RecordedFrameRate::default(),
@@ -150,6 +155,10 @@ impl ChannelDecoder {
         self.frame_rate.contradicts(self.format.spec().bit_rate)
     }
 
+    fn bit_rate(&self) -> f64 {
+        self.contradicting_rate().unwrap_or(self.format.spec().bit_rate)
+    }
+
     /// Gives the samples of a packet.
     pub fn packet(&mut self, packet: &Chapter10Packet<'_>, mut each: impl FnMut(PcmSample)) {
         let header = &packet.header;
@@ -188,8 +197,8 @@ impl ChannelDecoder {
 
     /// Gives the samples that wait for further bits: none follow.
     pub fn finish(&mut self, mut each: impl FnMut(PcmSample)) {
+        let rate = self.bit_rate();
         let Some(mut stream) = self.stream.take() else { return };
-        let rate = self.format.spec().bit_rate;
         while let Some(frame) = stream.synchronizer.last_frame() {
             read_frame(&frame, &mut stream.packets, rate, &mut self.decommutator, &mut each);
             self.tally.minor_frames += 1;
@@ -201,7 +210,9 @@ impl ChannelDecoder {
     fn bits(&mut self, pcm: &PcmPacket<'_>, count: i64, follows: bool, mut each: impl FnMut(PcmSample)) {
         self.scratch.clear();
         let run = pcm.bits(&mut self.scratch);
-        let (rate, time_s) = (self.format.spec().bit_rate, self.clock.time_s(count));
+        let time_s = self.clock.time_s(count);
+        self.frame_rate.packet_begins(time_s, self.last_bits.replace(run.bits).filter(|_| follows).map(|bits| bits as f64));
+        let rate = self.bit_rate();
         let expected_s = self.stream.as_ref().and_then(|stream| {
             let (bit, time_s) = stream.packets.back()?;
             Some(time_s + (stream.bits - bit) as f64 / rate)
@@ -234,9 +245,10 @@ impl ChannelDecoder {
     /// The minor frames of a packet in packed or unpacked mode.
     fn frames(&mut self, pcm: &PcmPacket<'_>, count: i64, mut each: impl FnMut(PcmSample)) -> Result<(), Chapter10Error> {
         self.choose_map(pcm)?;
+        let rate = self.bit_rate();
         let ChannelDecoder { map, decommutator, scratch, frame: buffer, tally, format, clock, frame_rate, .. } = self;
         let Some((mode, _, map)) = map else { return Ok(()) };
-        let (rate, mut first, mut index) = (format.spec().bit_rate, None, 0.0);
+        let (mut first, mut index) = (None, 0.0);
         for recorded in pcm.frames(map, scratch)? {
             let start_s = match recorded.time {
                 BitTime::Rtc(rtc) => clock.time_s(clock.near(rtc, count)),
@@ -265,7 +277,7 @@ impl ChannelDecoder {
             tally.doubtful += u64::from(sync_errors.is_none());
             let found = MinorFrame::synchronised(bytes, format.minor_frame_bits(), bit_at(start_s, rate));
             let frame = MinorFrame { sync_errors, inverted, ..found };
-            decommutator.timed_minor_frame(&frame, start_s, &mut each);
+            decommutator.timed_minor_frame(&frame, &BitClock { start_s, bit_rate: rate }, &mut each);
         }
         frame_rate.packet_ends(format.minor_frame_bits() as f64);
         Ok(())
@@ -354,7 +366,7 @@ fn read_frame(
     let start_s = time_s + frame.first_bit.saturating_sub(*bit) as f64 / rate;
     // Minor frames are counted by their time, which goes on where bits are lost.
     let frame = MinorFrame { first_bit: bit_at(start_s, rate), ..*frame };
-    decommutator.timed_minor_frame(&frame, start_s, each);
+    decommutator.timed_minor_frame(&frame, &BitClock { start_s, bit_rate: rate }, each);
 }
 
 fn bit_at(time_s: f64, rate: f64) -> u64 {

@@ -139,8 +139,8 @@ impl ChannelRows {
         all.extend(losses_in_words(&sync, &data));
         if let Some(rate) = self.decoder.contradicting_rate() {
             all.push(format!(
-                "minor frames come at {rate:.0} bits a second by their times, not at the bit rate that is written (D2, or \
-                 `bit_rate` of the format): words have wrong times within their frame"
+                "bits come at {rate:.0} a second by the recorder's times, not at the bit rate that is written (D2, or `bit_rate` of the \
+                 format): words are dated by the former, except those of the first packets"
             ));
         }
         all.extend(self.rows.shortfall());

@@ -1,12 +1,15 @@
-//! The bit rate that the times of recorded minor frames show, in packed and unpacked mode.
+//! The bit rate that the recorder's times show.
 //!
-//! Consumes the times of the minor frames of each packet; produces, with n frames of b bits from t_1 to t_n in a packet,
-//!     rate = max over packets of (n - 1) b/(t_n - t_1)                                                (1)
-//! A recorder that drops a minor frame makes a packet look slower, never faster: so the largest counts. Words stand at their
-//! times within a frame by the rate that is written; where (1) differs from it, these are wrong.
+//! Consumes the times of the minor frames of each packet (packed and unpacked mode), or those of packets that follow each other
+//! (throughput mode); produces, with b bits between the first of them at t_1 and the last at t_n,
+//!     rate = max over packets, or over every [`PACKETS`], of b/(t_n - t_1)                            (1)
+//! What a recorder drops makes it look slower, never faster: so the largest counts. Where two agree on another rate than the one
+//! that is written, they are right: words stand at their times within a frame, and frames within a packet, by (1) from then on.
 
 /// Minor frames of a packet, at least: the counter that dates them has steps of 0.1 us.
 const FRAMES: u32 = 4;
+/// Packets of throughput mode: they may be dated by a millisecond off.
+const PACKETS: u32 = 4;
 /// How far the rate that is written may be off.
 const SHARE: f64 = 0.02;
 
@@ -15,6 +18,8 @@ const SHARE: f64 = 0.02;
 pub struct RecordedFrameRate {
     largest: [f64; 2],
     packet: Option<(f64, f64, u32)>,
+    /// Of packets that follow each other: time of the first, bits since, how many.
+    packets: Option<(f64, f64, u32)>,
 }
 
 impl RecordedFrameRate {
@@ -29,14 +34,31 @@ impl RecordedFrameRate {
     /// The packet has ended; a minor frame has so many bits.
     pub(super) fn packet_ends(&mut self, frame_bits: f64) {
         let Some((first_s, last_s, count)) = self.packet.take().filter(|(.., count)| *count >= FRAMES) else { return };
-        let rate = f64::from(count - 1) * frame_bits / (last_s - first_s);
+        self.rate(f64::from(count - 1) * frame_bits / (last_s - first_s));
+    }
+
+    /// A packet of throughput mode begins at that time; it follows the one before, of so many bits, where these are given.
+    pub(super) fn packet_begins(&mut self, start_s: f64, bits_before: Option<f64>) {
+        let (Some(before), Some((first_s, bits, count))) = (bits_before, self.packets) else {
+            self.packets = Some((start_s, 0.0, 0));
+            return;
+        };
+        if count + 1 < PACKETS {
+            self.packets = Some((first_s, bits + before, count + 1));
+        } else {
+            self.rate((bits + before) / (start_s - first_s));
+            self.packets = Some((start_s, 0.0, 0));
+        }
+    }
+
+    fn rate(&mut self, rate: f64) {
         let [most, next] = self.largest;
         if rate.is_finite() {
             self.largest = [most.max(rate), next.max(most.min(rate))];
         }
     }
 
-    /// The rate, 1/s, where two packets agree on one that is not the written one.
+    /// (1), 1/s, where two agree on one that is not the written one.
     pub fn contradicts(&self, written: f64) -> Option<f64> {
         let [most, next] = self.largest;
         let agree = next > 0.0 && most - next <= SHARE * most;

@@ -15,9 +15,10 @@
 //! counted. Nothing is allocated after the start.
 
 use super::bits::read_bits;
-use super::format::{ParameterSpec, Parity};
+use super::format::ParameterSpec;
 use super::frame_sync::MinorFrame;
 use super::layout::{PartLayout, PcmFormat};
+use super::parity_check::ParityCheck;
 use super::step_check::StepCheck;
 use super::subframe::{SubframeCounters, SubframeTracker};
 
@@ -28,7 +29,7 @@ pub struct SampleFlags(u8);
 impl SampleFlags {
     /// Nothing.
     pub const NONE: Self = SampleFlags(0);
-    /// One of its words has wrong parity.
+    /// One of its words has wrong parity, or one that is in doubt ([`ParityCheck`]).
     pub const PARITY: Self = SampleFlags(1);
     /// Below its low limit.
     pub const LOW: Self = SampleFlags(2);
@@ -105,6 +106,8 @@ pub struct DecommutationCounters {
     pub parity_errors: u64,
     /// Words whose parity was checked.
     pub parity_checks: u64,
+    /// Words with right parity that is in doubt.
+    pub parity_doubted: u64,
     /// Samples beyond their limits.
     pub out_of_limits: u64,
     /// Samples too far from those beside them.
@@ -134,14 +137,10 @@ struct Take {
 pub struct Decommutator {
     parameters: Vec<ParameterSpec>,
     minor_frame_bits: usize,
-    bit_rate: f64,
     parts: Vec<PartLayout>,
     /// Places of every minor frame, then of minor frame 1, 2, ... with these among them.
     takes: Vec<Vec<Take>>,
-    /// Words with a parity bit: number, first bit, bits, whether odd.
-    parity: Vec<(u32, u32, u32, bool)>,
-    /// By number of the word.
-    wrong_parity: Vec<bool>,
+    parity: ParityCheck,
     subframe: Option<(PartLayout, SubframeTracker)>,
     subcommutated: bool,
     /// By parameter.
@@ -166,11 +165,6 @@ impl Decommutator {
                 }
             }
         }
-        let with_parity = format.words().iter().zip(1..).filter_map(|(word, number)| match word.parity {
-            Parity::None => None,
-            Parity::Odd(_) => Some((number, word.offset, word.bits, true)),
-            Parity::Even(_) => Some((number, word.offset, word.bits, false)),
-        });
         let tracker = |part| {
             let id = format.spec().subframe_id?;
             Some((part, SubframeTracker::new(id, minor_frames, format.minor_frame_bits())))
@@ -178,11 +172,9 @@ impl Decommutator {
         Decommutator {
             parameters: format.parameters().to_vec(),
             minor_frame_bits: format.minor_frame_bits(),
-            bit_rate: format.spec().bit_rate,
             parts,
             takes,
-            parity: with_parity.collect(),
-            wrong_parity: vec![false; format.words().len() + 1],
+            parity: ParityCheck::new(format),
             subframe: format.subframe_part().and_then(tracker),
             subcommutated: format.places().iter().any(|place| place.frames.is_some()),
             steps: vec![StepCheck::default(); format.parameters().len()],
@@ -196,18 +188,19 @@ impl Decommutator {
         self.read(frame, in_frame, each)
     }
 
-    /// The same for a minor frame that has a time of its own, that of its first bit, s. Its place in the stream serves the
-    /// continuity of the subframe identifier alone.
-    pub fn timed_minor_frame(&mut self, frame: &MinorFrame<'_>, start_s: f64, each: impl FnMut(PcmSample)) -> Option<u32> {
-        let bit_rate = self.bit_rate;
-        self.read(frame, |offset| start_s + f64::from(offset) / bit_rate, each)
+    /// The same for a minor frame that has a clock of its own: its first bit is the clock's bit 0. Its place in the stream serves
+    /// the continuity of the subframe identifier alone.
+    pub fn timed_minor_frame(&mut self, frame: &MinorFrame<'_>, clock: &BitClock, each: impl FnMut(PcmSample)) -> Option<u32> {
+        self.read(frame, |offset| clock.time_s(offset.into()), each)
     }
 
     /// What was found so far.
     #[must_use]
     pub fn counters(&self) -> DecommutationCounters {
         let subframe_id = self.subframe.as_ref().map(|(_, tracker)| tracker.counters()).unwrap_or_default();
-        DecommutationCounters { subframe_id, ..self.counters }
+        let (parity_errors, parity_checks) = self.parity.errors();
+        let parity_doubted = self.parity.doubted();
+        DecommutationCounters { subframe_id, parity_errors, parity_checks, parity_doubted, ..self.counters }
     }
 
     fn read(&mut self, frame: &MinorFrame<'_>, time_s: impl Fn(u32) -> f64, mut each: impl FnMut(PcmSample)) -> Option<u32> {
@@ -216,7 +209,7 @@ impl Decommutator {
             self.counters.wrong_length += 1;
             return None;
         }
-        self.check_parity(frame.bytes);
+        self.parity.check(frame.bytes);
         let number = self.subframe.as_mut().and_then(|(part, tracker)| {
             let value = read_bits(frame.bytes, part.offset as usize, part.bits)?;
             tracker.number(value, frame.first_bit)
@@ -230,8 +223,7 @@ impl Decommutator {
             for part in self.parts.get(take.parts.0..take.parts.1).unwrap_or_default() {
                 let bits = read_bits(frame.bytes, part.offset as usize, part.bits).unwrap_or_default();
                 raw = raw.checked_shl(part.bits).unwrap_or(0) | bits;
-                let wrong = self.wrong_parity.get(part.word as usize).is_some_and(|wrong| *wrong);
-                flags = flags.with(SampleFlags::PARITY.when(wrong));
+                flags = flags.with(SampleFlags::PARITY.when(self.parity.refuses(part.word)));
             }
             let calibrated = parameter.encoding.decode(raw, take.bits).and_then(|number| parameter.calibration.apply(number));
             let value = calibrated.map(|found| found.value);
@@ -259,18 +251,6 @@ impl Decommutator {
             each(PcmSample { parameter: take.parameter, time_s: time_s(take.offset), raw, value, flags });
         }
         number
-    }
-
-    fn check_parity(&mut self, bytes: &[u8]) {
-        for (word, offset, bits, odd) in &self.parity {
-            let ones = read_bits(bytes, *offset as usize, *bits).map_or(0, u64::count_ones);
-            let wrong = (ones % 2 == 1) != *odd;
-            self.counters.parity_checks += 1;
-            self.counters.parity_errors += u64::from(wrong);
-            if let Some(place) = self.wrong_parity.get_mut(*word as usize) {
-                *place = wrong;
-            }
-        }
     }
 }
 

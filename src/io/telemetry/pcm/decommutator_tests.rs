@@ -3,6 +3,7 @@
 use super::super::bits::write_bits;
 use super::super::calibration::{Calibration, OutsideRange};
 use super::super::encoding::RawEncoding;
+use super::super::format::Parity;
 use super::super::format::{
     CountDirection, FrameSet, ParameterLimits, ParameterPlace, ParityPlace, PcmFormatSpec, SpecialWord, SubframeId, WordPart,
 };
@@ -147,7 +148,7 @@ fn subcommutated_words_are_left_out_where_the_number_is_in_doubt() {
 fn a_minor_frame_with_its_own_time_has_samples_from_there() {
     let mut decommutator = Decommutator::new(&format());
     let bytes = bytes([1, 0, 0, 0, 0, 0, 0]);
-    let mut times = Vec::new();
-    decommutator.timed_minor_frame(&MinorFrame::synchronised(&bytes, 124, 0), 7.0, |sample| times.push(sample.time_s));
+    let (mut times, clock) = (Vec::new(), BitClock { start_s: 7.0, bit_rate: 1000.0 });
+    decommutator.timed_minor_frame(&MinorFrame::synchronised(&bytes, 124, 0), &clock, |sample| times.push(sample.time_s));
     assert!((times[0] - 7.032).abs() < 1e-12 && (times[1] - 7.064).abs() < 1e-12);
 }

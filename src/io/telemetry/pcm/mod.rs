@@ -31,6 +31,7 @@ pub mod format_file;
 mod format_tables;
 pub mod frame_sync;
 pub mod layout;
+pub mod parity_check;
 mod polynomial;
 pub mod recording;
 pub mod rows;

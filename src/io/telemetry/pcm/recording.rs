@@ -144,9 +144,6 @@ impl PcmRecording {
     }
 }
 
-/// Where more than this part of all words has wrong parity, it is not their parity: a line so noisy has no frame lock.
-const NOT_THE_PARITY: f64 = 0.2;
-
 /// What a synchroniser and a decommutator lost; `None` where that is nothing.
 #[must_use]
 pub fn losses_in_words(sync: &SyncCounters, data: &DecommutationCounters) -> Option<String> {
@@ -162,11 +159,11 @@ pub fn losses_in_words(sync: &SyncCounters, data: &DecommutationCounters) -> Opt
     ];
     let mut parts: Vec<String> =
         parts.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")).collect();
-    if data.parity_errors > 0 && data.parity_errors as f64 > NOT_THE_PARITY * data.parity_checks as f64 {
-        let (wrong, checked) = (data.parity_errors, data.parity_checks);
+    if data.parity_doubted > 0 {
+        let (wrong, checked, doubted) = (data.parity_errors, data.parity_checks, data.parity_doubted);
         parts.push(format!(
-            "{wrong} of {checked} words have wrong parity: the words have another parity than the format says, or none, and \
-             values are wrong"
+            "{wrong} of {checked} words have wrong parity: where it is one in five or more, the words have another parity than the \
+             format says, or none; {doubted} with right parity are left out there too"
         ));
     }
     (!parts.is_empty()).then(|| parts.join(", "))

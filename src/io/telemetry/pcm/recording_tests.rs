@@ -88,3 +88,25 @@ fn a_file_without_frames_is_an_error_that_says_what_was_expected() {
     let said = recording.next_row().unwrap_err().to_string();
     assert!(said.contains("sync pattern FE6B2840 (32 bits), found none in 32768 bits"), "{said}");
 }
+
+#[test]
+fn words_without_the_parity_that_the_format_says_give_no_values() {
+    let mut encoder = PcmEncoder::new(&PcmFormatFile::from_toml(FORMAT).unwrap().format, 0.0).unwrap();
+    let mut bytes = Vec::new();
+    for _ in 0..400 {
+        encoder.minor_frame(|parameter, time_s| if parameter == 0 { 40.0 * time_s } else { 90.0 }, &mut bytes).unwrap();
+    }
+    encoder.finish(&mut bytes);
+    let file = Scratch::with("parity", &bytes);
+    let words = "[[word]]\nnumber = 2\nparity = \"odd\"\n[[word]]\nnumber = 6\nparity = \"odd\"\n[[parameter]]\nname = \"p\"";
+    let format = PcmFormatFile::from_toml(&FORMAT.replacen("[[parameter]]\nname = \"p\"", words, 1)).unwrap();
+    let mut recording = PcmRecording::open(&file.0, format).unwrap();
+    let (mut p, mut tas) = (0, 0);
+    while let Some(row) = recording.next_row().unwrap() {
+        p += u32::from(row.sample.get(Channel::P).is_some());
+        tas += u32::from(row.sample.get(Channel::Tas).is_some());
+    }
+    assert!(p <= 6 && tas == 200, "{p} {tas}");
+    let said = recording.shortfall().unwrap();
+    assert!(said.contains("of 800 words have wrong parity") && said.contains("or none"), "{said}");
+}
