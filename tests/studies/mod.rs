@@ -11,3 +11,4 @@ mod lag;
 mod score;
 mod sheet;
 mod steps;
+mod time_to_answer;

@@ -130,9 +130,12 @@ impl InstrumentSlopes {
     /// plausible.
     pub fn accelerometers(&self, sideslip_agrees: bool) -> [Confirmation; 2] {
         let [ax, ay] = &self.shares;
-        let ax =
-            if ax.slope().is_some_and(|slope| confirms_ax(&slope)) { Confirmation::Confirmed } else { Confirmation::Doubted };
-        let ay = match ay.slope() {
+        let ax = if ax.early_slope().is_some_and(|slope| confirms_ax(&slope)) {
+            Confirmation::Confirmed
+        } else {
+            Confirmation::Doubted
+        };
+        let ay = match ay.early_slope() {
             None if ay.has_begun() => Confirmation::Doubted,
             None => Confirmation::NotComparable,
             Some(slope) if sideslip_agrees && confirms_ay(&slope) => Confirmation::Confirmed,
@@ -146,7 +149,7 @@ impl InstrumentSlopes {
     /// of the opposite sign, weakly correlated, so that no slope of weak correlation tells.
     pub fn incidence(&self) -> Confirmation {
         let [incidence, _] = &self.flow_angles;
-        match incidence.slope() {
+        match incidence.early_slope() {
             None if !incidence.has_begun() => Confirmation::NotComparable,
             Some(slope) if tells(&slope) && slope.correlation_squared > STILL_AIR => Confirmation::Confirmed,
             _ => Confirmation::Doubted,
@@ -156,10 +159,10 @@ impl InstrumentSlopes {
     /// Unit of the airspeed; plausible where nothing can be compared, or the air hides it.
     pub fn airspeed(&self) -> Confirmation {
         let compared = || self.flow_angles.iter().chain([&self.airspeed]);
-        if compared().all(|slope| slope.slope().is_none()) {
+        if compared().all(|slope| slope.early_slope().is_none()) {
             return if compared().any(KinematicSlope::has_begun) { Confirmation::Doubted } else { Confirmation::NotComparable };
         }
-        match scale(self.airspeed_slopes(), tells_scale) {
+        match scale(self.early_airspeed_slopes(), tells_scale) {
             None => Confirmation::Plausible { relative_error: BY_KNOTS },
             Some((scale, std)) if scale + CONFIRMED_BY * std < CONFIRMED => Confirmation::Confirmed,
             Some((scale, std)) if std > SCALE_KNOWN && scale - CONFIRMED_BY * std < CONTRADICTED[1] => {
@@ -176,6 +179,10 @@ impl InstrumentSlopes {
         // Air that moves lowers a slope: only one of still air tells that the airspeed reads too little.
         scale(self.airspeed_slopes(), tells_scale).is_some_and(|(scale, std)| scale - CONTRADICTED_BY * std > too_much)
             || scale(self.airspeed_slopes(), beyond).is_some_and(|(scale, std)| scale + CONTRADICTED_BY * std < too_little)
+    }
+
+    fn early_airspeed_slopes(&self) -> [Option<Slope>; 3] {
+        [self.airspeed.early_slope(), self.flow_angles[0].early_slope(), self.flow_angles[1].early_slope()]
     }
 
     fn airspeed_slopes(&self) -> [Option<Slope>; 3] {
@@ -305,9 +312,11 @@ mod tests {
         let hidden = |relative_error: f64| Confirmation::Plausible { relative_error };
         assert_eq!(after(-0.4, 200, AIR).accelerometers(true)[1], hidden(BY_REVERSAL));
         assert_eq!(after(-0.4, 200, 0.4).accelerometers(true)[1], hidden(BY_STANDARD_GRAVITY), "hardly correlated");
-        for few in [after(1.0, 40, AIR), after(-1.0, 40, AIR)] {
+        for few in [after(1.0, 40, 2.0 * AIR), after(-1.0, 40, 0.5 * AIR), after(1.0, 15, 0.5 * AIR)] {
             assert!(few.accelerometers(true) == [Doubted; 2] && !few.airspeed_is_contradicted(), "too few windows");
         }
+        let exact = after(1.0, 40, 0.5 * AIR);
+        assert!(exact.accelerometers(true) == [Confirmed; 2] && exact.airspeed() == Confirmed && exact.incidence() == Confirmed);
         let none = InstrumentSlopes::NEW;
         assert_eq!((none.airspeed(), none.incidence()), (Confirmation::NotComparable, Confirmation::NotComparable));
     }

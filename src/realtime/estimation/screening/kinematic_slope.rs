@@ -15,8 +15,11 @@ use core::f64::consts::SQRT_2;
 const LAGS: usize = 16;
 /// Bins of one window.
 const WINDOW_BINS: f64 = 8.0;
-/// Windows before there is a slope: five seconds.
+/// Windows before there is a slope: five seconds; two, where the increments are the kinematic ones all but exactly.
 const COUNT_MIN: f32 = 50.0;
+const EXACT_COUNT_MIN: f32 = 20.0;
+/// Least squared correlation of such increments.
+const EXACT: f64 = 0.95;
 
 /// The slope of one output.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,9 +88,19 @@ impl KinematicSlope {
         self.count > 0.0
     }
 
+    /// The slope as soon as it may confirm an instrument: early in air that does not move.
+    pub fn early_slope(&self) -> Option<Slope> {
+        let early = || self.slope_after(EXACT_COUNT_MIN).filter(|slope| slope.correlation_squared > EXACT);
+        self.slope().or_else(early)
+    }
+
     /// (1) and (2); `None` with too few windows.
     pub fn slope(&self) -> Option<Slope> {
-        if self.count < COUNT_MIN || !(self.kk > 0.0) {
+        self.slope_after(COUNT_MIN)
+    }
+
+    fn slope_after(&self, count_min: f32) -> Option<Slope> {
+        if self.count < count_min || !(self.kk > 0.0) {
             return None;
         }
         let [kk, km, mm] = [self.kk, self.km, self.mm].map(f64::from);
