@@ -3,12 +3,12 @@
 //! Consumes runs; produces the faults, each with its estimate, standard error, significance and its alternative explanations.
 //! A parameter enters where its estimate is significant against both its (coloured) noise and the scatter among healthy
 //! instruments,
-//!     F = m^2/(c s^2 + sigma^2) > ENTER                                                              (1)
+//!     F = m^2/(c s^2 + sigma^2) > `enter_above`                                                      (1)
 //! (m, s its estimate and standard error from the data alone, sigma the prior of healthy instruments). The best few candidates
 //! are fitted in full, timing errors both as lag and as skew, and the one of least
 //!     E = J + sum over the free ones of ln(sigma_free^2/C_ii)                                         (2)
 //! enters: minus twice the logarithm of the Laplace approximation of the evidence, up to a constant (C the inverse information).
-//! A fault whose F falls below LEAVE is removed. Each remaining one is replaced by each rival in turn: a rival whose E is at most
+//! A fault whose F falls below `LEAVE` of that is removed. Each remaining one is replaced by each rival in turn: a rival whose E is at most
 //! [`RIVAL`] greater cannot be distinguished from it and is reported with it.
 
 use super::filter::KinematicNoise;
@@ -19,9 +19,13 @@ use super::parameter::{PER_RUN, SHARED_BIAS, TIMING};
 use super::record::InstrumentErrorKind;
 use crate::flight::signal::series::Series;
 
-/// Entered above this F: 0.02 % of healthy parameters by chance.
+/// F of (1) above which one of [`ENTER_CANDIDATES`] enters: by chance one in 250 runs.
 pub(crate) const ENTER: f64 = 16.0;
-pub(crate) const LEAVE: f64 = 12.0;
+const ENTER_CANDIDATES: f64 = 64.0;
+/// Decrease of F per ln of the chance to exceed it, of chi-squared with one degree of freedom near ENTER.
+const PER_LN_CHANCE: f64 = 1.9;
+/// Part of it below which a fault is removed.
+const LEAVE: f64 = 0.75;
 /// Evidence within which two explanations are not separable: odds of e^6, for the residuals are not quite white.
 pub(crate) const RIVAL: f64 = 12.0;
 /// Spectral density of unexplained acceleration above which the air is rough, m^2/s^3: gusts of about 0.3 m/s.
@@ -144,6 +148,13 @@ fn same_bias(a: usize, b: usize) -> bool {
 /// Whether that place is one of timing.
 fn is_timing(place: usize) -> bool {
     parameter_at(place).0.kind == InstrumentErrorKind::Timing
+}
+
+/// F of (1) above which one of so many candidates enters: fewer, as of the attitude and the rates alone in rough air, enter by chance
+/// less often in all. Bonferroni's bound to first order, p = p_64 64/n.
+pub(crate) fn enter_above(candidates: usize) -> f64 {
+    let fewer = (candidates.max(1) as f64 / ENTER_CANDIDATES).min(1.0);
+    ENTER + PER_LN_CHANCE * libm::log(fewer)
 }
 
 /// What may be let go: everything but the flow and what no channel shows.
@@ -283,11 +294,12 @@ fn enter(runs: &mut [RunWithNoise], point: &mut ParameterPoint, local: &mut FitL
     while point.free.len() < FAULTS_MAX {
         let ranked = ranked(runs, point, local);
         let Some(&(best, _)) = ranked.first() else { break };
-        if best < ENTER {
+        let least = enter_above(candidates(runs, point).len());
+        if best < least {
             break;
         }
         let most = ranked.iter().map(|(_, one)| one.fall).fold(0.0, f64::max);
-        let worth = ranked.iter().filter(|(f, one)| *f >= 0.5 * ENTER && one.fall > 0.4 * most).take(SHORTLIST);
+        let worth = ranked.iter().filter(|(f, one)| *f >= 0.5 * least && one.fall > 0.4 * most).take(SHORTLIST);
         let tried = worth.flat_map(|(_, one)| names(one.place, one.value).into_iter().map(move |name| (name, one.value)));
         let tried: Vec<(FaultKey, f64)> = tried.collect();
         let fitted = parallel_map(&tried, |&(name, value)| try_name(runs, point, name, value));
@@ -307,7 +319,9 @@ fn leave(runs: &[RunWithNoise], point: &mut ParameterPoint, local: &mut FitLinea
             Some((significance(runs, point, local, &one).0, place))
         });
         match weakest.min_by(|a, b| a.0.total_cmp(&b.0)) {
-            Some((f, place)) if f < LEAVE => (*point, *local) = minimise(runs, &without(point, place))?,
+            Some((f, place)) if f < LEAVE * enter_above(candidates(runs, point).len()) => {
+                (*point, *local) = minimise(runs, &without(point, place))?
+            }
             _ => return Some(()),
         }
     }

@@ -1,15 +1,15 @@
 //! Observability: channels not measured, instrument errors below the detection limit, axes with too little motion.
 //!
-//! The detection limit is the error whose F in `fault_selection` exceeds ENTER even where the estimate is two standard
-//! errors low,
-//!     least = sqrt(ENTER (c s^2 + sigma^2)) + 2 sqrt(c) s                                              (1)
+//! The detection limit is the error whose F in `fault_selection` exceeds the threshold F_e even where the estimate is two
+//! standard errors low,
+//!     least = sqrt(F_e (c s^2 + sigma^2)) + 2 sqrt(c) s                                                (1)
 //! (s the standard error for white residuals, c the factor for coloured ones, sigma the prior of healthy instruments). A scale
 //! factor f or delay tau of one axis is observed through the motion of that axis, rms m, rms rate of change omega m. Where
-//! another axis moves far more (the busiest, rms M), unmodelled cross-axis effects (gyro misalignment, platforms, curved flight)
+//! another axis moves more (the busiest other, rms M), unmodelled cross-axis effects (gyro misalignment, platforms, curved flight)
 //! reach the size of the error itself, so it is reported only where
 //!     |f - 1| m > LEAK M,  |tau| omega m > LEAK M                                                     (2)
 
-use super::fault_selection::{ENTER, FaultSearch, is_gusty};
+use super::fault_selection::{FaultSearch, candidates, enter_above, is_gusty};
 use super::fit::{RunWithNoise, place_of};
 use super::parameter::{
     ACCELEROMETER_PLACE, ALPHA_PLACE, INPUT_CHANNELS, InstrumentError, OUTPUT_CHANNELS, PARAMETERS, SHARED_BIAS,
@@ -36,7 +36,7 @@ pub(crate) fn motion_std(series: &Series) -> f64 {
     libm::sqrt((square - noise * noise).max(0.0))
 }
 
-/// The least factor (less one) or lateness by (2) in one run, and the part of the busiest axis' motion that this axis has.
+/// The least factor (less one) or lateness by (2) in one run, and this axis' motion as a part of that of the busiest other axis.
 /// `None` where (2) does not apply.
 fn least_in(run: &RunWithNoise, parameter: InstrumentError) -> Option<(f64, f64)> {
     // Incidence moves by pitching, sideslip by rolling and yawing, attitude each by its own; a vane's arm is felt by its turn.
@@ -52,9 +52,9 @@ fn least_in(run: &RunWithNoise, parameter: InstrumentError) -> Option<(f64, f64)
     };
     let gyro = |axis: usize| run.record.inputs.get(GYRO + axis).and_then(Option::as_ref);
     let moves = |axis: usize| gyro(axis).map_or(0.0, motion_std);
-    let busiest = (0..3).map(moves).fold(0.0, f64::max);
     let own = axes.iter().copied().max_by(|a, b| moves(*a).total_cmp(&moves(*b)))?;
-    let part = if busiest > 0.0 { moves(own) / busiest } else { 0.0 };
+    let busiest = (0..3).filter(|axis| *axis != own).map(moves).fold(0.0, f64::max);
+    let part = if busiest > 0.0 { moves(own) / busiest } else { f64::INFINITY };
     if matches!(parameter.kind, InstrumentErrorKind::AlphaPlace(_) | InstrumentErrorKind::BetaPlace(_)) {
         return Some((if part < ARM_PART { f64::INFINITY } else { 0.0 }, part));
     }
@@ -105,6 +105,7 @@ fn named(parameter: InstrumentError) -> ChannelError {
 
 /// Parameters whose error would stay below the detection limit (1).
 pub(crate) fn undetectable(found: &FaultSearch, number: usize) -> Vec<NotObservable> {
+    let enter = enter_above(candidates(&found.runs, &found.point).len());
     let Some(run) = found.runs.get(number) else { return Vec::new() };
     let minimum = found.local.minimum(&found.point);
     let mut said = Vec::new();
@@ -137,7 +138,7 @@ pub(crate) fn undetectable(found: &FaultSearch, number: usize) -> Vec<NotObserva
             continue;
         };
         let variance = found.local.colour(&found.runs, &[place]) * one.std * one.std;
-        let least = libm::sqrt(ENTER * (variance + normal * normal)) + 2.0 * libm::sqrt(variance);
+        let least = libm::sqrt(enter * (variance + normal * normal)) + 2.0 * libm::sqrt(variance);
         let least = least_of_motion(&found.runs, parameter).map_or(least, |(leaked, _)| least.max(leaked));
         if least.is_infinite() {
             said.push(NotObservable::InsufficientMotion(error));

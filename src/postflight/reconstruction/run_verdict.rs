@@ -169,8 +169,9 @@ pub(crate) fn run_verdict(
     }
     corrections.sort_by(|a, b| b.significance.total_cmp(&a.significance));
     let mut corrections = merged(corrections);
-    // A wiring error of a channel that hardly moves feigns errors of others, with small standard errors.
-    if (unfit.is_some() || !corrections.is_empty())
+    // A wiring error of a channel that hardly moves feigns errors of others, with small standard errors; in rough air not those of
+    // attitude and rates, which hardly take part in the motion of the air there.
+    if (unfit.is_some() || !corrections.iter().all(|one| is_gusty(run) && needs_no_air_data(one)))
         && let Some(miswired) = wiring(found, number)
     {
         if miswired.alone {
@@ -244,6 +245,12 @@ fn in_run(found: &FaultSearch, number: usize, fault: &Fault) -> Option<(f64, f64
     let value = places.iter().map(|&place| minimum.get(place).copied().unwrap_or(0.0)).sum();
     let variance = found.local.colour(&found.runs, &places) * found.local.variance_of(&places);
     (fault.name.place == shared).then_some((value, libm::sqrt(variance)))
+}
+
+/// Whether a correction is of the attitude or the rates, which agree or not without air data and forces.
+fn needs_no_air_data(correction: &Correction) -> bool {
+    use Channel::{P, Phi, Psi, Q, R, Theta};
+    matches!(correction.effect.effect.sensor_channel(), Some(P | Q | R | Phi | Theta | Psi))
 }
 
 fn spread(record: &RunChannels, output: usize) -> f64 {
