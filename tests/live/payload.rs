@@ -35,6 +35,7 @@ fn statuses() -> Vec<Status> {
         Reason::NoTrim { channel: Channel::Az },
         Reason::AidRejected { channel: Channel::Beta },
         Reason::Unresolved,
+        Reason::NoInput,
         Reason::InstrumentDoubted { channel: None },
         Reason::InstrumentDoubted { channel: Some(Channel::Tas) },
     ];

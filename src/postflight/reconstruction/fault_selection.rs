@@ -8,8 +8,8 @@
 //! are fitted in full, timing errors both as lag and as skew, and the one of least
 //!     E = J + sum over the free ones of ln(sigma_free^2/C_ii)                                         (2)
 //! enters: minus twice the logarithm of the Laplace approximation of the evidence, up to a constant (C the inverse information).
-//! A fault whose F falls below `LEAVE` of that is removed. Each remaining one is replaced by each rival in turn: a rival whose E is at most
-//! [`RIVAL`] greater cannot be distinguished from it and is reported with it.
+//! A fault whose F falls below `LEAVE` of that is removed. Each remaining one is replaced by each rival in turn: a rival whose
+//! E is at most [`RIVAL`] greater cannot be distinguished from it and is reported with it.
 
 use super::filter::KinematicNoise;
 use super::fit::{FitLinearisation, ParameterPoint, ROUGH, Released, RunWithNoise, SHARED, minimise, minimise_to, parameter_at};
@@ -150,8 +150,8 @@ fn is_timing(place: usize) -> bool {
     parameter_at(place).0.kind == InstrumentErrorKind::Timing
 }
 
-/// F of (1) above which one of so many candidates enters: fewer, as of the attitude and the rates alone in rough air, enter by chance
-/// less often in all. Bonferroni's bound to first order, p = p_64 64/n.
+/// F of (1) above which one of so many candidates enters: fewer, as of the attitude and the rates alone in rough air, enter by
+/// chance less often in all. Bonferroni's bound to first order, p = p_64 64/n.
 pub(crate) fn enter_above(candidates: usize) -> f64 {
     let fewer = (candidates.max(1) as f64 / ENTER_CANDIDATES).min(1.0);
     ENTER + PER_LN_CHANCE * libm::log(fewer)

@@ -5,8 +5,8 @@
 //!     least = sqrt(F_e (c s^2 + sigma^2)) + 2 sqrt(c) s                                                (1)
 //! (s the standard error for white residuals, c the factor for coloured ones, sigma the prior of healthy instruments). A scale
 //! factor f or delay tau of one axis is observed through the motion of that axis, rms m, rms rate of change omega m. Where
-//! another axis moves more (the busiest other, rms M), unmodelled cross-axis effects (gyro misalignment, platforms, curved flight)
-//! reach the size of the error itself, so it is reported only where
+//! another axis moves more (the busiest other, rms M), unmodelled cross-axis effects (gyro misalignment, platforms, curved
+//! flight) reach the size of the error itself, so it is reported only where
 //!     |f - 1| m > LEAK M,  |tau| omega m > LEAK M                                                     (2)
 
 use super::fault_selection::{FaultSearch, candidates, enter_above, is_gusty};

@@ -169,8 +169,8 @@ pub(crate) fn run_verdict(
     }
     corrections.sort_by(|a, b| b.significance.total_cmp(&a.significance));
     let mut corrections = merged(corrections);
-    // A wiring error of a channel that hardly moves feigns errors of others, with small standard errors; in rough air not those of
-    // attitude and rates, which hardly take part in the motion of the air there.
+    // A wiring error of a channel that hardly moves feigns errors of others, with small standard errors; in rough air not those
+    // of attitude and rates, which hardly take part in the motion of the air there.
     if (unfit.is_some() || !corrections.iter().all(|one| is_gusty(run) && needs_no_air_data(one)))
         && let Some(miswired) = wiring(found, number)
     {

@@ -68,6 +68,8 @@ pub enum Reason {
     },
     /// The standard error is as large as the value, or does not tell a stable mode from an unstable one.
     Unresolved,
+    /// No input moved this plane of motion, and it is not known to follow from the other plane: the air may move it.
+    NoInput,
     /// Another equation that this answer needs has no number.
     Equation {
         /// Which.

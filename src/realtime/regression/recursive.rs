@@ -3,6 +3,7 @@
 //! Consumes the run's trim once and a [`SmoothedRecord`] an instant of the grid; produces a [`DerivativesRecord`] whenever
 //! asked, with a status where there is no number.
 
+mod coupling;
 mod in_band;
 mod instruments;
 mod joint;
@@ -17,7 +18,9 @@ use super::frequency::estimate::Shared;
 use super::frequency::transforms::Transforms;
 use super::information::{Information, LAGS};
 use super::instrumental::Instruments;
-use super::record::{DerivativesRecord, EquationRecord, FrequencyTerm, RegressionEvent, SixAxisDerivatives, Status, TermRecord};
+use super::record::{
+    DerivativesRecord, EquationRecord, FrequencyTerm, Reason, RegressionEvent, SixAxisDerivatives, Status, TermRecord,
+};
 use super::required_aids::{accelerometer, needs, observed};
 use super::status::Settling;
 use super::stepwise::{Fit, Offer, Thresholds, fit};
@@ -255,6 +258,17 @@ impl Recursive {
             }
             equation
         });
+        for lateral in [false, true] {
+            if self.is_plane_excited(lateral, &equations) {
+                continue;
+            }
+            for (equation, fit) in equations.iter_mut().zip(&mut fits).filter(|(one, _)| one.axis.is_lateral() == lateral) {
+                if !equation.terms.is_empty() {
+                    let status = Status::NotIdentifiable(Reason::NoInput);
+                    (*equation, *fit) = (EquationRecord::empty(equation.axis, status), None);
+                }
+            }
+        }
         self.add_frequency_estimates(&mut equations, &fits);
         for (equation, contradicted) in equations.iter_mut().zip(self.contradicted) {
             let apart = |(_, standard_errors): (Variable, f64)| standard_errors.abs() > EquationRecord::AGREE_WITHIN;
@@ -375,6 +389,7 @@ impl Recursive {
             // Settled, about a motion that may not be the aircraft's.
             Status::Converged if doubtful => Status::Converging,
             Status::Converging | Status::Converged if depends_on_amplitude => Status::DependsOnAmplitude,
+            status @ Status::NotIdentifiable(_) => return (EquationRecord::empty(axis, status), None),
             status => status,
         };
         (equation, Some(fit))

@@ -55,6 +55,7 @@ impl From<Status> for StatusBody {
                 (10, [channel.map_or(ABSENT, |channel| place(channel.index())), ABSENT], [0.0; 2])
             }
             Reason::NotConfirmed { channel } => (11, [place(channel.index()), ABSENT], [0.0; 2]),
+            Reason::NoInput => (12, [ABSENT; 2], [0.0; 2]),
         };
         StatusBody { reason: code, places, numbers, ..plain(5) }
     }
@@ -91,8 +92,9 @@ impl StatusBody {
                 10 if first == ABSENT => Reason::InstrumentDoubted { channel: None },
                 10 => Reason::InstrumentDoubted { channel: Some(channel(first)?) },
                 11 => Reason::NotConfirmed { channel: channel(first)? },
+                12 => Reason::NoInput,
                 found => {
-                    return Err(BusError::Payload { schema: SCHEMA, field: "reason", expected: "0 to 11", found: found.into() });
+                    return Err(BusError::Payload { schema: SCHEMA, field: "reason", expected: "0 to 12", found: found.into() });
                 }
             }),
             (6, _) => Status::Disagree,

@@ -136,6 +136,9 @@ impl Display for ReasonText {
                 write!(f, "{}_{name} is not identified: {name} hardly moved", axis.name())
             }
             Reason::Unresolved => f.write_str("the standard errors are too large to tell it, or whether it is stable"),
+            Reason::NoInput => f.write_str(
+                "no input moved this plane of motion, nor is it known to follow from the other plane: the air may move it",
+            ),
             Reason::Equation { axis } => write!(f, "the {} equation has no numbers", axis.name()),
         }
     }
