@@ -19,7 +19,7 @@ use super::parameter::{PER_RUN, SHARED_BIAS, TIMING};
 use super::record::InstrumentErrorKind;
 use crate::flight::signal::series::Series;
 
-/// F of (1) above which one of [`ENTER_CANDIDATES`] enters: by chance one in 250 runs.
+/// F of (1) above which one of `ENTER_CANDIDATES` enters: by chance one in 250 runs.
 pub(crate) const ENTER: f64 = 16.0;
 const ENTER_CANDIDATES: f64 = 64.0;
 /// Decrease of F per ln of the chance to exceed it, of chi-squared with one degree of freedom near ENTER.

@@ -2,7 +2,7 @@
 //!
 //! Consumes the times of the minor frames of each packet (packed and unpacked mode), or those of packets that follow each other
 //! (throughput mode); produces, with b bits between the first of them at t_1 and the last at t_n,
-//!     rate = max over packets, or over every [`PACKETS`], of b/(t_n - t_1)                            (1)
+//!     rate = max over packets, or over every `PACKETS`, of b/(t_n - t_1)                            (1)
 //! What a recorder drops makes it look slower, never faster: so the largest counts. Where two agree on another rate than the one
 //! that is written, they are right: words stand at their times within a frame, and frames within a packet, by (1) from then on.
 

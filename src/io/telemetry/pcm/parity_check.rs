@@ -4,7 +4,7 @@
 //! one word in five has wrong parity has no frame lock, but half of all words do where the words have another parity than the
 //! format says, or none: then the other half is right by chance, and a bit that is taken for the parity is missing in the value.
 //! With w_k = 1 where the parity of the k-th checked word is wrong, else 0,
-//!     s_k = s_(k-1) + (w_k - s_(k-1))/min(k, [`MEMORY`])                                             (1)
+//!     s_k = s_(k-1) + (w_k - s_(k-1))/min(k, `MEMORY`)                                             (1)
 //! over all words and for each of them. Where one of the two exceeds [`NOT_THE_PARITY`] the word's parity is in doubt.
 
 use super::bits::read_bits;

@@ -96,6 +96,15 @@ impl Confirmation {
     }
 }
 
+/// By what the airspeed is contradicted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AirspeedContradiction {
+    /// By increments that follow the kinematics: the airspeed is wrong.
+    StillAir,
+    /// By increments that hardly do: the airspeed, another instrument, or the air.
+    MovingAir,
+}
+
 /// The slopes of one flight.
 #[derive(Clone, Debug)]
 pub struct InstrumentSlopes {
@@ -173,12 +182,18 @@ impl InstrumentSlopes {
     }
 
     /// Whether the airspeed reads in another unit, or too much or too little by far.
-    pub fn airspeed_is_contradicted(&self) -> bool {
+    pub fn airspeed_contradiction(&self) -> Option<AirspeedContradiction> {
         let [too_little, too_much] = CONTRADICTED;
-        let beyond = |slope: &Slope| tells(slope) && slope.correlation_squared > STILL_AIR;
+        let in_still_air = |slope: &Slope| tells(slope) && slope.correlation_squared > STILL_AIR;
+        let reads_too_much = |(scale, std): (f64, f64)| scale - CONTRADICTED_BY * std > too_much;
+        let still = scale(self.airspeed_slopes(), in_still_air);
         // Air that moves lowers a slope: only one of still air tells that the airspeed reads too little.
-        scale(self.airspeed_slopes(), tells_scale).is_some_and(|(scale, std)| scale - CONTRADICTED_BY * std > too_much)
-            || scale(self.airspeed_slopes(), beyond).is_some_and(|(scale, std)| scale + CONTRADICTED_BY * std < too_little)
+        if still.is_some_and(|(scale, std)| reads_too_much((scale, std)) || scale + CONTRADICTED_BY * std < too_little) {
+            return Some(AirspeedContradiction::StillAir);
+        }
+        scale(self.airspeed_slopes(), tells_scale)
+            .filter(|found| reads_too_much(*found))
+            .map(|_| AirspeedContradiction::MovingAir)
     }
 
     fn early_airspeed_slopes(&self) -> [Option<Slope>; 3] {
@@ -299,7 +314,7 @@ mod tests {
             [Confirmed, Confirmation::Plausible { relative_error: 0.0 }],
             "the sideslip does not bear ay out"
         );
-        assert!(right.airspeed() == Confirmed && right.incidence() == Confirmed && !right.airspeed_is_contradicted());
+        assert!(right.airspeed() == Confirmed && right.incidence() == Confirmed && right.airspeed_contradiction().is_none());
         // Reversed, in g, and what the kinematics say hardly appears in the readings: air that moves, or a wrong unit.
         for wrong in [-1.0, 9.8, 0.1] {
             let [ax, ay] = after(wrong, 200, AIR).accelerometers(true);
@@ -313,7 +328,7 @@ mod tests {
         assert_eq!(after(-0.4, 200, AIR).accelerometers(true)[1], hidden(BY_REVERSAL));
         assert_eq!(after(-0.4, 200, 0.4).accelerometers(true)[1], hidden(BY_STANDARD_GRAVITY), "hardly correlated");
         for few in [after(1.0, 40, 4.0 * AIR), after(-1.0, 40, 0.5 * AIR), after(1.0, 15, 0.5 * AIR)] {
-            assert!(few.accelerometers(true) == [Doubted; 2] && !few.airspeed_is_contradicted(), "too few windows");
+            assert!(few.accelerometers(true) == [Doubted; 2] && few.airspeed_contradiction().is_none(), "too few windows");
         }
         let exact = after(1.0, 40, 0.5 * AIR);
         let [_, ay] = exact.accelerometers(true);
@@ -326,13 +341,13 @@ mod tests {
     fn an_airspeed_in_another_unit_is_contradicted_and_a_reversed_incidence_not_confirmed() {
         for (factor, contradicted) in [(1.0, false), (1.944, true), (3.6, true), (0.514, true)] {
             let slopes = after(factor, 200, 0.1);
-            assert_eq!(slopes.airspeed_is_contradicted(), contradicted, "{factor}");
+            assert_eq!(slopes.airspeed_contradiction().is_some(), contradicted, "{factor}");
             assert!(contradicted != (slopes.airspeed() == Confirmation::Confirmed) || factor < 1.0, "{factor}");
         }
         assert_eq!(after(-1.0, 200, AIR).incidence(), Confirmation::Doubted);
         // Air that moves more than the aircraft hides the airspeed, and says nothing against it.
         let hidden = after(1.0, 200, 3.0);
-        assert!(hidden.airspeed() != Confirmation::Confirmed && !hidden.airspeed_is_contradicted());
+        assert!(hidden.airspeed() != Confirmation::Confirmed && hidden.airspeed_contradiction().is_none());
     }
 
     #[test]

@@ -6,7 +6,7 @@
 //! recorded that begin with its own.
 
 use super::bin_means::{BIN_S, BinMeans};
-use super::confirmation::{Confirmation, InstrumentSlopes};
+use super::confirmation::{AirspeedContradiction, Confirmation, InstrumentSlopes};
 use super::gross_error::{GROSS_ERRORS, GrossError};
 use super::kinematic_agreement::{
     AGREES, AGREES_PARTLY, Agreement, COMPARED, CorrectionGain, Increments, OUTPUT_CHANNELS, OUTPUTS, OutputRates, SIDESLIP,
@@ -181,8 +181,8 @@ impl GrossErrorTest {
     }
 
     /// What the kinematics confirm of the airspeed, and whether they contradict it.
-    pub fn airspeed(&self) -> (Confirmation, bool) {
-        (self.slopes.airspeed(), self.slopes.airspeed_is_contradicted())
+    pub fn airspeed(&self) -> (Confirmation, Option<AirspeedContradiction>) {
+        (self.slopes.airspeed(), self.slopes.airspeed_contradiction())
     }
 
     /// What the flight is suspected of; `None` where the kinematics hold, or only those of air that may move do not. After an

@@ -14,7 +14,7 @@ pub mod kinematic_slope;
 pub mod moved_by_others;
 
 use self::bin_means::{BIN_S, BinMeans, SILENCE_S};
-use self::confirmation::Confirmation;
+use self::confirmation::{AirspeedContradiction, Confirmation};
 use self::constant_readings::ConstantReadings;
 use self::gross_error::{GrossError, error_by_weight, weighs_g};
 use self::gross_error_test::{GrossErrorTest, Suspicion};
@@ -36,6 +36,8 @@ const NAMED_TESTS: u32 = 20;
 const AFTER_STANDING: i64 = 300;
 /// Tests in a row from which on the unit of the airspeed is in doubt.
 const DOUBTED_TESTS: u32 = 5;
+/// Tests for which a suspicion lasts after the last one that has it: between two of them an error is no less there.
+const SUSPECTED_TESTS: u32 = 20;
 
 /// What the screening noticed at a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,6 +96,8 @@ pub struct Screening {
     confirmations: [Confirmation; Confirmation::CHANNELS.len()],
     /// How many of the last tests contradicted the airspeed's unit.
     airspeed_contradicted: u32,
+    /// Tests for which the last suspicion still lasts.
+    suspected: u32,
 }
 
 impl Screening {
@@ -116,6 +120,7 @@ impl Screening {
             [Doubted, NotComparable, NotComparable, NotComparable, NotComparable]
         },
         airspeed_contradicted: 0,
+        suspected: 0,
     };
 
     /// A reading beyond what any aircraft reaches, which admission has taken out.
@@ -187,17 +192,21 @@ impl Screening {
         // What has been named stays named while nothing else is.
         let found = by_weight.or(by_kinematics).or(named.map(|error| (error, 1.0)));
         let (airspeed, contradicted) = self.test.airspeed();
-        self.airspeed_contradicted = if contradicted { self.airspeed_contradicted.saturating_add(1) } else { 0 };
-        self.doubt = match (found, beyond, suspicion) {
-            (Some((error, r_squared)), ..) => {
+        self.airspeed_contradicted = if contradicted.is_some() { self.airspeed_contradicted.saturating_add(1) } else { 0 };
+        self.suspected = if suspicion.is_some() { SUSPECTED_TESTS } else { self.suspected.saturating_sub(1) };
+        self.doubt = match (found, beyond) {
+            (Some((error, r_squared)), _) => {
                 if named != Some(error) {
                     notice(ScreeningEvent::GrossError(error, r_squared));
                 }
                 Some(Doubt::GrossError(error))
             }
-            (_, Some(channel), _) => Some(Doubt::Channel(channel)),
-            (.., Some(_)) => Some(Doubt::Unknown),
-            _ if self.airspeed_contradicted >= DOUBTED_TESTS => Some(Doubt::Channel(Channel::Tas)),
+            (_, Some(channel)) => Some(Doubt::Channel(channel)),
+            _ if self.suspected > 0 => Some(Doubt::Unknown),
+            _ if self.airspeed_contradicted >= DOUBTED_TESTS => Some(match contradicted {
+                Some(AirspeedContradiction::StillAir) => Doubt::Channel(Channel::Tas),
+                _ => Doubt::Unknown,
+            }),
             _ => None,
         };
         let [ax, ay] = self.test.accelerometers();

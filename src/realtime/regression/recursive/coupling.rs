@@ -3,7 +3,7 @@
 //! Consumes the six equations; produces which planes were excited. A plane whose own controls no input has moved may be moved
 //! by the other plane's input, or by the air. In the first case its equations have terms of the other plane (u w q and the
 //! controls of the longitudinal, v p r and those of the lateral motion) that are known and contribute to the response,
-//!     |theta| > [`KNOWN`] s,   |theta| dev(x) > [`CONTRIBUTION`] dev(y)                                (1)
+//!     |theta| > `KNOWN` s,   |theta| dev(x) > `CONTRIBUTION` dev(y)                                (1)
 //! (s the standard error, x the regressor, y the response). In the second the motion is that of gusts alone, and regressors that
 //! gusts move are correlated with what gusts do to the response: least squares is biased, and light gusts hide in the noise.
 

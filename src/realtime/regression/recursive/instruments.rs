@@ -119,14 +119,16 @@ impl Recursive {
     }
 
     /// Terms that get no number: of controls that no input has moved (they answer the motion, and the two are told apart by noise
-    /// alone), and of the other plane's motion where its velocity, v or w, is not observed.
+    /// alone), and of the other plane's motion where its velocity, v or w, is not observed or its vane is rejected.
     pub(super) fn withheld(&self, axis: Axis, instruments: &Instrumentation) -> [bool; REGRESSORS] {
         let mut withheld = [false; REGRESSORS];
         for control in Control::ALL {
             withheld[regressor(control.variable())] = !self.excitation.has_moved(control);
         }
         withheld[regressor(Variable::W)] = self.is_doubted(Channel::Alpha);
-        if !observed(if axis.is_lateral() { Variable::W } else { Variable::V }, instruments) {
+        let (velocity, vane) = if axis.is_lateral() { (Variable::W, Aid::Incidence) } else { (Variable::V, Aid::Sideslip) };
+        let contradicts = instruments.vanes_contradict[usize::from(!axis.is_lateral())] || !instruments.trusted[vane.index()];
+        if !observed(velocity, instruments) || contradicts {
             for variable in Variable::ALL {
                 withheld[regressor(variable)] |= !is_primary(axis, variable);
             }
