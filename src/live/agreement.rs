@@ -23,13 +23,15 @@ enum Compared {
     Derivative(Axis, Variable),
     Omega,
     Zeta,
+    Roll,
+    Spiral,
 }
 
 /// How far output error and the regression are apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MethodAgreement {
     worst: Option<(Compared, f64)>,
-    /// By axis, whether a derivative of it differs beyond what both standard errors allow; a Dutch roll counts for Y, L and N.
+    /// By axis, whether a derivative of it differs beyond what both standard errors allow; a lateral mode counts for Y, L and N.
     pub apart: [bool; AXES],
 }
 
@@ -58,6 +60,15 @@ impl MethodAgreement {
             agreement.compare(Compared::Omega, omega, regressed_omega);
             agreement.compare(Compared::Zeta, zeta, regressed_zeta);
         }
+        let roots = [
+            (Compared::Roll, fit.roll, modes.and_then(|modes| modes.roll)),
+            (Compared::Spiral, fit.spiral, modes.and_then(|modes| modes.spiral)),
+        ];
+        for (quantity, fitted, regressed) in roots {
+            if let Some((fitted, regressed)) = fitted.zip(regressed) {
+                agreement.compare(quantity, (fitted.value, fitted.std), (regressed.value, regressed.std));
+            }
+        }
         agreement
     }
 
@@ -72,7 +83,7 @@ impl MethodAgreement {
         if standard_errors.abs() > AGREE_WITHIN {
             match quantity {
                 Compared::Derivative(axis, _) => self.apart[axis.index()] = true,
-                Compared::Omega | Compared::Zeta => {
+                Compared::Omega | Compared::Zeta | Compared::Roll | Compared::Spiral => {
                     [Axis::Y, Axis::L, Axis::N].into_iter().for_each(|axis| self.apart[axis.index()] = true)
                 }
             }
@@ -101,6 +112,8 @@ impl MethodAgreement {
             }
             Compared::Omega => fit.explain(format_args!("Dutch roll omega: {how_far}{separator}{before}")),
             Compared::Zeta => fit.explain(format_args!("Dutch roll zeta: {how_far}{separator}{before}")),
+            Compared::Roll => fit.explain(format_args!("roll mode: {how_far}{separator}{before}")),
+            Compared::Spiral => fit.explain(format_args!("spiral mode: {how_far}{separator}{before}")),
         }
     }
 }
@@ -126,8 +139,8 @@ pub fn limit_modes(regression: Option<&ModesRecord>, fit: &mut OutputErrorRecord
     root(&mut fit.spiral, regression.and_then(|modes| modes.spiral));
 }
 
-/// Takes the derivatives of the axes out that the regression withholds because of an instrument, and the modes that they make:
-/// both methods rest on the same readings.
+/// Takes the derivatives of the axes out that the regression withholds because of an instrument, or because the air may move
+/// them, and the modes that they make: both methods rest on the same readings.
 pub fn withhold_axes(derivatives: Option<&DerivativesRecord>, fit: &mut OutputErrorRecord) {
     let Some(derivatives) = derivatives else { return };
     let withheld = |axis: Axis| {
@@ -144,6 +157,7 @@ pub fn withhold_axes(derivatives: Option<&DerivativesRecord>, fit: &mut OutputEr
                 | Reason::AidRejected { .. }
                 | Reason::InstrumentDoubted { .. }
                 | Reason::NotConfirmed { .. }
+                | Reason::NoInput
         )
     };
     fit.parameters.retain(|one| !withheld(one.axis));
@@ -160,7 +174,7 @@ pub fn withhold_axes(derivatives: Option<&DerivativesRecord>, fit: &mut OutputEr
     }
     if fit.parameters.is_empty() && fit.progress != OutputErrorProgress::Waiting {
         fit.progress = OutputErrorProgress::Failed;
-        fit.explain("the regression withholds every equation because of an instrument");
+        fit.explain("the regression withholds the equations that it would have derivatives of, for the reasons given there");
     }
 }
 

@@ -199,7 +199,8 @@ fn one_state_without_noise_is_the_closed_form() {
         initial_state: vec![false],
     };
     let named = |name: &str, start: f64| FitParameter { name: name.into(), start, prior: None };
-    let records = [InputOutputRecord { inputs: vec![times_s.clone()], times_s, outputs: vec![output] }];
+    let records =
+        [InputOutputRecord { inputs: vec![times_s.clone()], times_s, outputs: vec![output], input_noise_std: Vec::new() }];
     let found = fit(&structure, &[named("a", -0.5), named("b", 1.0)], &[], &records, &FitSettings::default()).unwrap();
     assert!((found.theta[0] - a).abs() < 1e-8 && (found.theta[1] - b).abs() < 1e-8, "{:?}", found.theta);
     assert!(found.runs[0].vaf[0] > 0.999_999 && found.runs[0].theil[0] < 1e-6);
@@ -304,7 +305,12 @@ fn hopeless_data_are_refused_with_their_values() {
     assert_eq!(refused(&model, &unknown, &dead), OutputErrorFitError::StillOutput { output: "az".into(), value: 1.5 });
     let short = |record: &InputOutputRecord| {
         let cut = |series: &Vec<Vec<f64>>| series.iter().map(|one| one[..3].to_vec()).collect();
-        InputOutputRecord { times_s: record.times_s[..3].to_vec(), inputs: cut(&record.inputs), outputs: cut(&record.outputs) }
+        InputOutputRecord {
+            times_s: record.times_s[..3].to_vec(),
+            inputs: cut(&record.inputs),
+            outputs: cut(&record.outputs),
+            input_noise_std: Vec::new(),
+        }
     };
     let shortened: Vec<InputOutputRecord> = records.iter().map(short).collect();
     assert!(matches!(refused(&model, &unknown, &shortened[..1]), OutputErrorFitError::TooFewSamples { values: 9, unknowns: 10 }));

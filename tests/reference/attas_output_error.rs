@@ -21,7 +21,7 @@ fn record(name: &str, inputs: &[&str], outputs: &[&str]) -> Option<InputOutputRe
         values.iter().map(|value| value - mean).collect()
     };
     let (inputs, outputs) = (inputs.iter().map(deviation).collect(), outputs.iter().map(deviation).collect());
-    Some(InputOutputRecord { times_s, inputs, outputs })
+    Some(InputOutputRecord { times_s, inputs, outputs, input_noise_std: Vec::new() })
 }
 
 fn names(names: &[&str]) -> Vec<String> {

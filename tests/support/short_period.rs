@@ -66,7 +66,8 @@ pub(crate) fn record(
 ) -> InputOutputRecord {
     let inputs = vec![times_s.iter().map(|&t| input(t, pulse_s, 0.05)).collect()];
     let samples = times_s.len();
-    let mut record = InputOutputRecord { times_s, inputs, outputs: vec![vec![f64::NAN; samples]; 3] };
+    let mut record =
+        InputOutputRecord { times_s, inputs, outputs: vec![vec![f64::NAN; samples]; 3], input_noise_std: Vec::new() };
     record.outputs = predict(&structure(), &TRUTH, &[], &record, own).unwrap();
     for (output, std) in record.outputs.iter_mut().zip(noise.std) {
         let mut v = normal(uniform);

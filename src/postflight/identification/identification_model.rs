@@ -26,6 +26,7 @@ use super::model_variables::{IdentificationModelError, ModelVariables, STATES, a
 use super::nonlinear_remainder::NonlinearRemainder;
 use super::reference_trim::{NUMBERS, ReferenceTrim};
 use super::velocity::CHANNELS;
+use crate::flight::signal::white_noise::white_noise_std_between_gaps;
 
 use crate::postflight::output_error::{FitParameter, InputOutputRecord, MatrixEntry, ModelStructure};
 
@@ -197,7 +198,12 @@ impl IdentificationModel {
                 values.iter_mut().zip(remainders.into_iter().flatten()).for_each(|(value, remainders)| *value -= remainders);
             }
         }
-        Ok(InputOutputRecord { times_s: run.times_s.clone(), inputs, outputs })
+        let noise_std = |(name, values): (&String, &Vec<f64>)| {
+            let samples: Vec<(f64, f64)> = run.times_s.iter().copied().zip(values.iter().copied()).collect();
+            if is_control(name) { white_noise_std_between_gaps(&samples) } else { 0.0 }
+        };
+        let input_noise_std = self.choice.inputs.iter().zip(&inputs).map(noise_std).collect();
+        Ok(InputOutputRecord { times_s: run.times_s.clone(), inputs, outputs, input_noise_std })
     }
 
     /// Replaces samples of controls at rest by their mean (`resting_controls`) in the record of that run.

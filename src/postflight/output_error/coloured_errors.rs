@@ -137,19 +137,6 @@ fn blocked(rows: Rows, columns: usize, noise: &[f64]) -> (Rows, usize) {
 }
 
 impl ColouredGradient {
-    /// Of a run at the end of the search. `inverse_cov` is R^-1, `noise_cov` R.
-    pub fn new(
-        linear: &SensitivityModel<'_>,
-        run: &PreparedRun,
-        simulated: &SimulatedOutputs,
-        run_parameters: &RunParameters,
-        inverse_cov: &Dense,
-        noise_cov: &Dense,
-    ) -> Self {
-        let rows = weighed_sensitivities(linear, run, simulated, run_parameters, inverse_cov);
-        ColouredGradient::of(run, linear.prepared.layout.columns(), &simulated.residuals, rows, noise_cov)
-    }
-
     /// Of residuals whose sensitivities are given by sample, output and column, already weighed with R^-1.
     pub(crate) fn of(run: &PreparedRun, columns: usize, residuals: &[f64], data: Vec<f64>, noise_cov: &Dense) -> Self {
         let outputs = noise_cov.rows();
@@ -366,7 +353,7 @@ impl ColouredGradient {
 }
 
 /// R^-1 S in rows by sample, 0 where an output was not sampled.
-fn weighed_sensitivities(
+pub(crate) fn weighed_sensitivities(
     linear: &SensitivityModel<'_>,
     run: &PreparedRun,
     simulated: &SimulatedOutputs,

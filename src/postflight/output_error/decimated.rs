@@ -22,7 +22,12 @@ pub fn decimated(records: &[InputOutputRecord]) -> Option<Vec<InputOutputRecord>
 /// A record by means of blocks of so many samples.
 pub fn by_blocks(record: &InputOutputRecord, block: usize) -> InputOutputRecord {
     let all = |series: &[Vec<f64>]| series.iter().map(|one| means(one, block)).collect();
-    InputOutputRecord { times_s: means(&record.times_s, block), inputs: all(&record.inputs), outputs: all(&record.outputs) }
+    InputOutputRecord {
+        times_s: means(&record.times_s, block),
+        inputs: all(&record.inputs),
+        outputs: all(&record.outputs),
+        input_noise_std: record.input_noise_std.iter().map(|std| std / libm::sqrt(block as f64)).collect(),
+    }
 }
 
 /// Means over what was sampled, NaN where nothing was; an incomplete last block is left out.
@@ -42,7 +47,12 @@ mod tests {
     fn means_are_over_what_is_there() {
         assert_eq!(means(&[1.0, 3.0, f64::NAN, 5.0, 9.0], 2), [2.0, 5.0]);
         assert!(means(&[f64::NAN; 2], 2)[0].is_nan());
-        let long = InputOutputRecord { times_s: (0..3000).map(f64::from).collect(), inputs: Vec::new(), outputs: Vec::new() };
+        let long = InputOutputRecord {
+            times_s: (0..3000).map(f64::from).collect(),
+            inputs: Vec::new(),
+            outputs: Vec::new(),
+            input_noise_std: Vec::new(),
+        };
         assert_eq!(decimated(std::slice::from_ref(&long)).unwrap()[0].times_s.len(), 187);
         let short = InputOutputRecord { times_s: long.times_s[..300].to_vec(), ..long };
         assert!(decimated(&[short]).is_none());

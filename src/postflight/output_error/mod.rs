@@ -3,7 +3,7 @@
 //! In: a structure (four matrices whose entries are affine in the parameters), parameters with starts and priors, recorded
 //! runs. Out: estimates with the Cramer-Rao bound and with errors corrected for coloured residuals, each run's own initial
 //! state and biases, how well each output is followed, which parameters the records do not ask for.
-//! Assumed: noise on the outputs alone; inputs straight between samples; parameters the same in all runs.
+//! Assumed: the recorded inputs acted (their noise is in the errors); inputs straight between samples; parameters the same in all runs.
 //! Refused: data that cannot tell the parameters, with the values that say so; nothing is repaired.
 
 pub mod coloured_errors;
@@ -18,6 +18,7 @@ pub mod fit_result;
 pub(crate) mod identifiability;
 pub mod information;
 pub mod input_delay;
+mod input_noise;
 pub mod model;
 pub mod predict;
 pub(crate) mod problem;

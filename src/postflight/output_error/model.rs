@@ -15,6 +15,8 @@ pub struct InputOutputRecord {
     pub inputs: Vec<Vec<f64>>,
     /// By output and sample; NaN where it is not sampled.
     pub outputs: Vec<Vec<f64>>,
+    /// Standard deviation of the white noise on each input, in its unit; none where it is empty.
+    pub input_noise_std: Vec<f64>,
 }
 
 /// An entry of a matrix: `fixed + sum factor * theta`.

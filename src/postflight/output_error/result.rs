@@ -2,12 +2,13 @@
 //!
 //! Consumes the end of the search with the information M of every run there; produces [`FitResult`]. Priors add M_0 to M.
 
-use super::coloured_errors::ColouredGradient;
+use super::coloured_errors::{ColouredGradient, weighed_sensitivities};
 use super::covariance::{AllUnknowns, standard_errors};
 use super::error::OutputErrorFitError;
 use super::fit_result::{FitEnd, FitResult, FittedRun};
 use super::identifiability::inverse_or_names;
 use super::information::SensitivityModel;
+use super::input_noise;
 use super::problem::{OutputErrorProblem, OutputErrorSearch};
 use crate::num::dense::Dense;
 
@@ -34,6 +35,7 @@ pub(crate) fn result(problem: &mut OutputErrorProblem<'_>, ended: OutputErrorSea
     let cramer_rao = inverse_or_names(&m, &names)?;
     let inverse_cov = place.whitening.inverse_cov();
     let mut coloured = Vec::with_capacity(problem.runs.len());
+    let mut by_inputs = Vec::with_capacity(problem.runs.len());
     for ((run, simulated), run_parameters) in problem.runs.iter().zip(&place.simulated).zip(&place.run_parameters) {
         let steps = problem.prepared.steps(&place.point, &run.timeline, true);
         let linear = SensitivityModel {
@@ -42,11 +44,14 @@ pub(crate) fn result(problem: &mut OutputErrorProblem<'_>, ended: OutputErrorSea
             steps: &steps,
             output_lines: &problem.output_lines,
         };
-        coloured.push(ColouredGradient::new(&linear, run, simulated, run_parameters, &inverse_cov, &place.noise_cov));
+        let weighed = weighed_sensitivities(&linear, run, simulated, run_parameters, &inverse_cov);
+        by_inputs.push(input_noise::gradient_cov(&layout, &place.point, &steps, run, &weighed));
+        coloured.push(ColouredGradient::of(run, columns, &simulated.residuals, weighed, &place.noise_cov));
     }
     let corrected = unknowns.corrected(&cramer_rao, &prior, |run, cov| {
         let one = coloured.get(run);
-        one.map(|one| cov.map_or_else(|| one.gradient_cov(), |cov| one.corrected_gradient_cov(cov))).into_iter().collect()
+        let by_residuals = one.map(|one| cov.map_or_else(|| one.gradient_cov(), |cov| one.corrected_gradient_cov(cov)));
+        by_residuals.into_iter().chain(by_inputs.get(run).cloned()).collect()
     });
     let stds = standard_errors(&corrected);
     let runs = problem.runs.iter().zip(&place.simulated).zip(&place.run_parameters).enumerate();

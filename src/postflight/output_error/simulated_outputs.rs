@@ -28,6 +28,8 @@ pub struct PreparedRun {
     pub outputs: Vec<f64>,
     /// By output: how often it was sampled.
     pub counts: Vec<usize>,
+    /// Of the white noise on each input; none where it is empty.
+    pub input_noise_std: Vec<f64>,
 }
 
 fn interleaved(series: &[Vec<f64>], samples: usize) -> Vec<f64> {
@@ -48,6 +50,7 @@ impl PreparedRun {
             input_changes: vec![0.0; samples * layout.delays.len()],
             outputs: interleaved(&record.outputs, samples),
             counts,
+            input_noise_std: record.input_noise_std.clone(),
         }
     }
 

@@ -69,7 +69,8 @@ pub(crate) fn record() -> InputOutputRecord {
     let aileron = [(10.0, 0.04), (11.5, -0.04), (13.0, 0.0), (16.0, -0.03), (17.0, 0.03), (18.0, 0.0)];
     let inputs =
         vec![times_s.iter().map(|&t| steps(&aileron, t)).collect(), times_s.iter().map(|&t| steps(&rudder, t)).collect()];
-    let mut record = InputOutputRecord { times_s, inputs, outputs: vec![vec![f64::NAN; SAMPLES]; 5] };
+    let mut record =
+        InputOutputRecord { times_s, inputs, outputs: vec![vec![f64::NAN; SAMPLES]; 5], input_noise_std: Vec::new() };
     let theta: Vec<f64> = TRUTH.iter().map(|(_, value)| *value).collect();
     let own = RunParameters { initial_state: vec![0.0; 4], state_bias: vec![0.0; 4], output_bias: vec![0.0; 5] };
     record.outputs = predict(&structure(), &theta, &[], &record, &own).unwrap();

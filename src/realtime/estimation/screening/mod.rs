@@ -212,8 +212,9 @@ impl Screening {
         let [ax, ay] = self.test.accelerometers();
         let az = if self.mean_az().is_some_and(weighs_g) { Confirmation::Confirmed } else { Confirmation::NotComparable };
         for (kept, now) in self.confirmations.iter_mut().zip([ax, ay, az, airspeed, self.test.incidence()]) {
-            // Sign and unit do not change in flight: once confirmed is enough, unless something is wrong after all.
-            if *kept != Confirmation::Confirmed || self.doubt.is_some() {
+            // Sign and unit do not change in flight: once confirmed is enough, unless something is found to be wrong after all. A
+            // suspicion that passes is none: in gusts there are such.
+            if *kept != Confirmation::Confirmed || self.doubt.is_some_and(|doubt| doubt != Doubt::Unknown) {
                 *kept = now;
             }
         }
