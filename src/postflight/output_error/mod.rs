@@ -3,7 +3,8 @@
 //! In: a structure (four matrices whose entries are affine in the parameters), parameters with starts and priors, recorded
 //! runs. Out: estimates with the Cramer-Rao bound and with errors corrected for coloured residuals, each run's own initial
 //! state and biases, how well each output is followed, which parameters the records do not ask for.
-//! Assumed: the recorded inputs acted (their noise is in the errors); inputs straight between samples; parameters the same in all runs.
+//! Assumed: noise on the outputs, and on the inputs as far as it is small; inputs straight between samples; parameters the same
+//! in all runs.
 //! Refused: data that cannot tell the parameters, with the values that say so; nothing is repaired.
 
 pub mod coloured_errors;
