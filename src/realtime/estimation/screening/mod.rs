@@ -39,6 +39,10 @@ const DOUBTED_TESTS: u32 = 5;
 /// Tests for which a suspicion lasts after the last one that has it: between two of them an error is no less there.
 const SUSPECTED_TESTS: u32 = 20;
 
+/// Part of its largest reading at which a gyro that stands still is clipped, and that reading at least, rad/s.
+const CLIPPED_PART: f64 = 0.9;
+const CLIPPED_LEAST: f64 = 0.02;
+
 /// What the screening noticed at a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ScreeningEvent {
@@ -82,6 +86,9 @@ pub struct Screening {
     standing: u32,
     /// Controls that have stood, a bit each.
     controls_stood: u32,
+    /// Largest reading of each gyro, rad/s, and whether it has stood there.
+    largest_rate: [f64; 3],
+    gyros_clipped: [bool; 3],
     /// Number of the bin in which one of the motion's stood last.
     stood_at: Option<i64>,
     /// Readings, and those beyond the limits.
@@ -109,6 +116,8 @@ impl Screening {
         tested: None,
         standing: 0,
         controls_stood: 0,
+        largest_rate: [0.0; 3],
+        gyros_clipped: [false; 3],
         stood_at: None,
         readings: [0; MOTION_CHANNELS],
         beyond: [0; MOTION_CHANNELS],
@@ -136,7 +145,9 @@ impl Screening {
         for channel in motion.chain(Channel::CONTROLS) {
             let Some(value) = sample.get(channel) else { continue };
             let mark = 1 << channel.index();
-            if self.constant.take(channel, sample.time_s, value) {
+            let stands = self.constant.take(channel, sample.time_s, value);
+            self.clipping(channel, value, stands);
+            if stands {
                 if self.standing & mark == 0 {
                     self.standing |= mark;
                     notice(ScreeningEvent::StandsStill(channel));
@@ -173,6 +184,15 @@ impl Screening {
                 self.constant.declare(channel);
             }
             self.judge(notice);
+        }
+    }
+
+    /// Notes a gyro that stands still at its largest reading.
+    fn clipping(&mut self, channel: Channel, value: f64, stands: bool) {
+        let gyros = Channel::GYROS.into_iter().zip(self.largest_rate.iter_mut().zip(&mut self.gyros_clipped));
+        for (_, (largest, clipped)) in gyros.filter(|(gyro, _)| *gyro == channel) {
+            *largest = largest.max(value.abs());
+            *clipped |= stands && *largest > CLIPPED_LEAST && value.abs() >= CLIPPED_PART * *largest;
         }
     }
 
@@ -260,6 +280,12 @@ impl Screening {
     /// Controls that have stood: clipped or frozen. The first readings of a clip are taken for motion, so it is remembered.
     pub fn controls_stood(&self) -> [bool; 4] {
         Channel::CONTROLS.map(|channel| self.controls_stood & (1 << channel.index()) != 0)
+    }
+
+    /// Gyros that have been clipped, in the order of `Channel::GYROS`: the readings beside the gap, and the rate of change across
+    /// it, are wrong.
+    pub fn gyros_clipped(&self) -> [bool; 3] {
+        self.gyros_clipped
     }
 
     /// What is known about sign and unit, by `Confirmation::CHANNELS`; the weight tells those of az.

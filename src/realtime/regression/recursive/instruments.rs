@@ -66,7 +66,7 @@ impl Recursive {
         }
     }
 
-    /// Why an equation that would have numbers has none after all: a control in it was clipped or frozen; its accelerometer may
+    /// Why an equation that would have numbers has none after all: a control or a rate in it was clipped; its accelerometer may
     /// be reversed or in another unit; or the airspeed, which every velocity is made of, or the incidence. A side force along the
     /// sideslip, which no aircraft has, is one of a reversed ay.
     pub(super) fn doubtful(&self, axis: Axis, equation: &EquationRecord, instruments: &Instrumentation) -> Option<Reason> {
@@ -79,6 +79,13 @@ impl Recursive {
             Control::ALL.into_iter().zip(instruments.controls_stood).find(|(control, stood)| *stood && has(control.variable()));
         if let Some((control, _)) = stood {
             return Some(Reason::InstrumentDoubted { channel: Some(control.channel()) });
+        }
+        let turned_by = |gyro: Variable| {
+            has(gyro) || matches!((axis, gyro), (Axis::L, Variable::P) | (Axis::M, Variable::Q) | (Axis::N, Variable::R))
+        };
+        let clipped = Channel::GYROS.into_iter().zip([Variable::P, Variable::Q, Variable::R]).zip(instruments.gyros_clipped);
+        if let Some(((channel, _), _)) = clipped.into_iter().find(|((_, gyro), clipped)| *clipped && turned_by(*gyro)) {
+            return Some(Reason::InstrumentDoubted { channel: Some(channel) });
         }
         let along_sideslip = |term: &TermRecord| term.value > ALONG_SIDESLIP * term.std;
         if axis == Axis::Y && equation.term(Variable::V).is_some_and(along_sideslip) {
