@@ -171,7 +171,7 @@ impl InstrumentSlopes {
         if compared().all(|slope| slope.early_slope().is_none()) {
             return if compared().any(KinematicSlope::has_begun) { Confirmation::Doubted } else { Confirmation::NotComparable };
         }
-        match scale(self.early_airspeed_slopes(), tells_scale) {
+        match scale(self.airspeed_slopes(KinematicSlope::early_slope), tells_scale) {
             None => Confirmation::Plausible { relative_error: BY_KNOTS },
             Some((scale, std)) if scale + CONFIRMED_BY * std < CONFIRMED => Confirmation::Confirmed,
             Some((scale, std)) if std > SCALE_KNOWN && scale - CONFIRMED_BY * std < CONTRADICTED[1] => {
@@ -186,22 +186,18 @@ impl InstrumentSlopes {
         let [too_little, too_much] = CONTRADICTED;
         let in_still_air = |slope: &Slope| tells(slope) && slope.correlation_squared > STILL_AIR;
         let reads_too_much = |(scale, std): (f64, f64)| scale - CONTRADICTED_BY * std > too_much;
-        let still = scale(self.airspeed_slopes(), in_still_air);
+        let still = scale(self.airspeed_slopes(KinematicSlope::slope), in_still_air);
         // Air that moves lowers a slope: only one of still air tells that the airspeed reads too little.
         if still.is_some_and(|(scale, std)| reads_too_much((scale, std)) || scale + CONTRADICTED_BY * std < too_little) {
             return Some(AirspeedContradiction::StillAir);
         }
-        scale(self.airspeed_slopes(), tells_scale)
+        scale(self.airspeed_slopes(KinematicSlope::slope), tells_scale)
             .filter(|found| reads_too_much(*found))
             .map(|_| AirspeedContradiction::MovingAir)
     }
 
-    fn early_airspeed_slopes(&self) -> [Option<Slope>; 3] {
-        [self.airspeed.early_slope(), self.flow_angles[0].early_slope(), self.flow_angles[1].early_slope()]
-    }
-
-    fn airspeed_slopes(&self) -> [Option<Slope>; 3] {
-        [self.airspeed.slope(), self.flow_angles[0].slope(), self.flow_angles[1].slope()]
+    fn airspeed_slopes(&self, of: fn(&KinematicSlope) -> Option<Slope>) -> [Option<Slope>; 3] {
+        [of(&self.airspeed), of(&self.flow_angles[0]), of(&self.flow_angles[1])]
     }
 
     /// Whether the airspeed's own slope is known to be that of the right unit and of still air.
