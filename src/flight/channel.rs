@@ -107,6 +107,8 @@ impl Channel {
     pub const ACCELEROMETERS: [Channel; 3] = [Channel::Ax, Channel::Ay, Channel::Az];
     /// The rate gyros, in the order of the body axes.
     pub const GYROS: [Channel; 3] = [Channel::P, Channel::Q, Channel::R];
+    /// The gyros, then the accelerometers.
+    pub const INERTIAL: [Channel; 6] = [Channel::P, Channel::Q, Channel::R, Channel::Ax, Channel::Ay, Channel::Az];
     /// The four pilot controls, in the order of the control derivatives.
     pub const CONTROLS: [Channel; 4] = [Channel::LonCyclic, Channel::LatCyclic, Channel::Collective, Channel::Pedal];
 

@@ -304,7 +304,7 @@ fn instruments() -> Instrumentation {
         vanes_disagree: [false; 2],
         vanes_contradict: [false; 2],
         controls_stood: [false; 4],
-        gyros_clipped: [false; 3],
+        clipped: [false; 6],
         confirmations: [Confirmation::Confirmed; Confirmation::CHANNELS.len()],
         doubt: None,
         // All residuals are the instruments' noise: the stage is least squares.

@@ -201,7 +201,7 @@ impl Estimator {
             vanes_disagree: self.disagreement_said,
             vanes_contradict: self.vanes_contradict,
             controls_stood: self.screening.controls_stood(),
-            gyros_clipped: self.screening.gyros_clipped(),
+            clipped: self.screening.clipped(),
             noise: self.signal_noise,
             ..found
         }

@@ -196,8 +196,8 @@ pub struct Instrumentation {
     pub vanes_contradict: [bool; 2],
     /// Whether each control has stood, clipped or frozen, in the order of `Channel::CONTROLS`.
     pub controls_stood: [bool; 4],
-    /// Whether each gyro has been clipped, in the order of `Channel::GYROS`.
-    pub gyros_clipped: [bool; 3],
+    /// Whether each gyro and accelerometer has been clipped, in the order of `Channel::INERTIAL`.
+    pub clipped: [bool; Channel::INERTIAL.len()],
     /// What is known about sign and unit, by `Confirmation::CHANNELS`.
     pub confirmations: [Confirmation; Confirmation::CHANNELS.len()],
     /// Noise of the smoothed signals, as of the last instant of the grid.

@@ -253,10 +253,10 @@ impl Recursive {
                 Some(_) => None,
                 None => fit,
             };
-            if let Some(reason) = doubtful {
-                return EquationRecord::empty(axis, Status::NotIdentifiable(reason));
+            match doubtful {
+                Some(reason) => EquationRecord::empty(axis, Status::NotIdentifiable(reason)),
+                None => equation,
             }
-            equation
         });
         for lateral in [false, true] {
             if self.is_plane_excited(lateral, &equations) {
@@ -385,7 +385,12 @@ impl Recursive {
             || !instruments.is_confirmed(Channel::Tas)
             || needs(axis).into_iter().any(|aid| !instruments.as_expected[aid.index()])
             || accelerometer(axis).is_some_and(|channel| !instruments.is_confirmed(channel));
+        if equation.terms.iter().all(|term| term.variable.is_none()) {
+            // A bias alone tells nothing of the aircraft.
+            equation.terms.clear();
+        }
         equation.status = match self.status(&equation, time_s) {
+            Status::Converging | Status::Converged if equation.terms.is_empty() => Status::Exciting,
             // Settled, about a motion that may not be the aircraft's.
             Status::Converged if doubtful => Status::Converging,
             Status::Converging | Status::Converged if depends_on_amplitude => Status::DependsOnAmplitude,

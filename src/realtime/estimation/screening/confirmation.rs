@@ -29,6 +29,10 @@ const ARM: f64 = 0.25;
 /// within so many of them of zero is zero.
 const AY_UNKNOWN: f64 = 2.6;
 const AY_WELL_KNOWN: f64 = 0.12;
+/// Slope of an accelerometer in ft/s^2, and standard errors by which that of an ax and of an ay that is confirmed exceeds it.
+const IN_FEET: f64 = 0.3048;
+const AX_FROM_FEET: f64 = 2.0;
+const AY_FROM_FEET: f64 = 3.0;
 const ZERO_WITHIN: f64 = 2.5;
 /// Standard errors between the slope and -1, of a reversed accelerometer, that confirm ax: other instruments hardly show it.
 const FROM_REVERSED: f64 = 5.0;
@@ -42,8 +46,10 @@ const TELLS: f64 = 2.0;
 const SHOWS_WITHIN: f64 = 3.0;
 const SHOWS_BEYOND: f64 = 2.0;
 /// An airspeed is confirmed where its scale is by two standard errors below the first limit (1 m/s is 1.94 kn), and contradicted
-/// where it is by 2.5 outside of the interval.
+/// where it is by 2.5 outside of the interval. Moving air lowers the slopes: one by two standard errors above the lower limit
+/// is not that of an airspeed in m/s taken for one in knots.
 const CONFIRMED: f64 = 1.6;
+const CONFIRMED_ABOVE: f64 = 0.55;
 const CONTRADICTED: [f64; 2] = [0.72, 1.3];
 const CONFIRMED_BY: f64 = 2.0;
 /// Standard error of a scale above which the air hides it, where it may be right.
@@ -173,7 +179,13 @@ impl InstrumentSlopes {
         }
         match scale(self.airspeed_slopes(KinematicSlope::early_slope), tells_scale) {
             None => Confirmation::Plausible { relative_error: BY_KNOTS },
-            Some((scale, std)) if scale + CONFIRMED_BY * std < CONFIRMED => Confirmation::Confirmed,
+            Some((scale, std)) if scale + CONFIRMED_BY * std < CONFIRMED => {
+                if scale - CONFIRMED_BY * std > CONFIRMED_ABOVE {
+                    Confirmation::Confirmed
+                } else {
+                    Confirmation::Plausible { relative_error: libm::hypot(scale - 1.0, std) }
+                }
+            }
             Some((scale, std)) if std > SCALE_KNOWN && scale - CONFIRMED_BY * std < CONTRADICTED[1] => {
                 Confirmation::Plausible { relative_error: libm::hypot(scale - 1.0, std) }
             }
@@ -222,12 +234,14 @@ impl InstrumentSlopes {
 
 fn confirms_ax(slope: &Slope) -> bool {
     let Slope { value, std, .. } = *slope;
-    std < KNOWN && (value - 1.0).abs() < AROUND_ONE * std && value + 1.0 > FROM_REVERSED * std
+    let exceeds = |other: f64, errors: f64| value - other > errors * std;
+    std < KNOWN && (value - 1.0).abs() < AROUND_ONE * std && exceeds(-1.0, FROM_REVERSED) && exceeds(IN_FEET, AX_FROM_FEET)
 }
 
 fn confirms_ay(slope: &Slope) -> bool {
     let Slope { value, std, correlation_squared } = *slope;
-    std < KNOWN && (value - 1.0).abs() < AY_AROUND_ONE * std + ARM && correlation_squared > CORRELATED
+    let around_one = (value - 1.0).abs() < AY_AROUND_ONE * std + ARM;
+    std < KNOWN && around_one && value - IN_FEET > AY_FROM_FEET * std && correlation_squared > CORRELATED
 }
 
 /// Whether a slope of ay is one that moving air leaves: not unknown, not known to be zero as of another channel's readings,
@@ -245,12 +259,15 @@ fn is_hidden_by_air(slope: &Slope) -> bool {
 }
 
 /// The largest relative error by ay that its slope leaves. Moving air lowers the slope: to around 1 that of an ay in g, 9.81,
-/// where the increments hardly correlate; that of a reversed one is none above that of an aircraft which follows the air.
+/// where the increments hardly correlate; that of a reversed one is none above that of an aircraft which follows the air, and
+/// one that hardly exceeds that of an ay in ft/s^2 may be its slope.
 fn hidden_error_of_ay(slope: &Slope) -> f64 {
     if slope.correlation_squared < STILL_AIR {
         BY_STANDARD_GRAVITY
     } else if slope.value - ABOVE * slope.std < -FOLLOWS_AIR {
         BY_REVERSAL
+    } else if slope.value - AY_FROM_FEET * slope.std < IN_FEET {
+        1.0 - IN_FEET
     } else {
         0.0
     }

@@ -39,9 +39,10 @@ const DOUBTED_TESTS: u32 = 5;
 /// Tests for which a suspicion lasts after the last one that has it: between two of them an error is no less there.
 const SUSPECTED_TESTS: u32 = 20;
 
-/// Part of its largest reading at which a gyro that stands still is clipped, and that reading at least, rad/s.
+/// Part of its largest reading at which an instrument that stands still is clipped, and that reading at least: of a gyro, rad/s,
+/// and of an accelerometer, m/s^2.
 const CLIPPED_PART: f64 = 0.9;
-const CLIPPED_LEAST: f64 = 0.02;
+const CLIPPED_LEAST: [f64; 2] = [0.02, 0.3];
 
 /// What the screening noticed at a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,8 +88,8 @@ pub struct Screening {
     /// Controls that have stood, a bit each.
     controls_stood: u32,
     /// Largest reading of each gyro, rad/s, and whether it has stood there.
-    largest_rate: [f64; 3],
-    gyros_clipped: [bool; 3],
+    largest_reading: [f64; Channel::INERTIAL.len()],
+    clipped: [bool; Channel::INERTIAL.len()],
     /// Number of the bin in which one of the motion's stood last.
     stood_at: Option<i64>,
     /// Readings, and those beyond the limits.
@@ -116,8 +117,8 @@ impl Screening {
         tested: None,
         standing: 0,
         controls_stood: 0,
-        largest_rate: [0.0; 3],
-        gyros_clipped: [false; 3],
+        largest_reading: [0.0; Channel::INERTIAL.len()],
+        clipped: [false; Channel::INERTIAL.len()],
         stood_at: None,
         readings: [0; MOTION_CHANNELS],
         beyond: [0; MOTION_CHANNELS],
@@ -187,12 +188,13 @@ impl Screening {
         }
     }
 
-    /// Notes a gyro that stands still at its largest reading.
+    /// Notes a gyro or an accelerometer that stands still at its largest reading.
     fn clipping(&mut self, channel: Channel, value: f64, stands: bool) {
-        let gyros = Channel::GYROS.into_iter().zip(self.largest_rate.iter_mut().zip(&mut self.gyros_clipped));
-        for (_, (largest, clipped)) in gyros.filter(|(gyro, _)| *gyro == channel) {
+        let least = CLIPPED_LEAST[usize::from(Channel::ACCELEROMETERS.contains(&channel))];
+        let inertial = Channel::INERTIAL.into_iter().zip(self.largest_reading.iter_mut().zip(&mut self.clipped));
+        for (_, (largest, clipped)) in inertial.filter(|(one, _)| *one == channel) {
             *largest = largest.max(value.abs());
-            *clipped |= stands && *largest > CLIPPED_LEAST && value.abs() >= CLIPPED_PART * *largest;
+            *clipped |= stands && *largest > least && value.abs() >= CLIPPED_PART * *largest;
         }
     }
 
@@ -282,10 +284,10 @@ impl Screening {
         Channel::CONTROLS.map(|channel| self.controls_stood & (1 << channel.index()) != 0)
     }
 
-    /// Gyros that have been clipped, in the order of `Channel::GYROS`: the readings beside the gap, and the rate of change across
-    /// it, are wrong.
-    pub fn gyros_clipped(&self) -> [bool; 3] {
-        self.gyros_clipped
+    /// Gyros and accelerometers that have been clipped, in the order of `Channel::INERTIAL`: the readings beside the gap, and the
+    /// rate of change across it, are wrong.
+    pub fn clipped(&self) -> [bool; Channel::INERTIAL.len()] {
+        self.clipped
     }
 
     /// What is known about sign and unit, by `Confirmation::CHANNELS`; the weight tells those of az.

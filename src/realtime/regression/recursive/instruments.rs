@@ -80,11 +80,17 @@ impl Recursive {
         if let Some((control, _)) = stood {
             return Some(Reason::InstrumentDoubted { channel: Some(control.channel()) });
         }
-        let turned_by = |gyro: Variable| {
-            has(gyro) || matches!((axis, gyro), (Axis::L, Variable::P) | (Axis::M, Variable::Q) | (Axis::N, Variable::R))
+        // A rate or its derivative is in the equation; an accelerometer is its response, or carries its velocity.
+        let rests_on = |channel: Channel| match channel {
+            Channel::P => axis == Axis::L || has(Variable::P),
+            Channel::Q => axis == Axis::M || has(Variable::Q),
+            Channel::R => axis == Axis::N || has(Variable::R),
+            Channel::Ax => axis == Axis::X,
+            Channel::Ay => axis.is_lateral(),
+            _ => axis == Axis::Z || axis == Axis::M,
         };
-        let clipped = Channel::GYROS.into_iter().zip([Variable::P, Variable::Q, Variable::R]).zip(instruments.gyros_clipped);
-        if let Some(((channel, _), _)) = clipped.into_iter().find(|((_, gyro), clipped)| *clipped && turned_by(*gyro)) {
+        let mut clipped = Channel::INERTIAL.into_iter().zip(instruments.clipped);
+        if let Some((channel, _)) = clipped.find(|(channel, clipped)| *clipped && rests_on(*channel)) {
             return Some(Reason::InstrumentDoubted { channel: Some(channel) });
         }
         let along_sideslip = |term: &TermRecord| term.value > ALONG_SIDESLIP * term.std;
