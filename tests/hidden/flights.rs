@@ -214,13 +214,34 @@ pub(crate) fn fly(plan: &Plan) -> Option<(Vec<Recorded>, Vec<Recorded>)> {
 
 /// That run's controls and rotor speed, as they were recorded, flown by that model without a pilot, seen without noise.
 pub(crate) fn again(recorded: &Recorded, model: &LinearModel) -> Vec<Sample> {
-    let history = |channel: Channel| {
-        let points = recorded.samples.iter().filter_map(|sample| Some((sample.time_s, sample.get(channel)?)));
-        History::through(points.collect()).unwrap()
-    };
-    let inputs = Inputs { controls: Channel::CONTROLS.map(history), rotor_speed: Some(history(Channel::RotorSpeed)) };
-    let times_s: Vec<f64> = recorded.samples.iter().map(|sample| sample.time_s).collect();
     let instruments =
         InstrumentSet { accelerometer_position_m: ACCELEROMETER_M, vane_position_m: VANE_M, ..InstrumentSet::perfect() };
-    Flight { inputs, instruments, times_s, ..Flight::of(model.clone()) }.fly().unwrap().samples
+    let inputs = Inputs {
+        controls: Channel::CONTROLS.map(|channel| history(recorded, channel)),
+        rotor_speed: Some(history(recorded, Channel::RotorSpeed)),
+    };
+    flown_again(recorded, model, inputs, instruments, 0)
+}
+
+/// The same from the model's trim, the controls' mean over the first second, through instruments with the noise of that seed.
+pub(crate) fn seen_again(recorded: &Recorded, model: &LinearModel, instruments: &InstrumentSet, seed: u64) -> Recorded {
+    let from_trim = |channel: Channel, at_trim: f64| {
+        let first = recorded.samples.iter().take_while(|sample| sample.time_s <= recorded.samples[0].time_s + 1.0);
+        let first: Vec<f64> = first.filter_map(|sample| sample.get(channel)).collect();
+        history(recorded, channel).shifted(at_trim - first.iter().sum::<f64>() / first.len() as f64)
+    };
+    let controls = core::array::from_fn(|place| from_trim(Channel::CONTROLS[place], model.trim.controls[place]));
+    let rotor_speed = model.trim.rotor_speed.map(|at_trim| from_trim(Channel::RotorSpeed, at_trim));
+    let samples = flown_again(recorded, model, Inputs { controls, rotor_speed }, instruments.clone(), seed);
+    Recorded { samples, ..recorded.clone() }
+}
+
+fn history(recorded: &Recorded, channel: Channel) -> History {
+    let points = recorded.samples.iter().filter_map(|sample| Some((sample.time_s, sample.get(channel)?)));
+    History::through(points.collect()).unwrap()
+}
+
+fn flown_again(recorded: &Recorded, model: &LinearModel, inputs: Inputs, instruments: InstrumentSet, seed: u64) -> Vec<Sample> {
+    let times_s: Vec<f64> = recorded.samples.iter().map(|sample| sample.time_s).collect();
+    Flight { inputs, instruments, times_s, seed, ..Flight::of(model.clone()) }.fly().unwrap().samples
 }

@@ -5,9 +5,9 @@
 //! `generator` the proof of the generator itself.
 //! `off_trim` puts the model elsewhere than the aircraft flies, `background` makes much a little wrong besides,
 //! `background_study` scores the diagnosis there.
-//! `found` lets the diagnosis look, and scores it; `live` lets it look while the flight goes on; `options` hides what the Level-1
-//! simulation can leave out of itself. Nothing else here imports what looks for causes: the generator shares the vocabulary of
-//! models and effects only.
+//! `found` lets the diagnosis look, and scores it; `matched_filter` looks at the same cases by the nearest published method;
+//! `live` looks while the flight goes on; `options` hides what the Level-1 simulation can leave out of itself. Nothing else here
+//! imports what looks for causes: the generator shares the vocabulary of models and effects only.
 
 mod background;
 mod background_study;
@@ -17,8 +17,10 @@ mod flights;
 mod found;
 mod generator;
 mod live;
+mod matched_filter;
 mod motion;
 mod off_trim;
 mod options;
 mod outside;
+mod real_spoilt;
 mod written;

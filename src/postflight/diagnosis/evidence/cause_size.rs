@@ -5,14 +5,15 @@
 //! reading's noise,
 //!     motion share = max over channels of (max over runs of rms(y - y'))/(max over runs of rms(z - mean z))    (1)
 //!     error        = mean over channels of mean (y - y')^2/sigma^2                                             (2)
-//! and, of what all of them leave, mean over channels of mean (z - y)^2/sigma^2 - 1. A channel that moves less than its noise
-//! counts as moving by its noise. An instrument that is late by d changes its channel by d times the rate of what it measures.
-//! Many samples make a cause of any size significant; whether it matters is (1).
+//! and, of what all of them leave, mean over channels of mean (z - y)^2/sigma^2 - 1; channels whose axes the model does not
+//! cover leave nothing. A channel that moves less than its noise counts as moving by its noise. An instrument that is late by d
+//! changes its channel by d times the rate of what it measures; a control that is recorded late changes the motion. Many samples
+//! make a cause of any size significant; whether it matters is (1).
 
 use crate::flight::channel::Channel;
 use crate::flight::effect::{Effect, Family};
 use crate::postflight::diagnosis::data::run_data::{OUTPUT_CHANNELS, OUTPUTS};
-use crate::postflight::diagnosis::holdout::horizon_prediction::{PredictedReading, Predictions, predict_windows};
+use crate::postflight::diagnosis::holdout::horizon_prediction::{PredictedReading, Predictions, axes_of, predict_windows};
 use crate::postflight::diagnosis::likelihood::normal_equations::{Detail, linearise};
 use crate::postflight::diagnosis::likelihood::parameter_set::{Hypothesis, ParameterSet};
 use crate::postflight::diagnosis::likelihood::problem::DiagnosisProblem;
@@ -84,6 +85,7 @@ fn sizes_over(problem: &DiagnosisProblem, point: &ParameterSet, runs: &[FilterRe
     let mut moved = [0.0_f64; OUTPUTS];
     let mut left = [Whitened::default(); OUTPUTS];
     let mut changed = vec![Changed::default(); point.hypotheses.len()];
+    let covered = |output: usize| axes_of(output).iter().all(|&axis| !problem.unmodelled[axis]);
     for (number, (record, filtered)) in problem.runs.iter().zip(runs).enumerate() {
         let noise = |output: usize| record.recorded_noise.get(output).copied().filter(|noise| noise.is_finite()).unwrap_or(0.0);
         let with = predict_windows(problem, point, (number, &filtered.states), horizon_s);
@@ -91,13 +93,17 @@ fn sizes_over(problem: &DiagnosisProblem, point: &ParameterSet, runs: &[FilterRe
             *most = most.max(deviation(readings.iter().map(|(_, reading, _)| reading.value))).max(noise(output));
             for (_, reading, predicted) in readings {
                 let error = reading.value - predicted;
-                left.add(error * error * reading.count / (noise(output) * noise(output)));
+                let square = error * error * reading.count / (noise(output) * noise(output));
+                // The noise alone is no error.
+                left.add(if covered(output) { square } else { 1.0 });
             }
         }
         for (place, changed) in changed.iter_mut().enumerate() {
             let Some(hypothesis) = point.hypotheses.get(place) else { continue };
             let differences = match hypothesis.effect {
-                Effect::SensorDelay { channel, delay: late_s } | Effect::SensorLag { channel, tau: late_s } => {
+                Effect::SensorDelay { channel, delay: late_s } | Effect::SensorLag { channel, tau: late_s }
+                    if OUTPUT_CHANNELS.contains(&channel) =>
+                {
                     late(&with, channel, late_s)
                 }
                 _ => {
@@ -159,4 +165,24 @@ fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
     let (sum, count) = values.clone().fold((0.0, 0.0), |(sum, count), x| (sum + x, count + 1.0));
     let mean = sum / f64::max(count, 1.0);
     rms(values.map(|x| x - mean))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::likelihood::likelihood_tests::problem_with;
+    use super::*;
+
+    /// A control that is recorded late changes no channel of its own, and the motion all the same.
+    #[test]
+    fn a_late_instrument_and_a_late_control_are_large() {
+        for channel in [Channel::R, Channel::Pedal] {
+            let effect = Effect::SensorDelay { channel, delay: 0.2 };
+            let problem = problem_with(vec![effect]);
+            let mut point = problem.null_hypothesis();
+            point.hypotheses = vec![Hypothesis::of(effect, 0.2)];
+            let [sizes] = cause_sizes(&problem, &point, [2.0]);
+            let CauseSize { motion_share, error, of_instrument } = sizes.of[0];
+            assert!(motion_share > 0.05 && error > 1.0 && of_instrument, "{channel:?}: {motion_share} {error}");
+        }
+    }
 }

@@ -109,7 +109,7 @@ fn filtered(problem: &DiagnosisProblem) -> Option<(ParameterSet, Vec<FilterState
 }
 
 /// Axes that an output is a prediction of: where the model is silent on one, the output is measured motion.
-fn axes_of(output: usize) -> &'static [usize] {
+pub(crate) fn axes_of(output: usize) -> &'static [usize] {
     match OUTPUT_CHANNELS.get(output) {
         Some(Channel::Ax | Channel::Tas) => &[0],
         Some(Channel::Ay | Channel::Beta) => &[1],

@@ -44,7 +44,8 @@ impl NoiseScore {
         for (i, (half, row)) in half.iter().zip(&mut self.covariance).enumerate().take(n) {
             for (entry, phi) in row.iter_mut().zip(&phi).take(n).skip(i) {
                 *entry = NONE;
-                half.iter().zip(phi).take(n).for_each(|(half, part)| add(entry, *part, half));
+                let moving = half.iter().zip(phi).take(n).filter(|(_, part)| **part != 0.0);
+                moving.for_each(|(half, part)| add(entry, *part, half));
             }
         }
         let gust = |source: usize| 2.0 * noise.gust.0 * noise.gust.0 / gust_time(source - GUST, noise.gust.1.max(dt));

@@ -180,7 +180,9 @@ pub fn linearise(
             vane_m: instruments.vane_m,
             lag: instruments.lag,
         };
-        let request = FilterRequest { columns: &columns, kept, noises: with != Detail::Cost, traces: with == Detail::Traces };
+        // Noises are stepped at points that are settled, which have no candidates.
+        let noises = with != Detail::Cost && candidates.is_empty();
+        let request = FilterRequest { columns: &columns, kept, noises, traces: with == Detail::Traces };
         let result = run_filter(&run_model, &noise(problem, record, point), request)?;
         cost += result.cost;
         let width = columns.len();
