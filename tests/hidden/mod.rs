@@ -6,8 +6,9 @@
 //! `off_trim` puts the model elsewhere than the aircraft flies, `background` makes much a little wrong besides,
 //! `background_study` scores the diagnosis there.
 //! `found` lets the diagnosis look, and scores it; `matched_filter` looks at the same cases by the nearest published method;
-//! `live` looks while the flight goes on; `options` hides what the Level-1 simulation can leave out of itself. Nothing else here
-//! imports what looks for causes: the generator shares the vocabulary of models and effects only.
+//! `live` looks while the flight goes on; `options` hides what the Level-1 simulation can leave out of itself; `real_spoilt`
+//! spoils real flights. Nothing else here imports what looks for causes: the generator shares the vocabulary of models and
+//! effects only.
 
 mod background;
 mod background_study;

@@ -28,7 +28,9 @@ use Channel::{Ay, Beta, LatCyclic as Aileron, P, Pedal as Rudder, Phi, R};
 
 /// Probability that a reader relies upon.
 const RELIED_UPON: f64 = 0.9;
-const POSITIONS: [&str; 2] = ["vane_position_m=[13.08,-0.01,-0.027]", "accelerometer_position_m=[-1.01,0.886,0.103]"];
+/// Positions as published, m.
+const VANE_M: [f64; 3] = [13.08, -0.01, -0.027];
+const ACCELEROMETER_M: [f64; 3] = [-1.01, 0.886, 0.103];
 
 /// What is spoilt.
 #[derive(Clone, Copy, Debug)]
@@ -92,14 +94,15 @@ impl Flown {
         let (rudder, aileron) = (real("attas-rud1.csv")?, real("attas-ail1.csv")?);
         let folder = folder("real-spoilt");
         let call = ["identify", path(&rudder), path(&aileron), "--states", "v,p,phi,r", "--inputs", "aileron,rudder"];
-        let known = ["--set", POSITIONS[0], "--set", POSITIONS[1], "--out", path(&folder)];
+        let positions = [format!("vane_position_m={VANE_M:?}"), format!("accelerometer_position_m={ACCELEROMETER_M:?}")];
+        let known = ["--set", &positions[0], "--set", &positions[1], "--out", path(&folder)];
         let (status, _, said) = ended(&sideslip(&[&call[..], &["--outputs", "beta,p,phi,r,ay"], &known].concat()));
         assert!(status == 0 || status == 3, "{said}");
         let runs = [rudder, aileron].map(|file| {
             let mut recording = Recording::open(&file).unwrap();
             let mut geometry = *recording.info().geometry();
-            geometry.vane_position_m = [13.08, -0.01, -0.027];
-            geometry.accelerometer_position_m = [-1.01, 0.886, 0.103];
+            geometry.vane_position_m = VANE_M;
+            geometry.accelerometer_position_m = ACCELEROMETER_M;
             let mut samples = Vec::new();
             while let Some(row) = recording.next_row().unwrap() {
                 samples.push(row.sample);

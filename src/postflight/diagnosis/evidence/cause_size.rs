@@ -13,7 +13,7 @@
 use crate::flight::channel::Channel;
 use crate::flight::effect::{Effect, Family};
 use crate::postflight::diagnosis::data::run_data::{OUTPUT_CHANNELS, OUTPUTS};
-use crate::postflight::diagnosis::holdout::horizon_prediction::{PredictedReading, Predictions, axes_of, predict_windows};
+use crate::postflight::diagnosis::holdout::horizon_prediction::{PredictedReading, Predictions, is_covered, predict_windows};
 use crate::postflight::diagnosis::likelihood::normal_equations::{Detail, linearise};
 use crate::postflight::diagnosis::likelihood::parameter_set::{Hypothesis, ParameterSet};
 use crate::postflight::diagnosis::likelihood::problem::DiagnosisProblem;
@@ -85,7 +85,6 @@ fn sizes_over(problem: &DiagnosisProblem, point: &ParameterSet, runs: &[FilterRe
     let mut moved = [0.0_f64; OUTPUTS];
     let mut left = [Whitened::default(); OUTPUTS];
     let mut changed = vec![Changed::default(); point.hypotheses.len()];
-    let covered = |output: usize| axes_of(output).iter().all(|&axis| !problem.unmodelled[axis]);
     for (number, (record, filtered)) in problem.runs.iter().zip(runs).enumerate() {
         let noise = |output: usize| record.recorded_noise.get(output).copied().filter(|noise| noise.is_finite()).unwrap_or(0.0);
         let with = predict_windows(problem, point, (number, &filtered.states), horizon_s);
@@ -95,7 +94,7 @@ fn sizes_over(problem: &DiagnosisProblem, point: &ParameterSet, runs: &[FilterRe
                 let error = reading.value - predicted;
                 let square = error * error * reading.count / (noise(output) * noise(output));
                 // The noise alone is no error.
-                left.add(if covered(output) { square } else { 1.0 });
+                left.add(if is_covered(problem, output) { square } else { 1.0 });
             }
         }
         for (place, changed) in changed.iter_mut().enumerate() {

@@ -47,9 +47,8 @@ pub fn predict_over_horizon(model: &FlightModel, effects: &[Effect], run: &RunDa
         range_s: [first_s, last_s],
     };
     let Some((point, states)) = filtered(&problem) else { return unpredicted };
-    let said = |output: usize| axes_of(output).iter().all(|&axis| !problem.unmodelled[axis]);
     let Predictions { of_output, diverged_at_s } = predict_windows(&problem, &point, (0, &states), HORIZON_S);
-    let channels = of_output.into_iter().enumerate().filter(|(output, pairs)| said(*output) && !pairs.is_empty());
+    let channels = of_output.into_iter().enumerate().filter(|(output, pairs)| is_covered(&problem, *output) && !pairs.is_empty());
     FreeRunPrediction {
         channels: channels
             .filter_map(|(output, pairs)| {
@@ -109,7 +108,7 @@ fn filtered(problem: &DiagnosisProblem) -> Option<(ParameterSet, Vec<FilterState
 }
 
 /// Axes that an output is a prediction of: where the model is silent on one, the output is measured motion.
-pub(crate) fn axes_of(output: usize) -> &'static [usize] {
+fn axes_of(output: usize) -> &'static [usize] {
     match OUTPUT_CHANNELS.get(output) {
         Some(Channel::Ax | Channel::Tas) => &[0],
         Some(Channel::Ay | Channel::Beta) => &[1],
@@ -118,6 +117,11 @@ pub(crate) fn axes_of(output: usize) -> &'static [usize] {
         Some(Channel::Q | Channel::Theta) => &[4],
         _ => &[5],
     }
+}
+
+/// Whether the model covers every axis that an output is a prediction of.
+pub(crate) fn is_covered(problem: &DiagnosisProblem, output: usize) -> bool {
+    axes_of(output).iter().all(|&axis| !problem.unmodelled[axis])
 }
 
 /// Of one output at one node: time, reading, prediction.

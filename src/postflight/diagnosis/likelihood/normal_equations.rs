@@ -37,7 +37,7 @@ pub struct Linearisation {
     pub candidate_gradient: Vec<f64>,
     /// Root mean square force of each candidate's column.
     pub strength: Vec<f64>,
-    /// Slope and second derivative of the cost by the logarithm of each noise, (3).
+    /// Slope and second derivative of the cost by the logarithm of each noise, (3); zero where there are candidates.
     pub noise_score: [(f64, f64); NOISES],
     /// Every run.
     pub runs: Vec<FilterResult>,
@@ -180,7 +180,7 @@ pub fn linearise(
             vane_m: instruments.vane_m,
             lag: instruments.lag,
         };
-        // Noises are stepped at points that are settled, which have no candidates.
+        // Nobody steps the noises by a pass that scores candidates.
         let noises = with != Detail::Cost && candidates.is_empty();
         let request = FilterRequest { columns: &columns, kept, noises, traces: with == Detail::Traces };
         let result = run_filter(&run_model, &noise(problem, record, point), request)?;

@@ -29,11 +29,11 @@ const ARM: f64 = 0.25;
 /// within so many of them of zero is zero.
 const AY_UNKNOWN: f64 = 2.6;
 const AY_WELL_KNOWN: f64 = 0.12;
+const ZERO_WITHIN: f64 = 2.5;
 /// Slope of an accelerometer in ft/s^2, and standard errors by which that of an ax and of an ay that is confirmed exceeds it.
 const IN_FEET: f64 = 0.3048;
 const AX_FROM_FEET: f64 = 2.0;
 const AY_FROM_FEET: f64 = 3.0;
-const ZERO_WITHIN: f64 = 2.5;
 /// Standard errors between the slope and -1, of a reversed accelerometer, that confirm ax: other instruments hardly show it.
 const FROM_REVERSED: f64 = 5.0;
 /// Limit of the deviation from 1 within which an airspeed's slope is that of the right unit and of still air.

@@ -87,7 +87,7 @@ pub struct Screening {
     standing: u32,
     /// Controls that have stood, a bit each.
     controls_stood: u32,
-    /// Largest reading of each gyro, rad/s, and whether it has stood there.
+    /// Largest reading of each gyro, rad/s, and accelerometer, m/s^2, by `Channel::INERTIAL`, and whether it has stood there.
     largest_reading: [f64; Channel::INERTIAL.len()],
     clipped: [bool; Channel::INERTIAL.len()],
     /// Number of the bin in which one of the motion's stood last.

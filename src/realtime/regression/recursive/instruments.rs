@@ -66,9 +66,9 @@ impl Recursive {
         }
     }
 
-    /// Why an equation that would have numbers has none after all: a control or a rate in it was clipped; its accelerometer may
-    /// be reversed or in another unit; or the airspeed, which every velocity is made of, or the incidence. A side force along the
-    /// sideslip, which no aircraft has, is one of a reversed ay.
+    /// Why an equation that would have numbers has none after all: a control, a rate or an accelerometer that it rests on was
+    /// clipped; its accelerometer may be reversed or in another unit; or the airspeed, which every velocity is made of, or the
+    /// incidence. A side force along the sideslip, which no aircraft has, is one of a reversed ay.
     pub(super) fn doubtful(&self, axis: Axis, equation: &EquationRecord, instruments: &Instrumentation) -> Option<Reason> {
         if !equation.terms.iter().any(|term| term.variable.is_some()) {
             return None;
