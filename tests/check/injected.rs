@@ -11,7 +11,8 @@
 use super::errors::{every_error, with_own};
 use super::flown::{checked, flight, flight_with, own_biases};
 use super::score::{Score, score, told, told_by_kind};
-use crate::support::manoeuvre::{over_seeds, seeds};
+use crate::support::asked::seeds;
+use crate::support::manoeuvre::over_seeds;
 use sideslip::flight::channel::Channel::{Alpha, Ay, Beta, P, Phi, Psi, Q, R, Theta};
 use sideslip::flight::effect::{Effect, PositionedSensor};
 use sideslip::simulation::fly::Flight;

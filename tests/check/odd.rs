@@ -4,7 +4,8 @@
 
 use super::flown::{SORTIE, candidate, own_biases, sortie};
 use super::score::score;
-use crate::support::manoeuvre::{over_seeds, seeds};
+use crate::support::asked::seeds;
+use crate::support::manoeuvre::over_seeds;
 use sideslip::flight::channel::Channel::{Beta, Phi, R, Theta};
 use sideslip::flight::effect::Effect;
 use sideslip::io::outputs::words::instrument_words::verdict_reason;

@@ -1,7 +1,8 @@
 //! Healthy instruments, rough air, and runs that are not fit.
 
 use super::flown::{checked, flight};
-use crate::support::manoeuvre::{over_seeds, seeds};
+use crate::support::asked::seeds;
+use crate::support::manoeuvre::over_seeds;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::effect::Effect;
 use sideslip::flight::run::RunGeometry;

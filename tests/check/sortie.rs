@@ -23,7 +23,8 @@
 use super::errors::{every_error, with_own};
 use super::flown::{SORTIE, candidate, own_biases, sortie};
 use super::score::{Score, score, told_by_kind};
-use crate::support::manoeuvre::{over_seeds, seeds};
+use crate::support::asked::seeds;
+use crate::support::manoeuvre::over_seeds;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::effect::Effect;
 use sideslip::postflight::reconstruction::verdict::{RunVerdict, check};

@@ -2,7 +2,8 @@
 //! lags, delays, words, vibration, dropouts, and vanes that read 2 % too much and a few milliradians off, of which nobody told.
 
 use super::smoother::{fly, geometry, instruments};
-use crate::support::manoeuvre::{over_seeds, seeds};
+use crate::support::asked::seeds;
+use crate::support::manoeuvre::over_seeds;
 use crate::support::uniform::Uniform;
 use sideslip::flight::channel::Channel;
 use sideslip::realtime::estimation::config::EstimationConfig;

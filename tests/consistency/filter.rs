@@ -5,7 +5,8 @@
 //! filter is told too much noise. Seven aids are judged, and all together: one false alarm in 125 runs of this test, were the
 //! seeds not fixed.
 
-use crate::support::manoeuvre::{INPUTS, fly, over_seeds, seeds};
+use crate::support::asked::seeds;
+use crate::support::manoeuvre::{INPUTS, fly, over_seeds};
 use crate::support::puma::puma_100kn;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::run::RunGeometry;

@@ -5,7 +5,8 @@
 //! its yaw acceleration: a Butterworth filter of second order run forwards and backwards over the yaw gyro,
 //! then central differences; its cut-off is the one that comes nearest the truth, which only a simulation knows.
 
-use crate::support::manoeuvre::{LEAD_S, over_seeds, seeds};
+use crate::support::asked::seeds;
+use crate::support::manoeuvre::{LEAD_S, over_seeds};
 use crate::support::puma::puma_100kn;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::control::Control;

@@ -12,6 +12,7 @@
 use super::background::{CaseInBackground, Part, in_background};
 use super::case::{FAMILIES, Sort};
 use super::found::diagnosed_with;
+use crate::support::asked::number;
 use crate::support::manoeuvre::over_seeds;
 use crate::support::wilson::proportion;
 use sideslip::flight::derivative::Axis;
@@ -117,7 +118,6 @@ fn score(sort: Sort, seed: u64) -> Scored {
 #[test]
 #[ignore = "a study"]
 fn background_study() {
-    let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse::<u64>().ok());
     let Some(cases) = number("SIDESLIP_BACKGROUND") else { return };
     let from = number("SIDESLIP_BACKGROUND_FROM").unwrap_or(0);
     let all = over_seeds(cases + 2 * cases / 3, |place| {

@@ -7,6 +7,7 @@
 
 use super::case::{Case, FAMILIES, Sort, case, drawn};
 use super::off_trim::drawn_off_trim;
+use crate::support::asked::number;
 use crate::support::manoeuvre::over_seeds;
 use sideslip::flight::effect::{Effect, Family, same_cause};
 use sideslip::postflight::diagnosis::diagnose::{Diagnosis, diagnose};
@@ -256,9 +257,9 @@ fn the_generator_and_the_diagnosis_are_kept_apart() {
 #[test]
 #[ignore = "a study"]
 fn study_of_many_cases() {
-    let Some(singles) = std::env::var("SIDESLIP_HIDDEN").ok().and_then(|text| text.parse::<u64>().ok()) else { return };
+    let Some(singles) = number("SIDESLIP_HIDDEN") else { return };
     let (healthy, doubles) = (singles * 2 / 3, singles * 4 / 15);
-    let first = std::env::var("SIDESLIP_HIDDEN_FROM").ok().and_then(|text| text.parse::<u64>().ok()).unwrap_or(0);
+    let first = number("SIDESLIP_HIDDEN_FROM").unwrap_or(0);
     let off_trim = std::env::var("SIDESLIP_HIDDEN_OFF_TRIM").is_ok();
     let sorts = |place: u64| match place {
         place if place < singles => (Sort::Single(FAMILIES[(place % 6) as usize]), place),

@@ -21,6 +21,7 @@ use super::draw::stream;
 use super::flights::{noise_stds, seen_again};
 use super::found::diagnosed_with;
 use super::motion::Motion;
+use crate::support::asked::number;
 use crate::support::manoeuvre::over_seeds;
 use crate::support::wilson::proportion;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -234,7 +235,6 @@ fn a_matched_filter_names_a_plain_cause_and_leaves_a_healthy_aircraft_alone() {
 /// Both methods on the cases that `SIDESLIP_MATCHED` asks for: the first cause that is not gusts against the largest part of the
 /// error that is not.
 fn compared(world: &str, in_world: impl Fn(Sort, u64) -> (Case, Option<Effect>) + Sync) {
-    let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse::<u64>().ok());
     let Some(count) = number("SIDESLIP_MATCHED") else { return };
     let from = number("SIDESLIP_MATCHED_FROM").unwrap_or(0);
     let all = over_seeds(count + count / 3, |place| {

@@ -1,6 +1,7 @@
 //! Cases as files: a model file and run files as a user has them, and what was hidden beside them.
 
 use super::case::{Case, FAMILIES, Recorded, Sort, case};
+use crate::support::asked::number;
 use crate::support::manoeuvre::over_seeds;
 use sideslip::flight::channel::{Channel, ControlNames};
 use sideslip::flight::file::effect_file::DeclaredEffect;
@@ -59,8 +60,7 @@ fn sort_of(word: &str, seed: u64) -> Sort {
 #[test]
 fn cases_are_written_where_asked() {
     let Some(out) = std::env::var_os("SIDESLIP_CASES_OUT").map(PathBuf::from) else { return };
-    let number = |name: &str, usual: u64| std::env::var(name).map_or(usual, |text| text.parse().unwrap());
-    let (count, from) = (number("SIDESLIP_CASES", 20), number("SIDESLIP_CASES_FROM", 0));
+    let (count, from) = (number("SIDESLIP_CASES").unwrap_or(20), number("SIDESLIP_CASES_FROM").unwrap_or(0));
     let sort = std::env::var("SIDESLIP_CASES_SORT").unwrap_or_else(|_| "single".to_owned());
     over_seeds(count, |place| {
         let case = case(sort_of(&sort, from + place), from + place);

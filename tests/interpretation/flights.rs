@@ -1,6 +1,6 @@
 //! Simulated flights: the model's own mode and control derivative; linear called linear, saturation found; repeats within noise.
 
-use crate::support::manoeuvre::seeds;
+use crate::support::asked::seeds;
 use crate::support::puma::puma_100kn;
 use sideslip::dynamics::linear::state_matrix;
 use sideslip::flight::channel::{Channel, ControlNames};

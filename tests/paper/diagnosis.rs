@@ -3,7 +3,7 @@
 //! The long form (`SIDESLIP_SEEDS`, release) takes descent, level and climb; the short one the descent and the level flight.
 
 use super::flown::flights;
-use crate::support::manoeuvre::seeds;
+use crate::support::asked::seeds;
 use crate::support::paper_cases::{DENSITY, PAPER};
 use crate::support::program::{ended, folder, path, sideslip};
 use serde_json::Value;

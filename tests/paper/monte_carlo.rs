@@ -13,7 +13,8 @@
 //!
 //! Limits are those for 300 seeds and more, wider by two standard deviations of what so many seeds can tell.
 
-use crate::support::manoeuvre::{over_seeds, seeds};
+use crate::support::asked::seeds;
+use crate::support::manoeuvre::over_seeds;
 use crate::support::program::own;
 use sideslip::flight::channel::{Channel, ControlNames};
 use sideslip::flight::derivative::{Axis, Variable};

@@ -1,7 +1,7 @@
 //! Section 4 in one call: descent, level and climb as test points, beside the Level-1 Puma trimmed at each.
 
 use super::flown::{flights, flown_by, identified};
-use crate::support::manoeuvre::seeds;
+use crate::support::asked::seeds;
 use crate::support::paper_cases::{DENSITY, PAPER, PaperCase, SPEED};
 use crate::support::program::{ended, folder, path, sideslip};
 use serde_json::Value;

@@ -4,7 +4,7 @@
 //! standard errors: descent 1.01 and 0.94, level 0.89 and 1.15, climb 1.22 and 1.06.
 
 use super::flown::{flights, identified};
-use crate::support::manoeuvre::seeds;
+use crate::support::asked::seeds;
 use crate::support::paper_cases::PAPER;
 use crate::support::program::folder;
 use sideslip::dynamics::linear::state_matrix;

@@ -8,7 +8,8 @@
 use super::instrument_faults::Fault::{self, Clipped, Exchanged, Factor, Frozen};
 use super::instrument_faults::spoil;
 use super::pilot::{KNOT, with_inputs};
-use crate::support::manoeuvre::{DURATION_S, INPUTS, over_seeds, seeds};
+use crate::support::asked::seeds;
+use crate::support::manoeuvre::{DURATION_S, INPUTS, over_seeds};
 use sideslip::flight::channel::Channel;
 use sideslip::flight::effect::Effect;
 use sideslip::flight::model::LinearModel;

@@ -2,7 +2,8 @@
 
 use super::pilot::{KNOT, with_inputs};
 use super::reported::{Reported, rms, shares, watched};
-use crate::support::manoeuvre::{over_seeds, seeds};
+use crate::support::asked::seeds;
+use crate::support::manoeuvre::over_seeds;
 use sideslip::flight::derivative::Axis;
 use sideslip::simulation::flight_model::{FlightModel, FlightRequest};
 use sideslip::simulation::instrument::InstrumentSet;

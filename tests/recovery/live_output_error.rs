@@ -3,7 +3,8 @@
 //! The long form: `SIDESLIP_SEEDS=32 cargo test --release --test slow recovery::live_output_error -- --nocapture`.
 
 use super::WANTED;
-use crate::support::manoeuvre::{INPUTS, fly, over_seeds, seeds};
+use crate::support::asked::seeds;
+use crate::support::manoeuvre::{INPUTS, fly, over_seeds};
 use crate::support::puma::puma_100kn;
 use sideslip::flight::run::RunGeometry;
 use sideslip::flight::sample::Sample;

@@ -2,7 +2,8 @@
 //! are without him.
 
 use super::WANTED;
-use crate::support::manoeuvre::{DURATION_S, INPUTS, LEAD_S, over_seeds, seeds};
+use crate::support::asked::seeds;
+use crate::support::manoeuvre::{DURATION_S, INPUTS, LEAD_S, over_seeds};
 use crate::support::puma::puma_100kn;
 use nalgebra::{DMatrix, DVector};
 use sideslip::flight::channel::Channel;

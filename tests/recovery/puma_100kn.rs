@@ -5,7 +5,8 @@
 //! were the standard errors a third too small, three in a hundred would miss and a quantity would fail once in 12.
 
 use super::WANTED;
-use crate::support::manoeuvre::{INPUTS, fly, over_seeds, seeds};
+use crate::support::asked::seeds;
+use crate::support::manoeuvre::{INPUTS, fly, over_seeds};
 use crate::support::puma::puma_100kn;
 use sideslip::dynamics::linear::state_matrix;
 use sideslip::flight::derivative::{Axis, Variable};

@@ -4,7 +4,8 @@
 //! control. Gate as without MAVLink: 95 % of the seeds for each quantity.
 
 use super::WANTED;
-use crate::support::manoeuvre::{INPUTS, fly, over_seeds, seeds};
+use crate::support::asked::seeds;
+use crate::support::manoeuvre::{INPUTS, fly, over_seeds};
 use crate::support::puma::puma_100kn;
 use sideslip::flight::channel::{Channel, ControlNames};
 use sideslip::flight::run::RunGeometry;

@@ -6,7 +6,8 @@
 use super::flown::{fly, puma, through};
 use super::score::{Estimate, Score};
 use super::sheet::{Sheet, draw};
-use crate::support::manoeuvre::{LEAD_S, over_seeds, seeds};
+use crate::support::asked::seeds;
+use crate::support::manoeuvre::{LEAD_S, over_seeds};
 use sideslip::flight::channel::Channel;
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::sample::Sample;

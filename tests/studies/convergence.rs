@@ -5,7 +5,8 @@
 //! longitudinal motion does nothing. Beside them what any unbiased method could do at best (Cramer and Rao).
 
 use super::sheet::Sheet;
-use crate::support::manoeuvre::{LEAD_S, over_seeds, seeds};
+use crate::support::asked::seeds;
+use crate::support::manoeuvre::{LEAD_S, over_seeds};
 use crate::support::puma::puma_100kn;
 use sideslip::dynamics::linear::state_matrix;
 use sideslip::flight::channel::Channel;

@@ -4,7 +4,8 @@
 //! The published Puma's linear model at 100 kn in still air: 3211 of pedal, then of lateral cyclic; doublets of both.
 
 use super::sheet::Sheet;
-use crate::support::manoeuvre::{INPUTS, LEAD_S, fly, over_seeds, seeds};
+use crate::support::asked::seeds;
+use crate::support::manoeuvre::{INPUTS, LEAD_S, fly, over_seeds};
 use crate::support::puma::puma_100kn;
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::run::RunGeometry;

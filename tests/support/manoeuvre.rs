@@ -59,8 +59,3 @@ pub(crate) fn over_seeds<T: Send>(count: u64, one: impl Fn(u64) -> T + Sync) -> 
     results.sort_by_key(|(seed, _)| *seed);
     results.into_iter().map(|(_, result)| result).collect()
 }
-
-/// How many seeds: the number that `SIDESLIP_SEEDS` names, for long studies; the test's own otherwise.
-pub(crate) fn seeds(usual: u64) -> u64 {
-    std::env::var("SIDESLIP_SEEDS").ok().and_then(|text| text.parse().ok()).unwrap_or(usual)
-}

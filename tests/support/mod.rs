@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each binary uses its part")]
 
 pub(crate) mod allocations;
+pub(crate) mod asked;
 pub(crate) mod chapter10;
 pub(crate) mod equation;
 #[path = "../../firmware-profile/src/fingerprint.rs"]

@@ -4,7 +4,8 @@
 //! `SIDESLIP_SEEDS=1000 cargo nextest run --release --test slow --no-capture -E 'test(clock_coverage)'`
 
 use super::clock_pairs::{Band, MOTION, Recorder, recorder};
-use crate::support::manoeuvre::{over_seeds, seeds};
+use crate::support::asked::seeds;
+use crate::support::manoeuvre::over_seeds;
 use sideslip::flight::signal::series::Series;
 use sideslip::io::telemetry::alignment::clock_estimation::estimate_clock_relation;
 use sideslip::io::telemetry::alignment::clock_estimation::record::{ClockEstimate, ClockSearch, ClockUnknown};

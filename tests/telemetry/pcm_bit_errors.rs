@@ -8,7 +8,8 @@
 use super::derivatives::{Apart, apart, derivatives};
 use super::line::{Random, add_errors};
 use super::pcm_link::{Guard, flown, format, received, sent};
-use crate::support::manoeuvre::{over_seeds, seeds};
+use crate::support::asked::seeds;
+use crate::support::manoeuvre::over_seeds;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::sample::Sample;
 

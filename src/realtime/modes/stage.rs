@@ -82,15 +82,19 @@ fn lacking(derivatives: &DerivativesRecord) -> Option<Reason> {
     Some(Reason::NotExcited { axis, variable })
 }
 
-/// The status of the least advanced of the three lateral equations.
+/// The status of the least advanced of the three lateral equations; `exciting` hides no other where the modes have their
+/// derivatives all the same: an equation without a resolved one is `exciting`, and its doubt is part of the modes' standard errors.
 fn least(derivatives: &DerivativesRecord) -> Status {
+    let equations = [Axis::L, Axis::N, Axis::Y].map(|axis| &derivatives.equations[axis.index()]);
+    let complete = derivatives.lateral.is_some() && equations.iter().any(|equation| equation.status != Status::Exciting);
     let mut least = Status::Converged;
-    for axis in [Axis::L, Axis::N, Axis::Y] {
-        let equation = &derivatives.equations[axis.index()];
-        if equation.status.rank() < least.rank() {
+    for equation in equations {
+        if equation.status.rank() < least.rank() && !(complete && equation.status == Status::Exciting) {
             least = match equation.status {
                 // Which of the three it is says more than its condition index; of other reasons the reason itself does.
-                Status::NotIdentifiable(Reason::Collinear { .. }) => Status::NotIdentifiable(Reason::Equation { axis }),
+                Status::NotIdentifiable(Reason::Collinear { .. }) => {
+                    Status::NotIdentifiable(Reason::Equation { axis: equation.axis })
+                }
                 status => status,
             };
         }
