@@ -10,6 +10,7 @@ mod puma_100kn;
 mod recorded_faults;
 mod recordings;
 mod reported;
+mod speed_drift;
 mod tlog;
 
 use crate::support::manoeuvre::WANTED;

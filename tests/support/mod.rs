@@ -19,5 +19,6 @@ pub(crate) mod patience;
 pub(crate) mod program;
 pub(crate) mod puma;
 pub(crate) mod short_period;
+pub(crate) mod transport;
 pub(crate) mod uniform;
 pub(crate) mod wilson;

@@ -41,7 +41,9 @@ pub(crate) fn range(channel: Channel) -> (f64, f64) {
         Channel::Alpha | Channel::Beta => (-1.6, 1.6),
         Channel::Tas => (-5.0, 1000.0),
         Channel::Altitude => (-2000.0, 60_000.0),
-        Channel::LonCyclic | Channel::LatCyclic | Channel::Collective | Channel::Pedal => (-10.0, 10.0),
+        // A surface or a blade stalls far below a radian; a collective may be the angle of a lever.
+        Channel::LonCyclic | Channel::LatCyclic | Channel::Pedal => (-1.05, 1.05),
+        Channel::Collective => (-1.6, 1.6),
         Channel::TailPitch | Channel::Flap0 | Channel::Flap1c | Channel::Flap1s => (-3.2, 3.2),
         Channel::RotorSpeed => (-1.0, 2000.0),
         Channel::Torque => (-1e8, 1e8),

@@ -20,9 +20,12 @@ pub fn step(derivatives: &DerivativesRecord, six_axis: Option<&SixAxisDerivative
         (status, Some(reason)) if status.rank() >= Status::Stale.rank() => Status::NotIdentifiable(reason),
         (status, _) => status,
     };
-    let record = derivatives.lateral.as_ref().and_then(|lateral| lateral::modes(time_s, status, lateral));
-    let Some(mut record) = record else {
-        return ModesRecord { time_s, status, dutch_roll: None, roll: None, spiral: None, lateral_phugoid: None, coupled: None };
+    let none =
+        |status| ModesRecord { time_s, status, dutch_roll: None, roll: None, spiral: None, lateral_phugoid: None, coupled: None };
+    let has_numbers = status.rank() >= Status::Stale.rank();
+    let lateral = derivatives.lateral.as_ref().filter(|_| has_numbers);
+    let Some(mut record) = lateral.and_then(|lateral| lateral::modes(time_s, status, lateral)) else {
+        return none(status);
     };
     if let (Some(six_axis), Some(lateral), Some(alone)) = (six_axis, &derivatives.lateral, &record.dutch_roll) {
         record.coupled = coupled::dutch_roll(six_axis, lateral, alone);
@@ -37,17 +40,7 @@ pub fn step(derivatives: &DerivativesRecord, six_axis: Option<&SixAxisDerivative
     record.spiral = record.spiral.filter(RealRoot::is_resolved);
     match record.status {
         Status::Disagree => withhold_unstable(&mut record),
-        Status::NotIdentifiable(_) => {
-            return ModesRecord {
-                time_s,
-                status: record.status,
-                dutch_roll: None,
-                roll: None,
-                spiral: None,
-                lateral_phugoid: None,
-                coupled: None,
-            };
-        }
+        Status::NotIdentifiable(_) => return none(record.status),
         _ => {}
     }
     if record.status == Status::Converged {
@@ -83,7 +76,8 @@ fn lacking(derivatives: &DerivativesRecord) -> Option<Reason> {
 }
 
 /// The status of the least advanced of the three lateral equations; `exciting` hides no other where the modes have their
-/// derivatives all the same: an equation without a resolved one is `exciting`, and its doubt is part of the modes' standard errors.
+/// derivatives all the same: an equation without a resolved one is `exciting`, and its doubt is part of the modes' standard
+/// errors.
 fn least(derivatives: &DerivativesRecord) -> Status {
     let equations = [Axis::L, Axis::N, Axis::Y].map(|axis| &derivatives.equations[axis.index()]);
     let complete = derivatives.lateral.is_some() && equations.iter().any(|equation| equation.status != Status::Exciting);

@@ -51,6 +51,8 @@ pub struct Excitation {
     moved: [bool; CONTROLS],
     /// Time since a control was last moved by an input, s.
     since_input_s: f64,
+    /// Excited time since an input first moved a control of the longitudinal and of the lateral motion, s.
+    response_s: [Option<f64>; 2],
 }
 
 impl Excitation {
@@ -66,6 +68,7 @@ impl Excitation {
         innovation_var: [0.0; CONTROLS],
         moved: [false; CONTROLS],
         since_input_s: f64::INFINITY,
+        response_s: [None; 2],
     };
 
     /// One instant of the grid; whether the aircraft is excited.
@@ -85,7 +88,16 @@ impl Excitation {
         }
         self.started = true;
         self.quiet_s = if moves { 0.0 } else { self.quiet_s + interval_s };
-        self.quiet_s <= HOLD_S && self.since_input_s <= RESPONSE_S
+        let excited = self.quiet_s <= HOLD_S && self.since_input_s <= RESPONSE_S;
+        for response_s in self.response_s.iter_mut().flatten().filter(|_| excited) {
+            *response_s += interval_s;
+        }
+        excited
+    }
+
+    /// Excited time since an input first moved a control of that motion, s; `None` where none has.
+    pub fn response_s(&self, lateral: bool) -> Option<f64> {
+        self.response_s[usize::from(lateral)]
     }
 
     /// Whether an input has moved the control so far.
@@ -117,6 +129,8 @@ impl Excitation {
                 if *var > INPUT_RAD * INPUT_RAD {
                     self.since_input_s = 0.0;
                     self.moved[control] = true;
+                    let lateral = Control::ALL[control].variable().is_lateral();
+                    self.response_s[usize::from(lateral)].get_or_insert(0.0);
                 }
             }
         }

@@ -348,12 +348,19 @@ impl Recursive {
         offer
     }
 
-    fn equation(&mut self, axis: Axis, time_s: f64, instruments: &Instrumentation) -> (EquationRecord, Option<Fit>) {
+    /// The status of an equation whose motion was excited for too short a time yet: of its own plane, where an input has moved
+    /// one of that plane's controls. A slow motion of the other plane that has gone on for long tells nothing of it.
+    fn too_short(&self, axis: Axis) -> Option<Status> {
         if self.excited_s <= 0.0 {
-            return (EquationRecord::empty(axis, Status::Waiting), None);
+            return Some(Status::Waiting);
         }
-        if self.excited_s < self.config.exciting_s {
-            return (EquationRecord::empty(axis, Status::Exciting), None);
+        let excited_s = self.excitation.response_s(axis.is_lateral()).unwrap_or(self.excited_s);
+        (excited_s < self.config.exciting_s).then_some(Status::Exciting)
+    }
+
+    fn equation(&mut self, axis: Axis, time_s: f64, instruments: &Instrumentation) -> (EquationRecord, Option<Fit>) {
+        if let Some(status) = self.too_short(axis) {
+            return (EquationRecord::empty(axis, status), None);
         }
         // A response that is zero throughout is of an instrument that stands, not of an aircraft.
         if !(self.information.deviation(response(axis)) > 0.0) {

@@ -73,6 +73,8 @@ pub enum Confirmation {
     /// They contradict, or tell too little where only they could.
     #[default]
     Doubted,
+    /// What it reads does not account for the motion that it should: it is another channel's, or far too small.
+    Contradicted,
     /// They do not contradict: moving air may hide an error.
     Plausible {
         /// How wrong a derivative may be by it, relative to the derivative.
@@ -155,6 +157,7 @@ impl InstrumentSlopes {
             None => Confirmation::NotComparable,
             Some(slope) if sideslip_agrees && confirms_ay(&slope) => Confirmation::Confirmed,
             Some(slope) if is_hidden_by_air(&slope) => Confirmation::Plausible { relative_error: hidden_error_of_ay(&slope) },
+            Some(slope) if is_not_seen(&slope) => Confirmation::Contradicted,
             Some(_) => Confirmation::Doubted,
         };
         [ax, ay]
@@ -244,18 +247,19 @@ fn confirms_ay(slope: &Slope) -> bool {
     std < KNOWN && around_one && value - IN_FEET > AY_FROM_FEET * std && correlation_squared > CORRELATED
 }
 
-/// Whether a slope of ay is one that moving air leaves: not unknown, not known to be zero as of another channel's readings,
-/// around 1 or not known to be positive, and no further below that of an aircraft which follows the air than it may be by
-/// chance.
+/// Whether the readings of ay are not in the motion: their slope is zero, as of another channel's readings, or they are so small
+/// that it could be anything.
+fn is_not_seen(slope: &Slope) -> bool {
+    let Slope { value, std, .. } = *slope;
+    std >= AY_UNKNOWN || std < AY_WELL_KNOWN && value.abs() < ZERO_WITHIN * std
+}
+
+/// Whether a slope of ay is one that moving air leaves: of readings that are seen, around 1 or not known to be positive, and no
+/// further below that of an aircraft which follows the air than it may be by chance.
 fn is_hidden_by_air(slope: &Slope) -> bool {
     let Slope { value, std, .. } = *slope;
     let around_one = (value - 1.0).abs() < AY_AROUND_ONE * std + ARM;
-    let is_zero = std < AY_WELL_KNOWN && value.abs() < ZERO_WITHIN * std;
-    std < AY_UNKNOWN
-        && !is_zero
-        && (around_one || !tells(slope))
-        && value > FOLLOWS_AIR - BELOW * std
-        && value < 1.0 + ABOVE * std
+    !is_not_seen(slope) && (around_one || !tells(slope)) && value > FOLLOWS_AIR - BELOW * std && value < 1.0 + ABOVE * std
 }
 
 /// The largest relative error by ay that its slope leaves. Moving air lowers the slope: to around 1 that of an ay in g, 9.81,

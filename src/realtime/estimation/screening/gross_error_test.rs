@@ -42,6 +42,9 @@ const CONTRADICTED_WINDOWS: u8 = 20;
 const SIDESLIP_LEFT: f64 = 0.1;
 /// By how much the correction of an accelerometer must lower that part of the output it contributes to.
 const WHOLE_IMPROVES: f64 = 3.0;
+/// Part of the variance that the correction of an error that is named leaves: one that leaves more, such as a unit of ay for a yaw
+/// gyro that is late, explains too little.
+const NAMED: f64 = 0.15;
 /// Difference of gains within which two errors of different channels cannot be distinguished in flight.
 const RIVAL_IN_FLIGHT: f64 = 10.0;
 
@@ -209,7 +212,7 @@ impl GrossErrorTest {
             above if above > SUSPECTED && likeliest.channels() == [Channel::Altitude] && !self.slopes.airspeed_is_right() => {
                 Some(Suspicion::Unknown)
             }
-            above if above > THRESHOLD && nested => Some(Suspicion::Named(fewest.0, fewest.1)),
+            above if above > THRESHOLD && nested && fewest.1.a[1] < NAMED => Some(Suspicion::Named(fewest.0, fewest.1)),
             above if above > SUSPECTED || contradicted => Some(Suspicion::Unknown),
             _ => None,
         }

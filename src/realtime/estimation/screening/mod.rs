@@ -18,7 +18,7 @@ use self::confirmation::{AirspeedContradiction, Confirmation};
 use self::constant_readings::ConstantReadings;
 use self::gross_error::{GrossError, error_by_weight, weighs_g};
 use self::gross_error_test::{GrossErrorTest, Suspicion};
-use crate::flight::channel::{Channel, MOTION_CHANNELS};
+use crate::flight::channel::{CHANNELS, Channel, MOTION_CHANNELS};
 use crate::flight::run::RunGeometry;
 use crate::flight::sample::Sample;
 use core::f64::consts::PI;
@@ -93,8 +93,8 @@ pub struct Screening {
     /// Number of the bin in which one of the motion's stood last.
     stood_at: Option<i64>,
     /// Readings, and those beyond the limits.
-    readings: [u32; MOTION_CHANNELS],
-    beyond: [u32; MOTION_CHANNELS],
+    readings: [u32; CHANNELS],
+    beyond: [u32; CHANNELS],
     doubt: Option<Doubt>,
     /// The error that was the only likely one at the last tests, and at how many.
     likely: Option<(&'static GrossError, u32)>,
@@ -120,8 +120,8 @@ impl Screening {
         largest_reading: [0.0; Channel::INERTIAL.len()],
         clipped: [false; Channel::INERTIAL.len()],
         stood_at: None,
-        readings: [0; MOTION_CHANNELS],
-        beyond: [0; MOTION_CHANNELS],
+        readings: [0; CHANNELS],
+        beyond: [0; CHANNELS],
         doubt: None,
         likely: None,
         az: (0.0, 0),
@@ -163,9 +163,11 @@ impl Screening {
             }
             self.standing &= !mark;
             let turn = matches!(channel, Channel::Phi | Channel::Psi).then_some(2.0 * PI);
-            if let (Some(means), Some(count)) = (self.means.get_mut(channel.index()), self.readings.get_mut(channel.index())) {
-                means.take(sample.time_s, value, turn);
+            if let Some(count) = self.readings.get_mut(channel.index()) {
                 *count = count.saturating_add(1);
+            }
+            if let Some(means) = self.means.get_mut(channel.index()) {
+                means.take(sample.time_s, value, turn);
             }
         }
         // The bin after the window is complete too.

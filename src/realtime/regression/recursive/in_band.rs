@@ -33,8 +33,7 @@ impl Recursive {
             if let Some(reason) = self.refusal(axis, instruments) {
                 return EquationRecord::empty(axis, Status::NotIdentifiable(reason));
             }
-            if self.excited_s < self.config.exciting_s {
-                let status = if self.excited_s > 0.0 { Status::Exciting } else { Status::Waiting };
+            if let Some(status) = self.too_short(axis) {
                 return EquationRecord::empty(axis, status);
             }
             let offer = self.offer(axis, instruments);

@@ -97,6 +97,10 @@ impl Recursive {
         if axis == Axis::Y && equation.term(Variable::V).is_some_and(along_sideslip) {
             return Some(Reason::NotConfirmed { channel: Channel::Ay });
         }
+        // The sideways velocity follows ay between the readings of the vane.
+        if axis.is_lateral() && self.confirmation(Channel::Ay) == Some(Confirmation::Contradicted) {
+            return Some(Reason::NotConfirmed { channel: Channel::Ay });
+        }
         let incidence = (!axis.is_lateral()).then_some(Channel::Alpha);
         let needed = [accelerometer(axis), Some(Channel::Tas), incidence];
         let doubted = needed.into_iter().flatten().find(|&channel| self.is_doubted(channel));
@@ -108,7 +112,7 @@ impl Recursive {
     }
 
     fn is_doubted(&self, channel: Channel) -> bool {
-        self.confirmation(channel) == Some(Confirmation::Doubted)
+        matches!(self.confirmation(channel), Some(Confirmation::Doubted | Confirmation::Contradicted))
     }
 
     /// By how much the term may be wrong because moving air hides an error of ay, which a side force follows, or of the
