@@ -1,5 +1,6 @@
 //! How a command fails: one line for a person, one exit status for a program.
 
+use super::io::outputs::words::printable::printable;
 use std::path::Path;
 
 /// A command's failure. The line says which file, line and column, what was expected and what was found.
@@ -23,18 +24,23 @@ impl Failure {
 
     /// A wrong place in an input file.
     pub fn at(file: &Path, line: usize, column: usize, what: impl std::fmt::Display) -> Self {
-        Failure::Input(format!("{}:{line}:{column}: {what}", file.display()))
+        Failure::Input(format!("{}:{line}:{column}: {what}", shown(file)))
     }
 
     /// A wrong input file as a whole.
     pub fn file(file: &Path, what: impl std::fmt::Display) -> Self {
-        Failure::Input(format!("{}: {what}", file.display()))
+        Failure::Input(format!("{}: {what}", shown(file)))
     }
 
     /// Reading or writing failed.
     pub fn io(file: &Path, error: &std::io::Error) -> Self {
-        Failure::Running(format!("{}: {error}", file.display()))
+        Failure::Running(format!("{}: {error}", shown(file)))
     }
+}
+
+/// The name in one line, whatever is in it.
+fn shown(file: &Path) -> String {
+    printable(&file.display().to_string()).into_owned()
 }
 
 /// How a command ended that did its work.

@@ -12,6 +12,7 @@ mod allocations;
 static ALLOCATOR: allocations::Counted = allocations::Counted;
 
 use clap::{Parser, Subcommand};
+use sideslip::io::outputs::words::printable::printable_lines;
 use std::process::ExitCode;
 
 #[derive(Parser)]
@@ -41,7 +42,18 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let ended = match Call::parse().command {
+    command::file_size_limit_is_an_error();
+    let status = status_of_call();
+    command::finish();
+    status
+}
+
+fn status_of_call() -> ExitCode {
+    let call = match Call::try_parse() {
+        Ok(call) => call,
+        Err(refused) => return say_refused(&refused),
+    };
+    let ended = match call.command {
         Command::Demo(args) => command::demo::run(&args),
         Command::Live(args) => command::live::run(&args),
         Command::Ingest(args) => command::ingest::run(&args),
@@ -65,4 +77,14 @@ fn main() -> ExitCode {
             ExitCode::from(failure.exit_status())
         }
     }
+}
+
+/// What is wrong with the call, or the help that was asked for; arguments cannot steer the terminal.
+fn say_refused(refused: &clap::Error) -> ExitCode {
+    let said = refused.render().to_string();
+    if printable_lines(&said) == said {
+        refused.exit();
+    }
+    command::message(format_args!("{}", said.trim_end()));
+    ExitCode::from(2)
 }

@@ -19,14 +19,9 @@ pub(crate) mod simulate;
 mod terminal;
 pub(crate) mod watch;
 
-use std::fmt::Arguments;
-use std::io::Write;
 use std::path::PathBuf;
-
-/// A line for the person at the terminal, on standard error; a closed terminal is no reason to stop.
-pub(crate) fn message(line: Arguments<'_>) {
-    let _ = writeln!(std::io::stderr().lock(), "{line}");
-}
+pub(crate) use terminal::console::{finish, message};
+pub(crate) use terminal::stop::file_size_limit_is_an_error;
 
 /// Directory that the processes of a run share: as named, or the user's own place.
 pub(crate) fn root_path(named: Option<&PathBuf>) -> PathBuf {

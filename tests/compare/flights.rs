@@ -76,6 +76,24 @@ fn a_model_that_diverges_is_cut_there() {
     assert!(status == 0 && out.contains("diverges at") && !out.contains("NaN"), "{status} {out} {said}");
 }
 
+/// One that diverges before its trim window ends has no score: the mean that is taken out was all there is.
+#[test]
+fn a_model_that_diverges_at_once_has_no_score_and_no_number_is_raw() {
+    let folder = folder("compare-diverges-at-once");
+    let wild = folder.join("wild.toml");
+    let text = std::fs::read_to_string(own("replay/models/puma-like.toml")).unwrap();
+    std::fs::write(&wild, text.replace("p = -1.4939", "p = 500.0")).unwrap();
+    let (status, out, said) = ended(&sideslip(&["compare", path(&puma()), "--model", path(&wild)]));
+    assert!(status == 0 && out.contains("the model DIVERGES at") && out.contains("no score"), "{status} {out} {said}");
+    assert!(!out.contains("times the noise") && !out.contains("NaN") && !out.contains("0.00"), "{out}");
+    let beside = own("replay/models/puma-like.toml");
+    let (status, out, said) = ended(&sideslip(&["compare", path(&puma()), "--model", path(&beside), "--beside", path(&wild)]));
+    assert!(status == 0 && out.contains("the model beside DIVERGES at") && !out.contains("no gain"), "{status} {out} {said}");
+    let (status, out, _) = ended(&sideslip(&["compare", path(&puma()), "--model", path(&wild), "--json", "-"]));
+    let answer: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert!(status == 0 && answer["all"]["pooled"]["over_noise"].is_null() && answer["runs"][0]["scored"] == false, "{out}");
+}
+
 /// The Level-1 Puma on its own flight, all four controls and the rotor's speed.
 #[test]
 fn a_level1_model_is_compared_alike() {

@@ -3,12 +3,14 @@
 mod convert;
 mod design;
 mod flight_condition;
+mod hostile_names;
 mod inspect;
 mod instrument_files;
 mod level1_files;
 mod mavlink;
 mod model_files;
 mod multirate;
+mod raw_numbers;
 mod replay;
 mod run_files;
 mod silence;

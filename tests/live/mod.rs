@@ -16,3 +16,5 @@ mod services;
 mod signing;
 pub(crate) mod stage;
 pub(crate) mod station_peer;
+mod stopped_terminal;
+mod watch_screen;

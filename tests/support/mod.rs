@@ -17,6 +17,7 @@ pub(crate) mod navion;
 pub(crate) mod paper_cases;
 pub(crate) mod patience;
 pub(crate) mod program;
+pub(crate) mod pseudo_terminal;
 pub(crate) mod puma;
 pub(crate) mod short_period;
 pub(crate) mod transport;

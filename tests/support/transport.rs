@@ -1,5 +1,6 @@
-//! A transport aircraft at 100 m/s as a linear model: invented derivatives of a usual size, with a stable Dutch roll of 1.8 rad/s.
-//! Its side force is small beside what rotation makes of the sideslip, and a thrust of 3 m/s^2 per unit changes its speed.
+//! A transport aircraft at 100 m/s as a linear model: invented derivatives of a usual size, with a stable Dutch roll of
+//! 1.8 rad/s. Its side force is small beside what rotation makes of the sideslip, and a thrust of 3 m/s^2 per unit changes
+//! its speed.
 
 use sideslip::flight::file::model_file::ModelFile;
 use sideslip::flight::model::LinearModel;

@@ -5,7 +5,7 @@ use sideslip::flight::effect::{Effect, PositionedSensor};
 use sideslip::flight::file::effect_file::DeclaredEffect;
 use sideslip::flight::file::run_file::RunInfo;
 use sideslip::flight::unit::DEGREE;
-use sideslip::io::outputs::number::measured_text;
+use sideslip::io::outputs::number::{Fixed, measured_text};
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::io::outputs::tables::wrapped::wrapped_list;
 use sideslip::io::outputs::words::instrument_words::{detection_limit, not_observable, separation, verdict_reason};
@@ -32,8 +32,12 @@ pub(super) fn text(verdicts: &[RunVerdict], infos: &[&RunInfo], controls: Contro
         }
         for (angle, r2) in ["alpha", "beta"].into_iter().zip(&verdict.consistency) {
             if let Some((before, after)) = r2 {
-                let after = after.map_or("-".to_owned(), |after| format!("{after:.3}"));
-                let _ = writeln!(text, "  consistency of {angle}: R2 {before:.3} as recorded, {after} after");
+                let after = after.map_or("-".to_owned(), |after| Fixed(after, 3).to_string());
+                let _ = writeln!(
+                    text,
+                    "  consistency of {angle}: R2 {before} as recorded, {after} after",
+                    before = Fixed(*before, 3)
+                );
             }
         }
         if !verdict.not_observable.is_empty() {
@@ -58,7 +62,9 @@ fn long_gaps(gaps: &[[f64; 2]]) -> Option<String> {
     let count = gaps.len();
     let (gap, longest) = if count == 1 { ("gap", "") } else { ("gaps", ", the longest") };
     Some(format!(
-        "{count} {gap} without any sample{longest} from {from_s:.2} to {to_s:.2} s: the stretches between are followed each from a new start"
+        "{count} {gap} without any sample{longest} from {from_s} to {to_s} s: the stretches between are followed each from a new start",
+        from_s = Fixed(from_s, 2),
+        to_s = Fixed(to_s, 2)
     ))
 }
 
@@ -73,7 +79,7 @@ fn correction(text: &mut String, one: &Correction, info: &RunInfo, controls: Con
         let _ = writeln!(text, "      consistent with a speed in {unit} recorded as m/s");
     }
     if let Some(angle) = one.turned {
-        let _ = writeln!(text, "      or the accelerometers are misaligned by {:.1} deg", (angle / DEGREE).abs());
+        let _ = writeln!(text, "      or the accelerometers are misaligned by {} deg", Fixed((angle / DEGREE).abs(), 1));
         let _ = writeln!(
             text,
             "      distinguished by: steep turns and pull-ups, where the error of misaligned accelerometers grows with load factor"
@@ -92,7 +98,13 @@ fn correction(text: &mut String, one: &Correction, info: &RunInfo, controls: Con
         };
         let [x, y, z] = [0, 1, 2].map(|axis| stands[axis] + offset_m[axis]);
         let both = one.vane.map_or("", |_| " (moves both vanes; the data do not show it of the other one)");
-        let _ = writeln!(text, "      correct it by: --set {key}=[{x:.2},{y:.2},{z:.2}]{both}");
+        let _ = writeln!(
+            text,
+            "      correct it by: --set {key}=[{x},{y},{z}]{both}",
+            x = Fixed(x, 2),
+            y = Fixed(y, 2),
+            z = Fixed(z, 2)
+        );
     }
 }
 
@@ -137,7 +149,7 @@ fn sentence(declared: &DeclaredEffect, axis_stds_m: [Option<f64>; 3], vane: Opti
             for ((part, own), (positive, negative)) in axes {
                 let way = if *part > 0.0 { positive } else { negative };
                 let known = own.or((part.abs() >= largest).then_some(std));
-                let size = known.map_or_else(|| format!("{:.1} m", part.abs()), |std| with_error(part.abs(), std, "m"));
+                let size = known.map_or_else(|| format!("{} m", Fixed(part.abs(), 1)), |std| with_error(part.abs(), std, "m"));
                 parts.push(format!("{size} {way}"));
             }
             format!("{what} measured {} where the run says", parts.join(", "))

@@ -15,7 +15,7 @@ pub(super) fn document(answer: &Comparison) -> Value {
         .iter()
         .map(|(one, gain)| {
             let not_predicted: Vec<&str> = one.model.not_predicted.iter().map(|channel| channel.name(controls)).collect();
-            let mut run = json!({ "run": one.name, "diverged_at_s": one.model.diverged_at_s, "not_predicted": not_predicted });
+            let mut run = json!({ "run": one.name, "diverged_at_s": one.model.diverged_at_s, "scored": one.scored, "not_predicted": not_predicted });
             if let Some(beside) = &one.beside {
                 run["beside_diverged_at_s"] = json!(beside.diverged_at_s);
             }
@@ -74,9 +74,10 @@ fn put(to: &mut Value, name: &str, estimate: &IntervalEstimate) {
 
 fn ratio(to: &mut Value, estimate: &IntervalEstimate) {
     put(to, "ratio", estimate);
-    to["judged"] = json!(match estimate.verdict() {
+    let judged = match estimate.verdict() {
         ImprovementVerdict::Gain => "gain",
         ImprovementVerdict::NoGain => "no gain",
         ImprovementVerdict::Loss => "loss",
-    });
+    };
+    to["judged"] = json!(estimate.value.is_finite().then_some(judged));
 }

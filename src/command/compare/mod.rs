@@ -9,9 +9,10 @@ use super::options::flight_condition::{FlightCondition, read_model};
 use super::options::mapping_input::read_mapping;
 use super::options::telemetry_source::RecordingSource;
 use super::recordings::run_input::{RunInput, read_run, refuse_two_aircraft};
-use super::terminal::output_file::{print, refuse_to_overwrite, refuse_without_folder, write_json, write_whole};
+use super::terminal::console::print;
+use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, write_json, write_whole};
 use crate::command::message;
-use comparison::{ComparedRun, Comparison};
+use comparison::{ComparedRun, Comparison, outlasts_trim};
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::control::{CONTROLS, Control};
 use sideslip::flight::file::run_file::RunInfo;
@@ -32,7 +33,7 @@ trim, the mean over the trim window; nothing is fitted. Its effects are flown to
 are not. Errors are of deviations from trim; of a channel that a model gives a bias, of absolute values. TIC is Theil's
 inequality coefficient, 0 perfect to 1; VAF the variance accounted for, 1 perfect, negative where the mean predicts
 better. Pooled: root of the mean over channels of the squared rms over noise, airspeed and altitude apart. In brackets 95 % of
-the moving-block bootstrap.
+the moving-block bootstrap. Of a run on which a model diverges before its trim window ends there is no score.
 
 Exit status: 0 done, a model that diverges is a result; 1 failed while running; 2 the call, a recording or a model is wrong; 3
 done, rows were skipped. With --json the table goes to standard error.";
@@ -95,12 +96,18 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome, Failure> {
         if model.channels.is_empty() {
             return Err(Failure::file(file, "expected a channel that the model predicts, such as p, r or ay, found none"));
         }
-        let compared = ComparedRun { name, model, beside, info, samples };
-        let figures = improvement(&[compared.pair()]);
+        let lasts = |prediction: &FreeRunPrediction| outlasts_trim(prediction, args.trim_window);
+        let scored = lasts(&model) && beside.as_ref().is_none_or(lasts);
+        let compared = ComparedRun { name, model, beside, info, samples, scored };
+        let figures = compared.figures();
         runs.push((compared, figures));
     }
-    let pairs: Vec<(&FreeRunPrediction, &FreeRunPrediction)> = runs.iter().map(|(one, _)| one.pair()).collect();
-    let all = improvement(&pairs);
+    let scored = runs.iter().filter(|(one, _)| one.scored);
+    let pairs: Vec<(&FreeRunPrediction, &FreeRunPrediction)> = scored.map(|(one, _)| one.pair()).collect();
+    let all = match (pairs.is_empty(), runs.first()) {
+        (true, Some((one, _))) => one.figures(),
+        _ => improvement(&pairs),
+    };
     tell(args, &Comparison { all, runs, beside: beside.is_some() })?;
     for loss in &losses {
         message(format_args!("sideslip: {loss}"));

@@ -2,7 +2,7 @@
 
 use crate::command::compare::comparison::{ComparedRun, Comparison};
 use sideslip::flight::channel::ControlNames;
-use sideslip::io::outputs::number::decimals;
+use sideslip::io::outputs::number::{Fixed, decimals};
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::postflight::validation::improvement::{
     ChannelImprovement, Improvement, ImprovementVerdict, IntervalEstimate, PooledImprovement,
@@ -14,7 +14,9 @@ pub(super) fn text(answer: &Comparison, style: Style) -> String {
     for (one, gain) in &answer.runs {
         let _ = writeln!(text, "{}: {}", style.bold(&one.name), flown(one));
         let controls = one.info.geometry().controls;
-        figures(&mut text, gain, controls, answer.beside);
+        if one.scored {
+            figures(&mut text, gain, controls, answer.beside);
+        }
         if !one.model.not_predicted.is_empty() {
             let names: Vec<&str> = one.model.not_predicted.iter().map(|channel| channel.name(controls)).collect();
             let _ = writeln!(text, "  not predicted: {} (the model has no derivative of their axis)", names.join(", "));
@@ -22,9 +24,17 @@ pub(super) fn text(answer: &Comparison, style: Style) -> String {
         text.push('\n');
     }
     if answer.runs.len() > 1 {
-        let _ = writeln!(text, "{}", style.bold(format!("all {} runs", answer.runs.len())));
+        let scored = answer.runs.iter().filter(|(one, _)| one.scored).count();
+        let all = answer.runs.len();
+        let heading = match all - scored {
+            0 => format!("all {all} runs"),
+            without => format!("{scored} of {all} runs; {without} without a score, where a model diverges at once"),
+        };
+        let _ = writeln!(text, "{}", style.bold(heading));
         let controls = answer.runs.first().map_or(ControlNames::Rotorcraft, |(one, _)| one.info.geometry().controls);
-        figures(&mut text, &answer.all, controls, answer.beside);
+        if scored > 0 {
+            figures(&mut text, &answer.all, controls, answer.beside);
+        }
     }
     format!("{}\n", text.trim_end())
 }
@@ -35,8 +45,14 @@ fn flown(one: &ComparedRun) -> String {
     let mut said = format!("free run over {:.1} s", end_s - start_s);
     let beside = one.beside.as_ref().and_then(|beside| beside.diverged_at_s);
     for (who, diverged_at_s) in [("the model", one.model.diverged_at_s), ("the model beside", beside)] {
-        if let Some(at_s) = diverged_at_s {
-            let _ = write!(said, "; {who} diverges at {at_s:.2} s and is compared up to there");
+        match diverged_at_s {
+            Some(at_s) if one.scored => {
+                let _ = write!(said, "; {who} diverges at {at_s:.2} s and is compared up to there");
+            }
+            Some(at_s) => {
+                let _ = write!(said, "; {who} DIVERGES at {at_s:.2} s, before its trim window ends: no score");
+            }
+            None => {}
         }
     }
     said
@@ -74,14 +90,14 @@ fn channel(text: &mut String, one: &ChannelImprovement, controls: ControlNames, 
             text,
             "{head} {:>10} {:>15} {:>15}   {}{mark}",
             number(after.value),
-            format!("{:.3} -> {:.3}", tic.value, tic_after.value),
+            format!("{} -> {}", Fixed(tic.value, 3), Fixed(tic_after.value, 3)),
             format!("{} -> {}", share(vaf.value), share(vaf_after.value)),
             ratio(&one.ratio),
         )
     } else {
         let [low, high] = rms.interval;
         let interval = format!("[{} {}]", number(low), number(high));
-        writeln!(text, "{head} {interval:>19} {:>7.3} {:>8}{mark}", tic.value, share(vaf.value))
+        writeln!(text, "{head} {interval:>19} {:>7} {:>8}{mark}", Fixed(tic.value, 3), share(vaf.value))
     };
 }
 
@@ -93,8 +109,12 @@ fn over_noise(name: &str, pooled: &PooledImprovement, beside: bool) -> String {
         several => format!(" over {} channels", several.len()),
     };
     let [low, high] = before.interval;
-    let times = format!("{name}{over}: rms {:.2} [{low:.2} {high:.2}] times the noise", before.value);
-    if beside { format!("{times}, beside {:.2}: {}", after.value, ratio(&pooled.ratio)) } else { times }
+    if before.value.is_nan() {
+        return format!("{name}{over}: no score, for nothing was predicted long enough");
+    }
+    let (value, low, high) = (Fixed(before.value, 2), Fixed(low, 2), Fixed(high, 2));
+    let times = format!("{name}{over}: rms {value} [{low} {high}] times the noise");
+    if beside { format!("{times}, beside {}: {}", Fixed(after.value, 2), ratio(&pooled.ratio)) } else { times }
 }
 
 fn ratio(ratio: &IntervalEstimate) -> String {
@@ -104,26 +124,23 @@ fn ratio(ratio: &IntervalEstimate) -> String {
         ImprovementVerdict::NoGain => ", no gain",
         ImprovementVerdict::Loss => ", worse",
     };
-    format!("{:.3} [{low:.3} {high:.3}]{judged}", ratio.value)
+    if ratio.value.is_nan() {
+        return "none".to_owned();
+    }
+    format!("{} [{} {}]{judged}", Fixed(ratio.value, 3), Fixed(low, 3), Fixed(high, 3))
 }
 
 fn number(value: f64) -> String {
     let size = libm::fabs(value);
-    if !(size > 0.0) {
-        return if size.is_nan() { "-" } else { "0" }.to_owned();
+    match size {
+        0.0 => "0".to_owned(),
+        _ if size.is_finite() => Fixed(value, decimals(size, 4, 8)).to_string(),
+        _ => Fixed(value, 0).to_string(),
     }
-    let digits = decimals(size, 4, 8);
-    format!("{value:.digits$}")
 }
 
 fn share(value: f64) -> String {
-    if !value.is_finite() {
-        "-".to_owned()
-    } else if value < -99.0 {
-        "< -99".to_owned()
-    } else {
-        format!("{value:.3}")
-    }
+    if value < -99.0 { "< -99".to_owned() } else { Fixed(value, 3).to_string() }
 }
 
 #[cfg(test)]
@@ -131,11 +148,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_have_four_digits_and_nothing_is_a_dash() {
+    fn numbers_have_four_digits_and_what_is_none_is_a_word() {
         assert_eq!([0.012_345, 123.456, 98_765.4, 1e-12, 0.0].map(number), ["0.01235", "123.5", "98765", "0.00000000", "0"]);
         assert_eq!(
             (number(f64::NAN), share(f64::NAN), share(-1e9), share(0.5)),
-            ("-".into(), "-".into(), "< -99".into(), "0.500".into())
+            ("none".into(), "none".into(), "< -99".into(), "0.500".into())
         );
+        assert_eq!([1e300, f64::INFINITY, -1e9].map(number), ["1.00e300", "infinite", "-1.00e9"]);
     }
 }

@@ -15,7 +15,8 @@ mod result_table;
 mod test_flight;
 mod test_run;
 
-use super::terminal::output_file::{print, write_json};
+use super::terminal::console::print;
+use super::terminal::output_file::write_json;
 use super::terminal::stop::stopped_by_signals;
 use crate::command::message;
 use result_table::ResultTable;

@@ -4,7 +4,7 @@ use super::child_guard::stopped_early;
 use super::live_child::LiveChild;
 use super::live_table::LiveTable;
 use super::test_flight::{DemoTestPoint, RunPlan, SimulatedVehicle, TestFlight};
-use crate::command::terminal::output_file::print;
+use crate::command::terminal::console::{clear_terminal, print_while_read};
 use sideslip::error::{Failure, Outcome};
 use sideslip::io::bus::reader::{NewestEstimate, Reader};
 use sideslip::io::bus::root::BusRoot;
@@ -104,8 +104,9 @@ fn watch(
             due = Instant::now() + PICTURE;
             let table =
                 LiveTable { truth: &flight.truth, estimate: newest.as_ref(), style: Style::of_stream(&std::io::stdout()) };
-            print(&format!(
-                "\x1b[H\x1b[2J{name}: flown {:.1} of {:.0} s, {speed} times real time; to watch it elsewhere: sideslip watch --root {}\n\n{table}",
+            clear_terminal()?;
+            print_while_read(&format!(
+                "{name}: flown {:.1} of {:.0} s, {speed} times real time; to watch it elsewhere: sideslip watch --root {}\n\n{table}",
                 vehicle.flown_s(),
                 run.duration_s,
                 bus.root().path().display()
@@ -114,7 +115,7 @@ fn watch(
         std::thread::sleep(POLL);
     }
     if on_terminal {
-        print("\x1b[H\x1b[2J")?;
+        clear_terminal()?;
     }
     Ok((reader, newest))
 }

@@ -4,7 +4,8 @@ mod result;
 
 use super::options::flight_condition;
 use super::options::flight_condition::{FlightCondition, number};
-use super::terminal::output_file::{print, refuse_to_overwrite, refuse_without_folder, same_place, write_json, write_whole};
+use super::terminal::console::print;
+use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, same_place, write_json, write_whole};
 use super::terminal::progress_line::ProgressLine;
 use super::terminal::stop::stopped_by_signals;
 use crate::command::message;

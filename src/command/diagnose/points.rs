@@ -7,7 +7,8 @@ use crate::command::diagnose::page;
 use crate::command::diagnose::table;
 use crate::command::message;
 use crate::command::recordings::run_condition::condition_of;
-use crate::command::terminal::output_file::{print, write_json};
+use crate::command::terminal::console::print;
+use crate::command::terminal::output_file::write_json;
 use serde_json::{Value, json};
 use sideslip::dynamics::linear::with_effects;
 use sideslip::error::Failure;
@@ -15,6 +16,7 @@ use sideslip::flight::channel::ControlNames;
 use sideslip::flight::effect::Effect;
 use sideslip::flight::file::effect_file::DeclaredEffect;
 use sideslip::flight::model::LinearModel;
+use sideslip::io::outputs::number::Fixed;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::postflight::diagnosis::evidence::flight_path::{ConditionDiagnosis, DerivativeTrend, varying};
 use sideslip::postflight::identification::test_condition::TestCondition;
@@ -80,7 +82,12 @@ fn numbered(path: &Path, number: usize) -> PathBuf {
 
 pub(super) fn in_words(condition: &TestCondition, runs: usize) -> String {
     let path_deg = condition.path.to_degrees();
-    format!("{runs} run(s) at {:.1} m/s, flight path {path_deg:+.1} deg ({:+.1} m/s)", condition.speed, condition.climb())
+    format!(
+        "{runs} run(s) at {} m/s, flight path {path_deg:+} deg ({:+} m/s)",
+        Fixed(condition.speed, 1),
+        Fixed(condition.climb(), 1),
+        path_deg = Fixed(path_deg, 1)
+    )
 }
 
 fn tell(
@@ -158,20 +165,23 @@ fn closing(points: &[DiagnosedPoint], varying: &[DerivativeTrend], controls: Con
     }
     let _ =
         writeln!(text, "{}", style.bold("Derivatives against the flight path, model -> flight +- s.e. (blank: as the model)"));
-    let path = |point: &DiagnosedPoint| format!("{:>30}", format!("{:+.1} deg", point.condition.path.to_degrees()));
+    let path = |point: &DiagnosedPoint| format!("{:>30}", format!("{:+} deg", Fixed(point.condition.path.to_degrees(), 1)));
     let heads: String = points.iter().map(path).collect();
     let _ = writeln!(text, "  {:<12}{heads}   slope per radian, less the model's", "");
     for one in varying {
         let cell = |held: &sideslip::postflight::diagnosis::evidence::flight_path::ConditionDerivative| {
-            let flight =
-                if held.off { format!("{:.4} -> {:.4} +- {:.4}", held.model, held.flight, held.std) } else { String::new() };
+            let flight = if held.off {
+                format!("{} -> {} +- {}", Fixed(held.model, 4), Fixed(held.flight, 4), Fixed(held.std, 4))
+            } else {
+                String::new()
+            };
             format!("{flight:>30}")
         };
         let cells: String = one.at.iter().map(cell).collect();
         let (slope, std) = one.slope;
         let name = format!("{}_{}", one.axis.name(), one.variable.name(controls));
         let mark = if one.varies() { " *" } else { "" };
-        let _ = writeln!(text, "  {name:<12}{cells}   {slope:+.3} +- {std:.3}{mark}");
+        let _ = writeln!(text, "  {name:<12}{cells}   {slope:+} +- {std}{mark}", slope = Fixed(slope, 3), std = Fixed(std, 3));
     }
     let _ = writeln!(text, "  * varies with the flight path by more than the model says, beyond three standard errors");
     text
@@ -195,8 +205,11 @@ fn verdict(points: &[DiagnosedPoint], varying: &[DerivativeTrend], controls: Con
         Some(one) => {
             let mut verdict = of_path(one, controls);
             let (name, (slope, std)) = (format!("{}_{}", one.axis.name(), one.variable.name(controls)), one.slope);
-            verdict["statement"] =
-                json!(format!("{name} changes with the flight path by {slope:.3} +- {std:.3} per radian more than in the model"));
+            verdict["statement"] = json!(format!(
+                "{name} changes with the flight path by {slope} +- {std} per radian more than in the model",
+                slope = Fixed(slope, 3),
+                std = Fixed(std, 3)
+            ));
             verdict
         }
         None => points.first().map_or(Value::Null, |point| document(&point.answer)["verdict"].clone()),

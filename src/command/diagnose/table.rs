@@ -4,7 +4,7 @@ use super::rejection::{explained, holdout_word, ratio_text, rejection, share_of_
 use super::roots::dutch_roll;
 use super::verdict::judged;
 use crate::command::diagnose::answer::Answer;
-use sideslip::io::outputs::number::band_text;
+use sideslip::io::outputs::number::{Fixed, band_text};
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::io::outputs::words::cause_sentence::{manoeuvre, statement, unknown};
 use sideslip::io::outputs::words::trim_difference::trim_differences;
@@ -28,13 +28,19 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
         }
     } else if diagnosis.findings.is_empty() {
         let words = explained(diagnosis);
-        let _ = writeln!(text, "{}", style.bold(format_args!("{words} (probability {:.2})", diagnosis.none.0)));
+        let _ = writeln!(text, "{}", style.bold(format_args!("{words} (probability {})", Fixed(diagnosis.none.0, 2))));
     } else {
         let _ = writeln!(text, "{}", style.bold("What the model gets wrong:"));
     }
     for (number, finding) in diagnosis.findings.iter().enumerate() {
         let (probability, share) = (finding.cause.probability, share_of_error(finding, &diagnosis.findings));
-        let _ = writeln!(text, "  {}. {} (probability {probability:.2}; {share})", number + 1, say(&finding.cause));
+        let _ = writeln!(
+            text,
+            "  {}. {} (probability {probability}; {share})",
+            number + 1,
+            say(&finding.cause),
+            probability = Fixed(probability, 2)
+        );
         let held_out = diagnosis.judged().is_some() && diagnosis.findings.len() <= MANY;
         if held_out && finding.held_out.is_none() {
             let _ = writeln!(text, "     on the hold-out runs: not excited there");
@@ -50,7 +56,7 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
         let class = finding.plausible();
         if let [first, second, ..] = class.as_slice() {
             for rival in class.iter().skip(1) {
-                let _ = writeln!(text, "     or {} (probability {:.2})", say(rival), rival.probability);
+                let _ = writeln!(text, "     or {} (probability {})", say(rival), Fixed(rival.probability, 2));
             }
             let _ = writeln!(text, "     to distinguish: {}", manoeuvre(&first.effect, &second.effect));
         }
@@ -72,14 +78,14 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
         let unit = if one.axis.is_force() { "m/s^2" } else { "rad/s^2" };
         let band = band_text(one.band_hz);
         let explained =
-            if one.rms > 0.2 * one.noise { format!("{:6.0} %", 100.0 * one.explained) } else { "       -".to_owned() };
+            if one.rms > 0.2 * one.noise { format!("{:>6} %", Fixed(100.0 * one.explained, 0)) } else { "       -".to_owned() };
         let _ = writeln!(
             text,
-            "  {:<4} {:9.4} {:9.4} {:7.4} {explained:>10}  {band} Hz  {unit}",
+            "  {:<4} {:>9} {:>9} {:>7} {explained:>10}  {band} Hz  {unit}",
             one.axis.name(),
-            one.rms,
-            one.rms_after,
-            one.noise
+            Fixed(one.rms, 4),
+            Fixed(one.rms_after, 4),
+            Fixed(one.noise, 4)
         );
     }
     for own in &diagnosis.spectra {
@@ -91,17 +97,23 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
         if let Some(pooled) = &gain.pooled
             && diagnosis.findings.is_empty()
         {
-            let _ = writeln!(text, "\nHold-out runs, predicted {HORIZON_S} s ahead: error over noise {:.2}", pooled.rms[0].value);
+            let _ = writeln!(
+                text,
+                "\nHold-out runs, predicted {HORIZON_S} s ahead: error over noise {}",
+                Fixed(pooled.rms[0].value, 2)
+            );
         } else if let Some(pooled) = &gain.pooled {
             let [before, after] = &pooled.rms;
             let [low, high] = pooled.ratio.interval;
             let _ = writeln!(
                 text,
-                "\nHold-out runs, predicted {HORIZON_S} s ahead: error over noise {:.2} before, {:.2} after; ratio {:.3} [{low:.3} {high:.3}]: {}",
-                before.value,
-                after.value,
-                pooled.ratio.value,
-                judged(pooled)
+                "\nHold-out runs, predicted {HORIZON_S} s ahead: error over noise {} before, {} after; ratio {} [{low} {high}]: {}",
+                Fixed(before.value, 2),
+                Fixed(after.value, 2),
+                Fixed(pooled.ratio.value, 3),
+                judged(pooled),
+                low = Fixed(low, 3),
+                high = Fixed(high, 3)
             );
         }
         for (which, diverged) in pairs.iter().enumerate().flat_map(|(run, (before, after))| {
@@ -109,7 +121,7 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
                 .map(|(which, at)| (format!("{which} on hold-out run {}", run + 1), at))
         }) {
             if let Some(at_s) = diverged {
-                let _ = writeln!(text, "  {which} diverges at {at_s:.1} s and is compared up to there");
+                let _ = writeln!(text, "  {which} diverges at {at_s} s and is compared up to there", at_s = Fixed(at_s, 1));
             }
         }
         let root = |extension: &[_]| {
@@ -117,10 +129,10 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
             Some((root.get("real")?.as_f64()?, root.get("imag")?.as_f64()?))
         };
         if let (Some((a, b)), Some((c, d))) = (root(&[]), root(&answer.extension)) {
-            let _ = write!(text, "Dutch roll: {a:+.4} +- {b:.4}i 1/s in the model");
+            let _ = write!(text, "Dutch roll: {a:+} +- {b}i 1/s in the model", a = Fixed(a, 4), b = Fixed(b, 4));
             let _ = match answer.extension.as_slice() {
                 [] => writeln!(text),
-                _ => writeln!(text, ", {c:+.4} +- {d:.4}i with the extension"),
+                _ => writeln!(text, ", {c:+} +- {d}i with the extension", c = Fixed(c, 4), d = Fixed(d, 4)),
             };
         }
     }
@@ -134,7 +146,7 @@ pub(super) fn text(answer: &Answer, style: Style) -> String {
 fn companion(answer: &Answer, own: &AxisSpectrum) -> Option<String> {
     let said = |one: &DominantSignal| {
         let (name, band) = (one.signal.name(answer.controls), band_text(one.band_hz));
-        format!("{name} (coherence {:.2}, {band} Hz)", one.coherence)
+        format!("{name} (coherence {}, {band} Hz)", Fixed(one.coherence, 2))
     };
     let axis = own.axis.name();
     match (own.dominant_signal(false), own.dominant_signal(true)) {

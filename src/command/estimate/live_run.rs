@@ -1,6 +1,6 @@
 //! One run of the estimator: samples of shared memory through the wiring, records published and logged.
 
-use super::console::ConsoleThread;
+use crate::command::message;
 use crate::command::options::estimation_options::OutputErrorSchedule;
 use crate::command::options::live_diagnosis_options::LiveDiagnosisModel;
 use crate::command::recordings::run_log::RunLog;
@@ -61,7 +61,7 @@ impl LiveRun {
     /// waits for the log; else nothing waits.
     ///
     /// A log that cannot be opened is said and counted as lost: estimates come without it.
-    pub(super) fn begin(head: LogHead, setup: &LiveRunSetup<'_>, console: &ConsoleThread) -> Result<Self, Failure> {
+    pub(super) fn begin(head: LogHead, setup: &LiveRunSetup<'_>) -> Result<Self, Failure> {
         let LiveRunSetup { config, output_error, model, out, telemetry_waits, station } = *setup;
         let wrong = |what: String| Failure::Running(format!("the head of the run: {what}"));
         let mut info = RunInfo::from_toml(&head.run_toml).map_err(|place| wrong(place.to_string()))?;
@@ -70,15 +70,14 @@ impl LiveRun {
         let output_error = match output_error.live(*info.geometry()).map(Schedule::thread).transpose() {
             Ok(output_error) => output_error,
             Err(error) => {
-                console.message(format!("sideslip: this run has no output error: no thread could be started: {error}"));
+                message(format_args!("sideslip: this run has no output error: no thread could be started: {error}"));
                 None
             }
         };
         let diagnosis = match model.map(|model| Schedule::thread(model.live(*info.geometry()))).transpose() {
             Ok(diagnosis) => diagnosis,
             Err(error) => {
-                console
-                    .message(format!("sideslip: this run is not compared with the model: no thread could be started: {error}"));
+                message(format_args!("sideslip: this run is not compared with the model: no thread could be started: {error}"));
                 None
             }
         };
@@ -88,12 +87,12 @@ impl LiveRun {
             let path = free_name(out);
             match RunLog::start(&path, head.clone(), if telemetry_waits { Pace::Max } else { Pace::RealTime }) {
                 Ok((sender, started)) => {
-                    console.message(format!("sideslip: logging to {}", path.display()));
+                    message(format_args!("sideslip: logging to {}", path.display()));
                     wired.sink = RecordSink::new(Some(sender));
                     log = Some(started);
                 }
                 Err(failure) => {
-                    console.message(format!("sideslip: this run has no log: {failure}"));
+                    message(format_args!("sideslip: this run has no log: {failure}"));
                     unlogged = Some(failure.to_string());
                 }
             }
@@ -102,7 +101,7 @@ impl LiveRun {
             let system = info.text("source").and_then(Sender::from_source).map(|vehicle| vehicle.system);
             let to_station = station.begin_run(name(&info), head.controls, system);
             if to_station.is_none() {
-                console.message("sideslip: this run does not go to the ground station, which is too far behind".to_owned());
+                message(format_args!("sideslip: this run does not go to the ground station, which is too far behind"));
             }
             wired.sink.set_station(to_station);
         }
@@ -187,7 +186,6 @@ fn free_name(out: &Path) -> PathBuf {
 
 #[cfg(test)]
 mod tests {
-    use super::super::console::ConsoleThread;
     use super::{GroundStation, LiveDiagnosisModel, LiveRun, LiveRunSetup, free_name};
     use crate::allocations::during;
     use crate::command::options::estimation_options::OutputErrorSchedule;
@@ -229,7 +227,6 @@ mod tests {
         let mut findings = bus.subscriber::<FindingPayload>().unwrap();
         let head = LogHead::every_channel(String::new(), ControlNames::Rotorcraft);
         let log = folder.join("flight.mcap");
-        let console = ConsoleThread::start().unwrap();
         let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("replay");
         let model = LiveDiagnosisModel::read(&own.join("models/puma-like.toml"), None).unwrap();
         // A ground station on this machine that takes nothing: the thread's own work is not the estimator's.
@@ -245,7 +242,7 @@ mod tests {
             telemetry_waits: false,
             station: Some(&station),
         };
-        let mut run = LiveRun::begin(head, &setup, &console).unwrap();
+        let mut run = LiveRun::begin(head, &setup).unwrap();
         let puma = own.join("recordings/puma-100kn-pedal-3211.csv");
         let mut recording = Recording::open(&puma).unwrap();
         let (mut rows, mut sent, mut lagged) = (0, 0, 0);

@@ -1,15 +1,14 @@
 //! `sideslip estimate`: samples out of shared memory through the pipeline; estimates back into it and into a log.
 
-mod console;
 mod live_run;
 
 use super::options::estimation_options::{EstimationOptions, OutputErrorSchedule};
 use super::options::live_diagnosis_options::LiveDiagnosisModel;
 use super::options::mavlink_out_options::MavlinkOutOptions;
+use super::terminal::console::answer;
 use super::terminal::output_file::write_json;
 use super::terminal::stop::{stopped_by_signals, supervised};
-use crate::command::{patience, root_path};
-use console::ConsoleThread;
+use crate::command::{message, patience, root_path};
 use live_run::{FinishedLiveRun, LiveRun, LiveRunSetup};
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::ControlNames;
@@ -49,8 +48,6 @@ const POLL: Duration = Duration::from_micros(100);
 const POLL_QUIET: Duration = Duration::from_millis(1);
 const QUIET: Duration = Duration::from_millis(250);
 
-/// The longest wait for a terminal that takes the answer slowly.
-const LAST_WORDS: Duration = Duration::from_secs(5);
 /// A sample that has waited so long belongs to a backlog, whose log may be waited for.
 const BACKLOG: Duration = Duration::from_millis(100);
 
@@ -98,7 +95,6 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome, Failure> {
     let _role = bus.take_within(BusRole::Estimator, patience(args.supervised))?;
     let publisher = EstimatePublisher::new(&bus)?;
     let samples = bus.subscriber()?;
-    let console = ConsoleThread::start()?;
     let station = args.station.start(args.signing_key.as_deref())?;
     let mut process = EstimatorProcess {
         args,
@@ -107,7 +103,6 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome, Failure> {
         bus: &bus,
         samples,
         publisher,
-        console,
         station,
         run: None,
         incarnation: None,
@@ -128,7 +123,6 @@ struct EstimatorProcess<'a> {
     bus: &'a Bus,
     samples: Subscriber<SamplePayload>,
     publisher: EstimatePublisher,
-    console: ConsoleThread,
     station: Option<GroundStation>,
     run: Option<LiveRun>,
     incarnation: Option<u64>,
@@ -180,13 +174,13 @@ impl EstimatorProcess<'_> {
         let incarnation = sample.header.incarnation;
         let head = read_head(self.bus.root(), incarnation)?.unwrap_or_else(|| {
             let what = "sideslip: telemetry has no run header; instruments are assumed at the centre of mass";
-            self.console.message(what.to_owned());
+            message(format_args!("{what}"));
             LogHead::every_channel(String::new(), ControlNames::Rotorcraft)
         });
         let known = self.incarnation.replace(incarnation).is_some();
         if self.run.as_ref().is_some_and(|run| run.goes_on_with(&head, sample.header.time_s)) {
             if known {
-                self.console.message("sideslip: telemetry began again; the run goes on".to_owned());
+                message(format_args!("sideslip: telemetry began again; the run goes on"));
             }
             return Ok(());
         }
@@ -201,7 +195,7 @@ impl EstimatorProcess<'_> {
             telemetry_waits,
             station: self.station.as_ref(),
         };
-        self.run = Some(LiveRun::begin(head, &setup, &self.console)?);
+        self.run = Some(LiveRun::begin(head, &setup)?);
         Ok(())
     }
 
@@ -210,9 +204,9 @@ impl EstimatorProcess<'_> {
         let Some(run) = self.run.take() else { return Ok(()) };
         let ended = run.end(&mut self.publisher)?;
         if self.to_standard_output() {
-            self.console.message(ended.table(Style::of_stream(&std::io::stderr())).trim_end_matches('\n').to_owned());
+            message(format_args!("{}", ended.table(Style::of_stream(&std::io::stderr())).trim_end_matches('\n')));
         } else {
-            self.console.answer(ended.table(Style::of_stream(&std::io::stdout())));
+            answer(&ended.table(Style::of_stream(&std::io::stdout())));
         }
         if self.ended.len() == RUNS_KEPT {
             self.ended.remove(0);
@@ -240,12 +234,11 @@ impl EstimatorProcess<'_> {
             losses.push(format!("{stale} samples of an earlier telemetry came after those of a later one and were dropped"));
         }
         for loss in &losses {
-            self.console.message(format!("sideslip: {loss}"));
+            message(format_args!("sideslip: {loss}"));
         }
         if let Some(station) = self.station {
-            self.console.message(format!("sideslip: {}", self.args.station.finish(station)));
+            message(format_args!("sideslip: {}", self.args.station.finish(station)));
         }
-        self.console.finish(LAST_WORDS);
         Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })
     }
 }

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 use sideslip::error::Failure;
-use sideslip::io::outputs::number::measured;
+use sideslip::io::outputs::number::{Fixed, Power, measured};
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::postflight::equation_error::collinearity::Collinearity;
 use sideslip::postflight::equation_error::design::{Bias, CandidateTerm, Design};
@@ -65,14 +65,23 @@ impl Equation {
             let q = &step.quality;
             let _ = writeln!(
                 text,
-                "  {count:<3}{mark} {what:<26} {:>7.4} {:>10.1} {:>11.4e} {:>11.4e}",
-                q.r_squared, q.f_total, q.pse, q.press
+                "  {count:<3}{mark} {what:<26} {:>7} {:>10} {:>11} {:>11}",
+                Fixed(q.r_squared, 4),
+                Fixed(q.f_total, 1),
+                Power(q.pse, 4),
+                Power(q.press, 4)
             );
         }
         let _ = writeln!(text, "  {:<18} {:>12} {:>10} {:>10} {:>12}", "term", "value", "s.e.", "partial F", "as in 1987");
         for TermEstimate { name, value, std, f, f_white, .. } in &fit.terms {
             let (value, std) = measured(*value, *std);
-            let _ = writeln!(text, "  {:<18} {value:>12} {std:>10} {f:>10.1} {f_white:>12.1}", style.bold(name));
+            let _ = writeln!(
+                text,
+                "  {:<18} {value:>12} {std:>10} {f:>10} {f_white:>12}",
+                style.bold(name),
+                f = Fixed(*f, 1),
+                f_white = Fixed(*f_white, 1)
+            );
         }
         if let Some(collapse) = collapse {
             let _ = writeln!(text, "  collapse: {collapse}");
@@ -80,7 +89,12 @@ impl Equation {
         for group in self.collinearity.iter().flat_map(|found| found.groups(&self.design)) {
             let names: Vec<&str> = group.terms.iter().map(|(name, _)| name.as_str()).collect();
             let (names, index) = (names.join(", "), group.index);
-            let _ = writeln!(text, "  NOT distinguished: {names} (condition index {index:.0}); {} would", group.split_by);
+            let _ = writeln!(
+                text,
+                "  NOT distinguished: {names} (condition index {index}); {} would",
+                group.split_by,
+                index = Fixed(index, 0)
+            );
         }
         let out = rejected.iter().map(|one| format!("{} ({})", self.name(one.place), reason(&one.reason)));
         let out: Vec<String> = out.collect();
@@ -132,9 +146,9 @@ impl Equation {
 fn reason(reason: &RejectionReason) -> String {
     match reason {
         RejectionReason::Still => "does not move".to_owned(),
-        RejectionReason::Explained(part) => format!("{:.1} % of its variance is explained by the others", 100.0 * part),
-        RejectionReason::Rise(rise) => format!("R2 would rise by {rise:.4}"),
-        RejectionReason::PartialF(f) => format!("partial F {f:.1}"),
+        RejectionReason::Explained(part) => format!("{} % of its variance is explained by the others", Fixed(100.0 * part, 1)),
+        RejectionReason::Rise(rise) => format!("R2 would rise by {rise}", rise = Fixed(*rise, 4)),
+        RejectionReason::PartialF(f) => format!("partial F {f}", f = Fixed(*f, 1)),
         RejectionReason::Predicts => "it predicts no better".to_owned(),
         RejectionReason::Left(step) => format!("left at step {step}"),
         RejectionReason::Collapse => "collapse".to_owned(),

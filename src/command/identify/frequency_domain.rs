@@ -6,6 +6,7 @@ use sideslip::error::Failure;
 use sideslip::flight::setting::check;
 use sideslip::io::outputs::charts::chart::{ChartError, Curve, Panel, svg};
 use sideslip::io::outputs::html::page::escaped;
+use sideslip::io::outputs::number::Fixed;
 use sideslip::io::outputs::tables::terminal::{EstimateTable, Style};
 use sideslip::num::frequency_response::FrequencyResponsePoint;
 use sideslip::postflight::identification::columns::Columns;
@@ -114,8 +115,9 @@ impl FrequencyDomainResult {
 
 fn line(response: &MeasuredResponse) -> String {
     let MeasuredResponse { run, output, input, segment_s, together, points } = response;
-    let with =
-        together.as_ref().map(|(other, coherence)| format!("; {input} and {other} are correlated (coherence {coherence:.2})"));
+    let with = together.as_ref().map(|(other, coherence)| {
+        format!("; {input} and {other} are correlated (coherence {coherence})", coherence = Fixed(*coherence, 2))
+    });
     let with = with.unwrap_or_default();
     let name = format!("{run}: {output}/{input}");
     let points = match points {
@@ -124,13 +126,24 @@ fn line(response: &MeasuredResponse) -> String {
     };
     let (Some((from, to)), Some(peak)) = (response.coherent(), response.peak()) else {
         let best = points.iter().map(|point| point.coherence).fold(0.0, f64::max);
-        return format!("{name}  coherence {best:.2} at best, below {COHERENT} everywhere: not this input alone, or noise{with}");
+        return format!(
+            "{name}  coherence {best} at best, below {COHERENT} everywhere: not this input alone, or noise{with}",
+            best = Fixed(best, 2)
+        );
     };
     let (gain, std) = (peak.response.norm(), peak.std * peak.response.norm());
     let (hz, phase, coherence) = (peak.rad_s / TAU, peak.response.arg().to_degrees(), peak.coherence);
     format!(
-        "{name}  coherence {COHERENT} or better from {from:.2} to {to:.2} Hz; largest gain {gain:.4} +- {std:.4} at {hz:.2} Hz, \
-         phase {phase:.0} deg, coherence {coherence:.2}; segments of {segment_s:.1} s{with}"
+        "{name}  coherence {COHERENT} or better from {from} to {to} Hz; largest gain {gain} +- {std} at {hz} Hz, \
+         phase {phase} deg, coherence {coherence}; segments of {segment_s} s{with}",
+        from = Fixed(from, 2),
+        to = Fixed(to, 2),
+        gain = Fixed(gain, 4),
+        std = Fixed(std, 4),
+        hz = Fixed(hz, 2),
+        phase = Fixed(phase, 0),
+        coherence = Fixed(coherence, 2),
+        segment_s = Fixed(*segment_s, 1)
     )
 }
 

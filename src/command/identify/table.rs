@@ -1,6 +1,6 @@
 //! The answer for a person.
 
-use sideslip::io::outputs::number::measured;
+use sideslip::io::outputs::number::{Fixed, Power, measured};
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::postflight::identification::identification_model::InstrumentParameter;
 use sideslip::postflight::identification::identify::IdentificationResult;
@@ -28,7 +28,7 @@ pub(super) fn text(identified: &IdentificationResult, style: Style) -> String {
         structure.outputs.join(" "),
         identified.fit.len(),
         fitted.iterations,
-        if fitted.converged { "" } else { ", NOT converged: these are no estimates" },
+        if fitted.converged { "" } else { ", NOT converged: these are no estimates" }
     );
     let _ = writeln!(text, "  {:<14} {:>12} {:>10}   {:>10}  {:>10}", "derivative", "value", "s.e.", "Cramer-Rao", "start");
     for (place, (axis, variable)) in linear.derivatives.iter().enumerate() {
@@ -38,7 +38,12 @@ pub(super) fn text(identified: &IdentificationResult, style: Style) -> String {
         let bound = at(&fitted.std_cramer_rao);
         let start = at(&identified.starts);
         let told = if fitted.insignificant.contains(&place) { "  not significantly different from zero" } else { "" };
-        let _ = writeln!(text, "  {name} {value:>12} {std:>10}   {bound:>10.2e}  {start:>10.4}{told}");
+        let _ = writeln!(
+            text,
+            "  {name} {value:>12} {std:>10}   {bound:>10}  {start:>10}{told}",
+            bound = Power(bound, 2),
+            start = Fixed(start, 4)
+        );
     }
     let name = |place: usize| linear.name(place);
     let (mut inseparable, mut hard): (Vec<_>, Vec<_>) = fitted.correlated.iter().partition(|(.., rho)| rho.abs() > INSEPARABLE);
@@ -53,7 +58,8 @@ pub(super) fn text(identified: &IdentificationResult, style: Style) -> String {
         );
     }
     if !hard.is_empty() {
-        let pairs = hard.drain(..).map(|&(one, other, rho)| format!("{} {} ({rho:.2})", name(one), name(other)));
+        let pairs =
+            hard.drain(..).map(|&(one, other, rho)| format!("{} {} ({rho})", name(one), name(other), rho = Fixed(rho, 2)));
         let _ = writeln!(text, "  strongly correlated estimates: {}", pairs.collect::<Vec<_>>().join(", "));
     }
     for (place, doubt) in linear.instrument_parameters.iter().enumerate() {
@@ -115,12 +121,12 @@ fn disturbed(text: &mut String, identified: &IdentificationResult) {
         .filter(|gust| gust.density > 0.0)
         .map(|gust| {
             let name = structure.states.get(gust.state).map_or("", String::as_str);
-            format!("{name} {:.2e} (+- {:.0} %)", libm::sqrt(gust.density), 50.0 * gust.std_log)
+            format!("{name} {} (+- {} %)", Power(libm::sqrt(gust.density), 2), Fixed(50.0 * gust.std_log, 0))
         })
         .collect();
     let none = gusts.is_empty().then(|| "none told".to_owned());
     let _ = writeln!(text, "  gusts, rms a root of a second: {}", gusts.into_iter().chain(none).collect::<Vec<_>>().join(", "));
-    let parts = structure.outputs.iter().zip(&found.disturbed).map(|(name, part)| format!("{name} {:.1} %", 100.0 * part));
+    let parts = structure.outputs.iter().zip(&found.disturbed).map(|(name, part)| format!("{name} {} %", Fixed(100.0 * part, 1)));
     let _ = writeln!(text, "  process noise in the innovations' variance: {}", parts.collect::<Vec<_>>().join(", "));
 }
 
@@ -130,7 +136,7 @@ pub(super) fn stability(root: &IdentifiedRoot) -> String {
     let shown = match root.probability_unstable {
         small if small < 0.001 => "below 0.001".to_owned(),
         large if large > 0.999 => "above 0.999".to_owned(),
-        middle => format!("{middle:.3}"),
+        middle => Fixed(middle, 3).to_string(),
     };
     format!("{word}, probability of instability {shown}")
 }
@@ -140,9 +146,9 @@ fn scores(text: &mut String, how: &str, flown: &RunPrediction, identified: &Iden
     for (name, score) in identified.linear.structure.outputs.iter().zip(&flown.scores) {
         match score {
             Some(score) => {
-                let _ = write!(text, " {name} VAF {:.3} TIC {:.3}", score.vaf, score.theil);
+                let _ = write!(text, " {name} VAF {} TIC {}", Fixed(score.vaf, 3), Fixed(score.theil, 3));
                 if let Some(line) = score.lines.iter().find(|line| line.at_twice_the_response) {
-                    let _ = write!(text, " (line at {:.2} rad/s, twice the response: nonlinear?)", line.omega);
+                    let _ = write!(text, " (line at {} rad/s, twice the response: nonlinear?)", Fixed(line.omega, 2));
                 }
             }
             None => {

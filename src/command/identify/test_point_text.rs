@@ -4,7 +4,7 @@ use super::json::{modes, output_error, prediction};
 use super::test_point_result::{ComplexRoot, LateralDampingAnalysis, SimulatedModes, TestPointResult, ValueAndStd};
 use crate::command::identify::table;
 use serde_json::{Value, json};
-use sideslip::io::outputs::number::measured;
+use sideslip::io::outputs::number::{Fixed, measured};
 use sideslip::io::outputs::tables::terminal::Style;
 use std::fmt::Write;
 
@@ -29,7 +29,7 @@ pub(super) fn heading(point: &TestPointResult) -> String {
 }
 
 pub(super) fn condition(point: &TestPointResult) -> String {
-    format!("{:.1} m/s, path {:+.1} deg", point.condition.speed, point.condition.path.to_degrees())
+    format!("{} m/s, path {:+} deg", Fixed(point.condition.speed, 1), Fixed(point.condition.path.to_degrees(), 1))
 }
 
 fn plus_minus((value, std): ValueAndStd) -> String {
@@ -50,8 +50,9 @@ fn beside(text: &mut String, point: &TestPointResult) {
             let own = fitted.theta.get(place).copied().zip(fitted.std.get(place).copied()).unwrap_or((f64::NAN, f64::NAN));
             let tail = by_tail_pitch(point, place).map(plus_minus).unwrap_or_default();
             let simulated = point.simulation.as_ref().and_then(|one| one.derivative(&point.identified, *axis, variable));
-            let (number, ratio) = simulated
-                .map_or((String::new(), String::new()), |value| (format!("{value:.5}"), format!("{:.2}", value / own.0)));
+            let (number, ratio) = simulated.map_or((String::new(), String::new()), |value| {
+                (Fixed(value, 5).to_string(), Fixed(value / own.0, 2).to_string())
+            });
             let name = format!("{axis}_{variable}");
             let _ = writeln!(text, "  {name:<14} {:>24} {tail:>24} {number:>12} {ratio:>8}", plus_minus(own));
         }
@@ -83,7 +84,10 @@ pub(super) fn by_tail_pitch(point: &TestPointResult, place: usize) -> Option<Val
 }
 
 fn shown(pair: Option<ComplexRoot>) -> String {
-    pair.map_or_else(|| "none".to_owned(), |(real, imag)| format!("{real:+.3}{imag:+.3}i"))
+    pair.map_or_else(
+        || "none".to_owned(),
+        |(real, imag)| format!("{real:+}{imag:+}i", real = Fixed(real, 3), imag = Fixed(imag, 3)),
+    )
 }
 
 fn roots(text: &mut String, point: &TestPointResult) {
@@ -104,11 +108,13 @@ fn roots(text: &mut String, point: &TestPointResult) {
     if let Some(LateralDampingAnalysis { n_r_effective, by_25, by_26, twice_real, n_p, roots: [first, second] }) =
         &point.explained
     {
-        let twice = twice_real.map(|twice| format!("; 2 Re of the root {twice:+.3}")).unwrap_or_default();
+        let twice = twice_real.map(|twice| format!("; 2 Re of the root {twice:+}", twice = Fixed(twice, 3))).unwrap_or_default();
         let _ = writeln!(
             text,
-            "    effective N_r, fitted without N_p and L_r: {}; by (25) {by_25:+.3}, by (26) {by_26:+.3}{twice}",
-            plus_minus(*n_r_effective)
+            "    effective N_r, fitted without N_p and L_r: {}; by (25) {by_25:+}, by (26) {by_26:+}{twice}",
+            plus_minus(*n_r_effective),
+            by_25 = Fixed(*by_25, 3),
+            by_26 = Fixed(*by_26, 3)
         );
         if let Some([by_27, by_29]) = n_p {
             let _ = writeln!(text, "    N_p derived by (26) {}: new lateral subsystem {}", plus_minus(*by_27), shown(*first));

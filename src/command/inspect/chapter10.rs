@@ -4,7 +4,8 @@
 use super::seen_rows::SeenRows;
 use crate::command::message;
 use crate::command::options::telemetry_source::{RecordingKind, RecordingSource};
-use crate::command::terminal::output_file::{print, write_json};
+use crate::command::terminal::console::print;
+use crate::command::terminal::output_file::write_json;
 use serde_json::json;
 use sideslip::error::{Failure, Outcome};
 use sideslip::io::telemetry::chapter10::header::type_name;

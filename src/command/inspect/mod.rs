@@ -10,7 +10,8 @@ mod traffic;
 
 use super::options::mapping_input::read_mapping;
 use super::options::telemetry_source::RecordingSource;
-use super::terminal::output_file::{print, refuse_to_overwrite, write_json};
+use super::terminal::console::print;
+use super::terminal::output_file::{refuse_to_overwrite, write_json};
 use crate::command::message;
 use seen_rows::SeenRows;
 use sideslip::error::{Failure, Outcome};

@@ -2,7 +2,8 @@
 
 use super::options::flight_condition;
 use super::options::flight_condition::FlightCondition;
-use super::terminal::output_file::{print, refuse_to_overwrite, write_json};
+use super::terminal::console::print;
+use super::terminal::output_file::{refuse_to_overwrite, write_json};
 use crate::command::message;
 use nalgebra::Complex;
 use serde_json::{Map, Value, json};
@@ -13,6 +14,7 @@ use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::effect::{Effect, Family};
 use sideslip::flight::file::model_file::ModelFile;
 use sideslip::flight::model::LinearModel;
+use sideslip::io::outputs::number::Fixed;
 use sideslip::realtime::modes::lateral;
 use sideslip::realtime::modes::naming::{Eigenmodes, eigenmodes};
 use sideslip::realtime::modes::record::{ModesRecord, OscillatoryMode, RealRoot};
@@ -121,8 +123,8 @@ fn add_whole(result: &mut Value, table: &mut String, whole: &[Complex<f64>]) {
 
 fn write_mode(text: &mut String, name: &str, mode: &Complex<f64>) {
     let _ = match mode.im > 0.0 {
-        true => writeln!(text, "{name:<12}  {:9.4} +- {:.4}i", mode.re, mode.im),
-        false => writeln!(text, "{name:<12}  {:9.4}", mode.re),
+        true => writeln!(text, "{name:<12}  {:>9} +- {}i", Fixed(mode.re, 4), Fixed(mode.im, 4)),
+        false => writeln!(text, "{name:<12}  {:>9}", Fixed(mode.re, 4)),
     };
 }
 
@@ -183,17 +185,17 @@ fn to_table(read: &FlightModel, model: &LinearModel, effects: &[Effect], modes: 
     }
     let _ = writeln!(
         text,
-        "trim: V {:.3} m/s (u {:.3}, v {:.3}, w {:.3}), phi {:.4} rad, theta {:.4} rad, flight path {:.4} rad",
-        trim.airspeed(),
-        trim.u,
-        trim.v,
-        trim.w,
-        trim.phi,
-        trim.theta,
-        trim.flight_path_angle()
+        "trim: V {} m/s (u {}, v {}, w {}), phi {} rad, theta {} rad, flight path {} rad",
+        Fixed(trim.airspeed(), 3),
+        Fixed(trim.u, 3),
+        Fixed(trim.v, 3),
+        Fixed(trim.w, 3),
+        Fixed(trim.phi, 4),
+        Fixed(trim.theta, 4),
+        Fixed(trim.flight_path_angle(), 4)
     );
     for (control, value) in Control::ALL.into_iter().zip(trim.controls) {
-        let _ = writeln!(text, "      {} {value:.4} rad", control.name(file.controls));
+        let _ = writeln!(text, "      {} {value} rad", control.name(file.controls), value = Fixed(value, 4));
     }
     let inputs = INPUTS.map(|input| input.name(file.controls));
     let a = state_matrix(model);
@@ -207,13 +209,20 @@ fn to_table(read: &FlightModel, model: &LinearModel, effects: &[Effect], modes: 
         Some(mode) => {
             let omega = libm::hypot(mode.re, mode.im);
             let zeta = -mode.re / omega;
-            let _ = writeln!(text, "Dutch roll  {:9.4} +- {:.4}i   omega {omega:.4} rad/s, zeta {zeta:.4}", mode.re, mode.im);
+            let _ = writeln!(
+                text,
+                "Dutch roll  {:>9} +- {}i   omega {omega} rad/s, zeta {zeta}",
+                Fixed(mode.re, 4),
+                Fixed(mode.im, 4),
+                omega = Fixed(omega, 4),
+                zeta = Fixed(zeta, 4)
+            );
         }
         None => text.push_str("Dutch roll  none\n"),
     }
     for (name, mode) in [("roll", modes.roll), ("spiral", modes.spiral)] {
         let _ = match mode {
-            Some(real) => writeln!(text, "{name:<12}  {real:9.4}"),
+            Some(real) => writeln!(text, "{name:<12}  {real:>9}", real = Fixed(real, 4)),
             None => writeln!(text, "{name:<12}  none"),
         };
     }
@@ -226,12 +235,19 @@ fn to_table(read: &FlightModel, model: &LinearModel, effects: &[Effect], modes: 
         Some(modes) => {
             for (name, mode) in [("Dutch roll", modes.dutch_roll), ("phugoid", modes.lateral_phugoid)] {
                 if let Some(OscillatoryMode { real, imag, omega, zeta, .. }) = mode {
-                    let _ = writeln!(text, "{name:<12}  {real:9.4} +- {imag:.4}i   omega {omega:.4} rad/s, zeta {zeta:.4}");
+                    let _ = writeln!(
+                        text,
+                        "{name:<12}  {real:>9} +- {imag}i   omega {omega} rad/s, zeta {zeta}",
+                        real = Fixed(real, 4),
+                        imag = Fixed(imag, 4),
+                        omega = Fixed(omega, 4),
+                        zeta = Fixed(zeta, 4)
+                    );
                 }
             }
             for (name, mode) in [("roll", modes.roll), ("spiral", modes.spiral)] {
                 if let Some(root) = mode {
-                    let _ = writeln!(text, "{name:<12}  {:9.4}", root.value);
+                    let _ = writeln!(text, "{name:<12}  {:>9}", Fixed(root.value, 4));
                 }
             }
         }
@@ -253,6 +269,10 @@ fn differences(aircraft: &Level1) -> String {
 fn write_matrix(text: &mut String, columns: &[&str], rows: impl Iterator<Item = Vec<f64>>) {
     let _ = writeln!(text, "{:6}{}", "", columns.iter().map(|name| format!("{name:>11}")).collect::<String>());
     for (state, row) in STATES.iter().zip(rows) {
-        let _ = writeln!(text, "{state:<6}{}", row.iter().map(|value| format!("{value:11.4}")).collect::<String>());
+        let _ = writeln!(
+            text,
+            "{state:<6}{}",
+            row.iter().map(|value| format!("{value:>11}", value = Fixed(*value, 4))).collect::<String>()
+        );
     }
 }

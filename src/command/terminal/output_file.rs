@@ -3,6 +3,7 @@
 //! What is no regular file (a pipe, a device) cannot be replaced and is written directly; a symbolic link keeps pointing
 //! where it does, and what it points to is replaced.
 
+use super::console::print_json;
 use sideslip::error::Failure;
 use std::fs::File;
 use std::io::{BufWriter, ErrorKind, Result as IoResult, Write};
@@ -80,24 +81,9 @@ pub(crate) fn write_whole(path: &Path, write: impl FnOnce(&mut dyn Write) -> IoR
     output.keep()
 }
 
-/// To standard output; a reader that has seen enough is no failure.
-pub(crate) fn print(text: &str) -> Result<(), Failure> {
-    print_while_read(text).map(drop)
-}
-
-/// The same; whether anybody still reads.
-pub(crate) fn print_while_read(text: &str) -> Result<bool, Failure> {
-    let mut output = std::io::stdout().lock();
-    match output.write_all(text.as_bytes()).and_then(|()| output.flush()) {
-        Ok(()) => Ok(true),
-        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(false),
-        Err(error) => Err(Failure::io(Path::new("standard output"), &error)),
-    }
-}
-
 /// A result as JSON: to standard output where the path is `-`, else to a file, whole or not at all.
 pub(crate) fn write_json(path: &Path, text: &str) -> Result<(), Failure> {
-    if path.as_os_str() == "-" { print(text) } else { write_whole(path, |file| file.write_all(text.as_bytes())) }
+    if path.as_os_str() == "-" { print_json(text).map(drop) } else { write_whole(path, |file| file.write_all(text.as_bytes())) }
 }
 
 /// Refuses, before long work, a file to write in a folder that is not there.

@@ -1,6 +1,8 @@
 //! One line on a terminal that says how far a run is; nothing where standard error goes elsewhere.
 
-use std::io::{IsTerminal, Write};
+use super::console::progress;
+use sideslip::io::outputs::words::printable::printable;
+use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 /// How often the line is written anew.
@@ -25,7 +27,7 @@ impl ProgressLine {
         if now >= next {
             self.next = Some(now + EVERY);
             self.shown = true;
-            let _ = write!(std::io::stderr().lock(), "\r\x1b[K{}", line());
+            progress(format!("\r\x1b[K{}", printable(&line())));
         }
     }
 }
@@ -33,7 +35,7 @@ impl ProgressLine {
 impl Drop for ProgressLine {
     fn drop(&mut self) {
         if self.shown {
-            let _ = write!(std::io::stderr().lock(), "\r\x1b[K");
+            progress("\r\x1b[K".to_owned());
         }
     }
 }

@@ -1,14 +1,28 @@
 //! What ends a command before its work is done: a signal, or the end of the process that started it.
 
 use sideslip::error::Failure;
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use std::io::Read;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 /// Two signals closer than this are one.
 const SAID_TWICE: Duration = Duration::from_millis(500);
+
+/// The flag of this process, for what would wait for a terminal.
+static STOP: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+
+/// Whether a command that ends by [`stopped_by_signals`] was asked to.
+pub(crate) fn is_asked_to_stop() -> bool {
+    STOP.get().is_some_and(|stop| stop.load(Ordering::Relaxed))
+}
+
+/// A file that reaches the limit of its size (`ulimit -f`) is a write error, which is reported, and no silent end.
+pub(crate) fn file_size_limit_is_an_error() {
+    // Where the signal cannot be caught, the process ends by it as before.
+    let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
+}
 
 /// A flag that the first SIGINT, SIGTERM or SIGHUP sets; another one, half a second later or more, ends the process at once.
 /// Sooner it is the same wish said twice, as `timeout` and shells do that signal a process and its group.
@@ -19,6 +33,7 @@ pub(crate) fn stopped_by_signals() -> Result<Arc<AtomicBool>, Failure> {
             .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&stop)))
             .map_err(|error| Failure::Running(format!("signals cannot be caught: {error}")))?;
     }
+    let _ = STOP.set(Arc::clone(&stop));
     let asked = Arc::clone(&stop);
     let arm = move || {
         while !asked.load(Ordering::Relaxed) {

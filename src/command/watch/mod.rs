@@ -1,32 +1,36 @@
-//! `sideslip watch`: the newest estimates out of shared memory, once a second, for a person or a program.
+//! `sideslip watch`: the newest estimates out of shared memory, as a screen on a terminal, as lines for everything else.
 
-use super::terminal::output_file::print_while_read;
+mod bus_picture;
+mod lines;
+mod nobody;
+mod repetition;
+mod sample_flow;
+mod screen;
+
+use super::terminal::console::{print_json, print_while_read};
 use super::terminal::stop::stopped_by_signals;
-use crate::command::root_path;
-use serde_json::{Value, json};
+use crate::command::{message, root_path};
+use bus_picture::{BusListener, BusPicture};
+use nobody::{nobody_here, running_elsewhere};
+use repetition::Repetition;
+use screen::open_screen::OpenScreen;
 use sideslip::error::{Failure, Outcome};
-use sideslip::flight::channel::ControlNames;
-use sideslip::flight::file::run_file::RunInfo;
-use sideslip::io::bus::payload::{FindingPayload, OutputErrorPayload};
-use sideslip::io::bus::reader::{NewestEstimate, Reader};
-use sideslip::io::bus::run_head::newest_head;
+use sideslip::io::bus::role_holder::RoleHolder;
 use sideslip::io::bus::service::Bus;
-use sideslip::io::outputs::json::derivatives_json::{RunEstimates, derivatives_json};
-use sideslip::io::outputs::tables::terminal::{EstimateTable, Style};
-use sideslip::io::outputs::words::finding_text::FindingsTable;
-use sideslip::io::outputs::words::output_error_text::OutputErrorTable;
-use sideslip::io::outputs::words::status_text::StatusText;
-use sideslip::postflight::diagnosis::record::{FindingRecord, FindingStatus, FindingsSoFar};
-use sideslip::postflight::output_error::record::OutputErrorRecord;
 use std::io::IsTerminal;
 use std::path::PathBuf;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 const EXAMPLE: &str = "\
 Example:
   sideslip watch
+  sideslip watch --plain --count 1
   sideslip watch --json | jq --unbuffered '.estimate.modes.dutch_roll'
+
+On a terminal it is a screen: Dutch roll, verdict on stability, ages, link, status and the newest events on the first page; the
+keys 1 to 5 show overview, derivatives, modes, instruments and events, ? the help, q or ctrl-C ends it. What is out of date
+says STALE. Colours are left out where NO_COLOR is set. Elsewhere, and with --plain, it prints a table for each output.
 
 With --json each line holds age (s), sequence, incarnation, missed, status, valid, and the estimate in the form of
 derivatives.json. All but `missed`, `status` and `valid` are null before
@@ -35,7 +39,7 @@ the first estimate. It ends with ctrl-C, or when nobody reads it any more.";
 /// Interval of the check whether it was stopped.
 const SLICE: Duration = Duration::from_millis(20);
 
-/// Show the latest estimates of a running estimator, once a second
+/// Show the latest estimates of a running estimator: a screen on a terminal, else a table a second
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct WatchArgs {
@@ -45,9 +49,12 @@ pub(crate) struct WatchArgs {
     /// Print a JSON object a line
     #[arg(long)]
     json: bool,
-    /// Interval of the output, s
-    #[arg(long, value_name = "S", default_value = "1", value_parser = interval)]
-    every: Duration,
+    /// Print tables on a terminal too, one below the other
+    #[arg(long, conflicts_with = "json")]
+    plain: bool,
+    /// Interval of the output, s [default: 1, of the screen 0.25]
+    #[arg(long, value_name = "S", value_parser = interval)]
+    every: Option<Duration>,
     /// End after so many outputs
     #[arg(long, value_name = "N")]
     count: Option<u64>,
@@ -58,134 +65,57 @@ fn interval(text: &str) -> Result<Duration, String> {
     seconds.map(Duration::from_secs_f64).ok_or_else(|| format!("expected seconds from 0.02 to 3600, found `{text}`"))
 }
 
-/// Prints until it is stopped.
+/// Shows until it is stopped.
 pub(crate) fn run(args: &WatchArgs) -> Result<Outcome, Failure> {
     let stop = stopped_by_signals()?;
-    let bus = Bus::enter(&root_path(args.root.as_ref()))?;
-    let mut reader = Reader::on(&bus)?;
-    let mut output_errors = bus.subscriber::<OutputErrorPayload>()?;
-    let mut findings = bus.subscriber::<FindingPayload>()?;
-    let (mut output_error, mut so_far) = (None, FindingsOfEstimator::default());
+    let root = root_path(args.root.as_ref());
+    let on_terminal = std::io::stdout().is_terminal() && !args.json && !args.plain;
+    let listener = BusListener::on(Bus::enter(&root)?, on_terminal)?;
+    let mut picture = BusPicture::of(root);
+    let repetition = Repetition { every: args.every, count: args.count };
+    // A terminal without a keyboard has lines, too.
+    match on_terminal.then(OpenScreen::open).and_then(Result::ok) {
+        Some(mut opened) => screen::run(&mut opened, listener, &mut picture, repetition, &stop),
+        None => print_lines(listener, &mut picture, (args.json, repetition), &stop),
+    }
+}
+
+fn print_lines(
+    mut listener: BusListener,
+    picture: &mut BusPicture,
+    (json, repetition): (bool, Repetition),
+    stop: &AtomicBool,
+) -> Result<Outcome, Failure> {
     // An estimate that was published before comes with the next one.
     let patience = Instant::now() + Duration::from_millis(500);
-    while reader.latest()?.is_none() && Instant::now() < patience && !stop.load(Ordering::Relaxed) {
+    while listener.estimate()?.is_none() && Instant::now() < patience && !stop.load(Ordering::Relaxed) {
         std::thread::sleep(SLICE);
+    }
+    listener.name_processes(picture);
+    if picture.estimator == RoleHolder::Nobody && picture.estimate.is_none() && !json {
+        picture.elsewhere = running_elsewhere(&picture.root);
+        message(format_args!("watch: {}", nobody_here(picture).join("; ")));
     }
     let mut due = Instant::now();
     let mut polls = 0;
-    while !stop.load(Ordering::Relaxed) && args.count.is_none_or(|count| polls < count) {
+    while !stop.load(Ordering::Relaxed) && repetition.more_after(polls) {
         let now = Instant::now();
         if now < due {
             std::thread::sleep(SLICE.min(due - now));
             continue;
         }
-        due = (due + args.every).max(now);
+        due = (due + repetition.every.unwrap_or(Duration::from_secs(1))).max(now);
         polls += 1;
-        let estimate = reader.latest()?;
-        while let Some(newest) = output_errors.receive()? {
-            output_error = Some(newest.record()?);
-        }
-        while let Some(newest) = findings.receive()? {
-            so_far.update(newest.header.incarnation, &newest.record()?);
-        }
-        let (name, controls) = run_of(&bus);
-        let shown = if args.json {
-            format!("{}\n", line(&name, controls, estimate.as_ref(), output_error.as_ref(), so_far.findings.records())?)
+        listener.take_in(picture)?;
+        listener.name_run(picture);
+        let is_read = if json {
+            print_json(&format!("{}\n", lines::json_line(picture)?))?
         } else {
-            screen(&name, controls, estimate.as_ref(), output_error.as_ref(), so_far.findings.records())
+            print_while_read(&lines::table(picture))?
         };
-        if !print_while_read(&shown)? {
+        if !is_read {
             break;
         }
     }
     Ok(Outcome::Done)
-}
-
-/// What the diagnosis of one estimator said so far.
-#[derive(Default)]
-struct FindingsOfEstimator {
-    incarnation: u64,
-    findings: FindingsSoFar,
-}
-
-impl FindingsOfEstimator {
-    /// The first word of a run ends those of the run before; so does another estimator.
-    fn update(&mut self, incarnation: u64, record: &FindingRecord) {
-        if incarnation != self.incarnation || record.standing == FindingStatus::Waiting {
-            *self = FindingsOfEstimator { incarnation, findings: FindingsSoFar::new() };
-        }
-        self.findings.update(record);
-    }
-}
-
-/// Name and controls of the run that telemetry announced last.
-fn run_of(bus: &Bus) -> (String, ControlNames) {
-    let head = newest_head(bus.root()).ok().flatten();
-    let controls = head.as_ref().map_or(ControlNames::Rotorcraft, |head| head.controls);
-    let info = head.and_then(|head| RunInfo::from_toml(&head.run_toml).ok());
-    (info.and_then(|info| info.run().map(str::to_owned)).unwrap_or_else(|| "live".to_owned()), controls)
-}
-
-fn screen(
-    name: &str,
-    controls: ControlNames,
-    estimate: Option<&NewestEstimate>,
-    output_error: Option<&OutputErrorRecord>,
-    findings: &[FindingRecord],
-) -> String {
-    // A terminal shows the newest only; elsewhere one stands below the other.
-    let clear = if std::io::stdout().is_terminal() { "\x1b[H\x1b[2J" } else { "" };
-    let Some(estimate) = estimate else { return format!("{clear}no estimate yet\n") };
-    let status = StatusText { status: estimate.status, controls };
-    let NewestEstimate { derivatives, modes, age, sequence, missed, .. } = estimate;
-    let style = Style::of_stream(&std::io::stdout());
-    let table = EstimateTable { controls, derivatives: Some(derivatives), modes: Some(modes), events: &[], notes: &[], style };
-    let now_s = derivatives.time_s;
-    let fitted = output_error.map(|record| OutputErrorTable { record, now_s, controls, style }.to_string()).unwrap_or_default();
-    let held = FindingsTable { findings, style };
-    let age_s = age.as_secs_f64();
-    format!("{clear}run {name}, estimate {sequence}, {age_s:.2} s old, {missed} missed: {status}\n{table}{fitted}{held}\n")
-}
-
-fn line(
-    name: &str,
-    controls: ControlNames,
-    estimate: Option<&NewestEstimate>,
-    output_error: Option<&OutputErrorRecord>,
-    findings: &[FindingRecord],
-) -> Result<Value, Failure> {
-    let Some(estimate) = estimate else {
-        return Ok(json!({
-            "age": null,
-            "sequence": null,
-            "incarnation": null,
-            "missed": 0,
-            "status": "waiting",
-            "valid": false,
-            "estimate": null,
-        }));
-    };
-    let run = RunEstimates {
-        run: name,
-        controls,
-        state: None,
-        derivatives: Some(&estimate.derivatives),
-        modes: Some(&estimate.modes),
-        output_error,
-        findings,
-        warnings: &[],
-        consistency: [None, None],
-        noise: None,
-    };
-    let wrong = |error: serde_json::Error| Failure::Running(error.to_string());
-    let document: Value = serde_json::from_str(&derivatives_json(&[run]).map_err(wrong)?).map_err(wrong)?;
-    Ok(json!({
-        "age": estimate.age.as_secs_f64(),
-        "sequence": estimate.sequence,
-        "incarnation": estimate.incarnation,
-        "missed": estimate.missed,
-        "status": StatusText { status: estimate.status, controls }.to_string(),
-        "valid": estimate.is_valid(),
-        "estimate": document.pointer("/runs/0"),
-    }))
 }

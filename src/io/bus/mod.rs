@@ -13,6 +13,7 @@ pub mod clock;
 pub mod error;
 pub mod payload;
 pub mod reader;
+pub mod role_holder;
 pub mod root;
 pub mod run_head;
 pub mod service;

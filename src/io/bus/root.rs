@@ -226,6 +226,11 @@ fn remove_if_left(path: &Path) {
     }
 }
 
+/// The lock file of a role in a root.
+pub(super) fn role_file(root: &Path, role: BusRole) -> PathBuf {
+    root.join(OURS).join(role.name())
+}
+
 /// Writes this process' number into a file that it has locked.
 fn sign(file: &mut File) -> std::io::Result<()> {
     file.set_len(0)?;

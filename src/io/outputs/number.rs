@@ -29,9 +29,43 @@ impl Display for Digits {
     }
 }
 
+/// A number with that many decimals for a table, as a power of ten from ten million on in size, and from a hundred thousand on
+/// where it would not fit its column; a word where it is no number:
+/// `none`, `infinite`. Width, alignment and a plus sign are those of the format.
+#[derive(Clone, Copy, Debug)]
+pub struct Fixed(pub f64, pub usize);
+
+impl Display for Fixed {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Fixed(value, decimals) = *self;
+        if value.is_nan() {
+            return f.pad("none");
+        }
+        if value.is_infinite() {
+            return f.pad(if value > 0.0 { "infinite" } else { "-infinite" });
+        }
+        let plus = if f.sign_plus() && !value.is_sign_negative() { "+" } else { "" };
+        let size = libm::fabs(value);
+        let plain = if size < 1e7 { format!("{plus}{value:.decimals$}") } else { String::new() };
+        let fits = size < 1e5 || f.width().is_none_or(|width| plain.len() <= width);
+        if size < 1e7 && fits { f.pad(&plain) } else { f.pad(&format!("{plus}{value:.2e}")) }
+    }
+}
+
+/// A number as a power of ten with that many decimals; a word where it is no number, as [`Fixed`].
+#[derive(Clone, Copy, Debug)]
+pub struct Power(pub f64, pub usize);
+
+impl Display for Power {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Power(value, decimals) = *self;
+        if value.is_finite() { f.pad(&format!("{value:.decimals$e}")) } else { Fixed(value, 0).fmt(f) }
+    }
+}
+
 /// A band of frequencies to two decimals, `0.25-1.50`; a band of one line is that line.
 pub fn band_text((low, high): (f64, f64)) -> String {
-    let (low, high) = (format!("{low:.2}"), format!("{high:.2}"));
+    let (low, high) = (Fixed(low, 2).to_string(), Fixed(high, 2).to_string());
     if low == high { low } else { format!("{low}-{high}") }
 }
 
@@ -56,17 +90,17 @@ pub fn measured_text(value: f64, std: f64) -> String {
 /// A value with its standard error, both to the error's second digit; the value alone to four decimals where there is no error.
 pub fn estimate_text(value: f64, std: f64) -> String {
     if !(std.is_finite() && std > 0.0) {
-        return format!("{value:.4}");
+        return Fixed(value, 4).to_string();
     }
     let places = (1.0 - libm::floor(libm::log10(std))).clamp(0.0, 9.0) as usize;
-    format!("{value:.places$} +- {std:.places$}")
+    format!("{} +- {}", Fixed(value, places), Fixed(std, places))
 }
 
 /// A value with its standard error, to the error's two leading digits, at most four decimals.
 pub fn short_measured_text(one: Measured) -> String {
     let places = if one.std > 0.0 && one.std.is_finite() { 1 - libm::floor(libm::log10(one.std)) as i32 } else { 3 };
     let places = usize::try_from(places.clamp(0, 4)).unwrap_or(0);
-    format!("{:.places$} +- {:.places$}", one.value, one.std)
+    format!("{} +- {}", Fixed(one.value, places), Fixed(one.std, places))
 }
 
 /// Decimals that show `digits` significant digits of a number of that size, at most `most`.
@@ -94,6 +128,20 @@ mod tests {
         for (value, text) in cases {
             assert_eq!(Digits(value, 3).to_string(), text);
         }
+    }
+
+    #[test]
+    fn a_table_has_a_word_where_there_is_no_number_and_no_row_of_digits() {
+        let cases = [(1.25, "  1.2"), (-1e300, "-1.00e300"), (f64::NAN, " none"), (f64::INFINITY, "infinite"), (9e6, "9.00e6")];
+        for (value, text) in cases {
+            assert_eq!(format!("{:>5}", Fixed(value, 1)), text);
+        }
+        assert_eq!(
+            format!("{:+} {:+} {:<6}|", Fixed(1.0, 2), Fixed(-1.0, 2), Fixed(f64::NEG_INFINITY, 2)),
+            "+1.00 -1.00 -infinite|"
+        );
+        assert_eq!((estimate_text(1e300, f64::NAN), estimate_text(f64::NAN, 0.1)), ("1.00e300".into(), "none +- 0.10".into()));
+        assert_eq!(short_measured_text(Measured { value: 1e200, std: f64::INFINITY }), "1.00e200 +- infinite");
     }
 
     #[test]

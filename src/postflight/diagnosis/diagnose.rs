@@ -238,16 +238,12 @@ fn search_with_observed_noise(
     match if searched.is_joint() { None } else { with_observed_noise(&problem, &searched.point) } {
         Some(noisier) => {
             let (searched, _) = search_causes(&noisier, known, settings)?;
-            let unknown = unknown.filter(|one| exceeds_noise(&noisier, &searched, one.axis));
+            let remains = discrepancy(&noisier, &searched);
+            let unknown = unknown.filter(|one| remains.get(one.axis.index()).is_some_and(Discrepancy::exceeds_noise));
             Some((noisier, searched, unknown))
         }
         None => Some((problem, searched, unknown)),
     }
-}
-
-/// Whether what the causes leave of an axis is more than what the instruments' noise makes there.
-fn exceeds_noise(problem: &DiagnosisProblem, searched: &SearchResult, axis: Axis) -> bool {
-    discrepancy(problem, searched).get(axis.index()).is_some_and(|remains| remains.rms_after > remains.noise)
 }
 
 /// A few causes, or where these do not do many derivatives that are off.

@@ -184,7 +184,8 @@ impl Sums {
     }
 
     fn moments(&self, which: usize) -> PredictionMoments {
-        let square = |xx: f64| (xx / self.count).max(0.0);
+        // A difference of sums may fall below zero by rounding; of no samples there is no mean.
+        let square = |xx: f64| if self.count > 0.0 { (xx / self.count).max(0.0) } else { f64::NAN };
         let variance = |x: f64, xx: f64| xx / self.count - (x / self.count) * (x / self.count);
         PredictionMoments {
             error_square: square(self.ee[which]),
@@ -245,7 +246,7 @@ pub fn improvement(pairs: &[(&FreeRunPrediction, &FreeRunPrediction)]) -> Improv
             // A channel without samples in a draw is not pooled there.
             let parts = places.iter().map(|&place| &sums[place]).filter(|sums| sums.count > 0.5);
             let (sum, count) = parts.fold((0.0, 0.0), |(sum, count), sums| (sum + whitened(sums) / sums.count, count + 1.0));
-            libm::sqrt(f64::max(sum, 0.0) / count)
+            if count > 0.0 { libm::sqrt(f64::max(sum, 0.0) / count) } else { f64::NAN }
         };
         let pool = |sums: &[Sums], which: usize| pool_of(sums, &|sums| sums.whitened[which]);
         let estimate = |figure: &dyn Fn(&[Sums]) -> f64| IntervalEstimate {
@@ -271,9 +272,9 @@ fn biased(prediction: &FreeRunPrediction, wanted: Channel) -> bool {
     prediction.effects.iter().any(|effect| matches!(effect, Effect::SensorBias { channel, .. } if *channel == wanted))
 }
 
-/// after/before, 1 where both are zero.
+/// after/before, 1 where both are zero, and none where one of them is none.
 fn ratio(after: f64, before: f64) -> f64 {
-    if before > 0.0 || after > 0.0 { after / before } else { 1.0 }
+    if before > 0.0 || after > 0.0 || before.is_nan() || after.is_nan() { after / before } else { 1.0 }
 }
 
 /// The sums of a pair, cell by cell.

@@ -29,10 +29,39 @@ pub struct OscillatoryMode {
 /// Standard error of zeta, and of omega relative to itself, above which a pair is not resolved.
 const RESOLVED: f64 = 0.3;
 /// Standard errors from which on an unstable mode is one: of some ten thousand readings of stable aircraft in gusts, one was
-/// beyond two.
+/// beyond two. A stable one too, where the answer is a verdict.
 const UNSTABLE: f64 = 3.0;
 
+/// What the data say of a mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ModeStability {
+    /// It decays, by three standard errors.
+    Stable,
+    /// It grows, by three standard errors.
+    Unstable,
+    /// It may do either.
+    Unclear,
+}
+
+impl ModeStability {
+    /// Of a number that is positive where the mode decays.
+    fn of(decay: f64, std: f64) -> Self {
+        if !(std > 0.0 && libm::fabs(decay) >= UNSTABLE * std) {
+            ModeStability::Unclear
+        } else if decay > 0.0 {
+            ModeStability::Stable
+        } else {
+            ModeStability::Unstable
+        }
+    }
+}
+
 impl OscillatoryMode {
+    /// Whether it decays: by the damping ratio and its standard error.
+    pub fn stability(&self) -> ModeStability {
+        ModeStability::of(self.zeta, self.std_zeta)
+    }
+
     /// Whether the standard errors resolve it: of omega to 0.3 of itself, of zeta to 0.3; an unstable one by three of them, for
     /// what may as well be stable is not reported as unstable.
     pub fn is_resolved(&self) -> bool {
@@ -54,6 +83,11 @@ pub struct RealRoot {
 }
 
 impl RealRoot {
+    /// Whether it decays: by the root and its standard error.
+    pub fn stability(&self) -> ModeStability {
+        ModeStability::of(-self.value, self.std)
+    }
+
     /// Whether the standard error resolves it: to its own size, an unstable one to a third of it.
     pub fn is_resolved(&self) -> bool {
         let unclear = if self.value > 0.0 { UNSTABLE * self.std } else { self.std };
@@ -95,5 +129,17 @@ mod tests {
         let root = |value: f64, std: f64| RealRoot { value, std }.is_resolved();
         assert!(root(-0.5, 0.4) && !root(-0.5, 0.6) && !root(0.5, 0.2) && root(0.5, 0.1));
         assert!(!root(0.0, 0.0), "nothing is known exactly");
+    }
+
+    #[test]
+    fn a_verdict_takes_three_standard_errors_either_way() {
+        let root = |value: f64, std: f64| RealRoot { value, std }.stability();
+        assert_eq!((root(-0.5, 0.1), root(0.5, 0.1)), (ModeStability::Stable, ModeStability::Unstable));
+        for unclear in [root(-0.5, 0.2), root(0.5, 0.2), root(-0.5, 0.0), root(-0.5, f64::NAN), root(f64::NAN, 0.1)] {
+            assert_eq!(unclear, ModeStability::Unclear);
+        }
+        let pair = OscillatoryMode { zeta: 0.2, std_zeta: 0.05, ..OscillatoryMode::default() };
+        assert_eq!(pair.stability(), ModeStability::Stable);
+        assert_eq!(OscillatoryMode { zeta: -0.2, ..pair }.stability(), ModeStability::Unstable);
     }
 }

@@ -1,7 +1,7 @@
 //! The preliminary interpretation as text: tables of at most [`WIDTH`] columns, then the sentences.
 
 use crate::flight::channel::{Channel, ControlNames};
-use crate::io::outputs::number::short_measured_text;
+use crate::io::outputs::number::{Fixed, short_measured_text};
 use crate::io::outputs::tables::wrapped::wrapped;
 use crate::io::outputs::words::manoeuvre_sentences::{self, point_words, side_words};
 use crate::postflight::manoeuvres::record::{
@@ -64,7 +64,7 @@ fn item_lines(sentence: &str) -> Vec<String> {
 }
 
 fn percent(value: f64) -> String {
-    if value.abs() < 0.1 { format!("{:.1}", 100.0 * value) } else { format!("{:.0}", 100.0 * value) }
+    if value.abs() < 0.1 { Fixed(100.0 * value, 1).to_string() } else { Fixed(100.0 * value, 0).to_string() }
 }
 
 fn run_lines(run: &RunInterpretation) -> Vec<String> {
@@ -87,16 +87,16 @@ fn run_lines(run: &RunInterpretation) -> Vec<String> {
 
 fn manoeuvre_cells(one: &Manoeuvre, controls: ControlNames) -> Vec<String> {
     let mut cells = vec![
-        format!("{:.1}", one.start_s),
+        Fixed(one.start_s, 1).to_string(),
         one.control.name(controls).to_owned(),
         one.shape.to_string(),
-        format!("{:+.4}", one.amplitude),
+        format!("{:+}", Fixed(one.amplitude, 4)),
     ];
     match &one.trim {
         Ok(trim) => {
             let number = |value: Option<f64>, places: usize| value.map_or("-".to_owned(), |value| format!("{value:.places$}"));
             cells.push(number(trim.tas.map(|tas| tas.value), 1));
-            cells.push(trim.climb.map_or("-".to_owned(), |climb| format!("{:+.1}", climb.value)));
+            cells.push(trim.climb.map_or("-".to_owned(), |climb| format!("{:+}", Fixed(climb.value, 1))));
             cells.push(number(trim.rho, 3));
             cells.push(trim.rates.map(|rate| number(rate, 4)).join(" "));
             cells.push(if trim.unsteady.is_empty() { "steady".to_owned() } else { "not steady".to_owned() });
@@ -108,15 +108,15 @@ fn manoeuvre_cells(one: &Manoeuvre, controls: ControlNames) -> Vec<String> {
 
 fn oscillation_cells(one: &Manoeuvre, controls: ControlNames) -> Vec<String> {
     let name = one.control.name(controls).to_owned();
-    let mut cells = vec![format!("{:.1}", one.start_s), name, Plane::of(one.control).word().to_owned()];
+    let mut cells = vec![Fixed(one.start_s, 1).to_string(), name, Plane::of(one.control).word().to_owned()];
     match &one.oscillation {
         Ok(found) => cells.extend([
             short_measured_text(found.omega),
             short_measured_text(found.zeta),
             found.decrement.map_or("-".to_owned(), |(_, zeta)| short_measured_text(zeta)),
-            format!("{:.1} to {:.1}", found.from_s, found.to_s),
-            format!("{:.1}", found.cycles),
-            format!("{:.0} %", 100.0 * found.explained),
+            format!("{} to {}", Fixed(found.from_s, 1), Fixed(found.to_s, 1)),
+            Fixed(found.cycles, 1).to_string(),
+            format!("{} %", Fixed(100.0 * found.explained, 0)),
         ]),
         Err(reason) => {
             let short = match reason {
@@ -139,19 +139,21 @@ fn answer_cells(one: &Manoeuvre, controls: ControlNames) -> Vec<Vec<String>> {
         let coupling = one.couplings.as_ref().ok().and_then(|all| all.iter().find(|axis| axis.channel == channel));
         let mark = |text: String| if sensitivity.significant { text } else { format!("({text})") };
         Some(vec![
-            format!("{:.1}", one.start_s),
+            Fixed(one.start_s, 1).to_string(),
             one.control.name(controls).to_owned(),
             channel.name(controls).to_owned(),
             sensitivity.acceleration.map_or("-".to_owned(), |value| mark(short_measured_text(value))),
             mark(short_measured_text(sensitivity.rate)),
-            if sensitivity.significant { format!("{:.2} s", sensitivity.after_s) } else { "-".to_owned() },
+            if sensitivity.significant { format!("{} s", Fixed(sensitivity.after_s, 2)) } else { "-".to_owned() },
             match coupling {
                 None if channel == on => "on-axis".to_owned(),
                 None => "-".to_owned(),
                 Some(axis) if axis.significant => short_measured_text(axis.ratio),
                 Some(axis) => format!("({})", short_measured_text(axis.ratio)),
             },
-            coupling.and_then(|axis| axis.exceeds_after_s).map_or("-".to_owned(), |after_s| format!("{after_s:.2} s")),
+            coupling
+                .and_then(|axis| axis.exceeds_after_s)
+                .map_or("-".to_owned(), |after_s| format!("{after_s} s", after_s = Fixed(after_s, 2))),
         ])
     };
     [on, Channel::P, Channel::Q, Channel::R]
@@ -180,7 +182,8 @@ fn line_cells(one: &Linearity, controls: ControlNames) -> Vec<String> {
         Response::Initial => format!("first {}", one.channel.name(controls)),
         Response::Span => format!("{} span", one.channel.name(controls)),
     };
-    let mut cells = vec![what, response, format!("{:.4} to {:.4}", one.amplitudes.0, one.amplitudes.1), one.runs.to_string()];
+    let mut cells =
+        vec![what, response, format!("{} to {}", Fixed(one.amplitudes.0, 4), Fixed(one.amplitudes.1, 4)), one.runs.to_string()];
     if let Ok(line) = &one.line {
         let test = |test: Option<LineTest>, plus: f64| {
             test.map_or("-".to_owned(), |test| {

@@ -5,19 +5,26 @@
 
 use crate::flight::channel::ControlNames;
 use crate::io::outputs::event_ring::{FoldedEvent, FoldedText};
-use crate::io::outputs::number::{Digits, measured};
+use crate::io::outputs::number::{Digits, Fixed, measured};
 use crate::io::outputs::record::EventKind;
 use crate::io::outputs::tables::wrapped::wrapped;
 use crate::io::outputs::words::event_text::{Severity, event_severity};
-use crate::io::outputs::words::status_text::{DerivativeLabel, StatusText, derivative_unit};
+use crate::io::outputs::words::printable::{printable, printable_lines};
+use crate::io::outputs::words::status_text::{DerivativeLabel, derivative_unit, status_in_words};
 use crate::realtime::modes::record::{ModesRecord, OscillatoryMode, RealRoot};
 use crate::realtime::regression::record::{DerivativesRecord, EquationRecord, RegressionEvent, Status};
+use std::borrow::Cow;
 use std::f64::consts::{LN_2, TAU};
 use std::fmt;
 use std::io::IsTerminal;
 
 /// The widest line, columns.
 pub const WIDTH: usize = 100;
+
+/// Every sequence that a style writes, in a spelling that nobody uses by accident: bold, red, yellow, plain again.
+const SEQUENCES: [&str; 4] = ["\x1b[0;1m", "\x1b[0;31m", "\x1b[0;33m", PLAIN_AGAIN];
+
+const PLAIN_AGAIN: &str = "\x1b[0;0m";
 
 /// Whether text is coloured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -36,16 +43,38 @@ impl Style {
         if stream.is_terminal() && !refused { Style::Colour } else { Style::Plain }
     }
 
-    /// A heading.
+    /// A heading, in one line.
     pub fn bold(self, text: impl fmt::Display) -> String {
         self.paint("1", text)
     }
 
     fn paint(self, code: &'static str, text: impl fmt::Display) -> String {
+        let text = text.to_string();
+        let text = printable(&text);
         match self {
-            Style::Plain => text.to_string(),
-            Style::Colour => format!("\x1b[{code}m{text}\x1b[0m"),
+            Style::Plain => text.into_owned(),
+            Style::Colour => format!("\x1b[0;{code}m{text}{PLAIN_AGAIN}"),
         }
+    }
+
+    /// Text for a stream of this style: what would steer a terminal is shown instead, whoever wrote it, and only the sequences
+    /// that the style itself writes pass. A name that holds just these can make itself bold, red or yellow, and nothing else.
+    pub fn shown(self, text: &str) -> Cow<'_, str> {
+        if self == Style::Plain || !text.contains('\x1b') {
+            return printable_lines(text);
+        }
+        let mut shown = String::with_capacity(text.len());
+        let mut rest = text;
+        while let Some(at) = rest.find('\x1b') {
+            let (before, from) = rest.split_at(at);
+            shown.push_str(&printable_lines(before));
+            let own = SEQUENCES.iter().find(|own| from.starts_with(**own));
+            let sequence = own.map_or("\x1b", |own| *own);
+            shown.push_str(if own.is_some() { sequence } else { "\\x1b" });
+            rest = from.strip_prefix(sequence).unwrap_or_default();
+        }
+        shown.push_str(&printable_lines(rest));
+        Cow::Owned(shown)
     }
 }
 
@@ -76,7 +105,7 @@ impl fmt::Display for EstimateTable<'_> {
             self.heading(
                 f,
                 0,
-                &format!("Derivatives at {:.2} s{excited}, SI and radians, with standard errors", derivatives.time_s),
+                &format!("Derivatives at {} s{excited}, SI and radians, with standard errors", Fixed(derivatives.time_s, 2)),
             )?;
             for equation in derivatives.equations.iter().filter(|equation| !equation.terms.is_empty()) {
                 self.equation(f, equation)?;
@@ -104,17 +133,17 @@ impl EstimateTable<'_> {
         let unit = if equation.axis.is_force() { "m/s^2" } else { "rad/s^2" };
         writeln!(
             f,
-            "     R2 {:.3}, F {}, residual {} {unit}, {:.0} samples, condition index {}",
-            equation.r_squared,
+            "     R2 {}, F {}, residual {} {unit}, {} samples, condition index {}",
+            Fixed(equation.r_squared, 3),
             Digits(equation.f_total, 3),
             Digits(equation.residual_std, 2),
-            equation.samples,
+            Fixed(equation.samples, 0),
             Digits(equation.condition_index, 2)
         )?;
         if let Some((variable, apart)) = equation.disagreement() {
             let name = DerivativeLabel { axis: equation.axis, variable: Some(variable), controls: self.controls };
             let agrees = if apart.abs() <= EquationRecord::AGREE_WITHIN { "agrees" } else { "DISAGREES" };
-            let apart = format!("{:.1}", apart.abs());
+            let apart = format!("{}", Fixed(apart.abs(), 1));
             writeln!(f, "     frequency domain {agrees}: differs by up to {apart} combined standard errors, in {name}")?;
         }
         let rows: Vec<_> = equation.terms.iter().map(|term| (term, measured(term.value, term.std))).collect();
@@ -172,7 +201,7 @@ impl EstimateTable<'_> {
 
     fn modes(&self, f: &mut fmt::Formatter<'_>, modes: &ModesRecord) -> fmt::Result {
         let status = status_in_words(modes.status, self.controls);
-        self.heading(f, 0, &format!("Lateral modes at {:.2} s: {status}", modes.time_s))?;
+        self.heading(f, 0, &format!("Lateral modes at {} s: {status}", Fixed(modes.time_s, 2)))?;
         let numbers = modes.status.rank() >= Status::Stale.rank();
         if modes.dutch_roll.is_some() || modes.roll.is_some() {
             writeln!(f, "  (of the lateral subsystem v p phi r, unless marked whole)")?;
@@ -230,19 +259,6 @@ impl EstimateTable<'_> {
     }
 }
 
-/// The status with what it means where there is no number yet.
-fn status_in_words(status: Status, controls: ControlNames) -> String {
-    let more = match status {
-        Status::Waiting => ": no input has excited the aircraft yet; gusts and controls that answer them do not",
-        Status::Exciting => ": not enough data yet",
-        Status::Stale => ": no new input for a while",
-        Status::Disagree => ": the frequency domain, or output error, gives other numbers",
-        Status::DependsOnAmplitude => ": the numbers hold for this amplitude of motion",
-        Status::Converging | Status::Converged | Status::NotIdentifiable(_) => "",
-    };
-    format!("{}{more}", StatusText { status, controls })
-}
-
 fn oscillation(f: &mut fmt::Formatter<'_>, name: &str, pair: &OscillatoryMode) -> fmt::Result {
     let ((omega, std_omega), (zeta, std_zeta)) = (measured(pair.omega, pair.std_omega), measured(pair.zeta, pair.std_zeta));
     writeln!(
@@ -260,7 +276,7 @@ fn real_root(f: &mut fmt::Formatter<'_>, name: &str, root: &RealRoot) -> fmt::Re
 }
 
 /// Time to half or to double the amplitude, ln 2 over the size of the real part.
-fn half_or_double(real: f64) -> String {
+pub fn half_or_double(real: f64) -> String {
     if real < 0.0 {
         format!("time to half {} s", Digits(-LN_2 / real, 3))
     } else if real > 0.0 {
@@ -354,5 +370,17 @@ mod tests {
         plain.push_str(rest);
         assert_eq!(plain, table(Style::Plain));
         assert_ne!(coloured, plain);
+    }
+
+    #[test]
+    fn only_its_own_sequences_reach_a_terminal() {
+        let own = format!("{}\n{}\n", Style::Colour.bold("run \x1b[2J\n7"), Style::Colour.paint("31", "lost"));
+        assert_eq!(Style::Colour.shown(&own), own);
+        assert!(own.contains("run \\x1b[2J\\n7"), "{own:?}");
+        let theirs = "a\x1b[31mb\x1b[0mc\x1b]0;title\x07\u{9b}2J\u{202e}d\x1b";
+        let expected = "a\\x1b[31mb\\x1b[0mc\\x1b]0;title\\x07\\u{9b}2J\\u{202e}d\\x1b";
+        assert_eq!((Style::Colour.shown(theirs), Style::Plain.shown(theirs)), (expected.into(), expected.into()));
+        assert_eq!(Style::Plain.shown(&Style::Colour.bold("x")), "\\x1b[0;1mx\\x1b[0;0m");
+        assert_eq!(Style::Colour.shown("\u{f6}\n\tb"), "\u{f6}\n\tb");
     }
 }

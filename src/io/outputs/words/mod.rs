@@ -8,6 +8,8 @@ pub mod instrument_words;
 pub mod manoeuvre_sentences;
 pub mod noise_text;
 pub mod output_error_text;
+pub mod printable;
 pub mod set_aside;
+pub mod stability_text;
 pub mod status_text;
 pub mod trim_difference;

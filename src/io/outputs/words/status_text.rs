@@ -82,6 +82,19 @@ impl Display for StatusText {
     }
 }
 
+/// The status with what it means where there is no number yet.
+pub fn status_in_words(status: Status, controls: ControlNames) -> String {
+    let more = match status {
+        Status::Waiting => ": no input has excited the aircraft yet; gusts and controls that answer them do not",
+        Status::Exciting => ": not enough data yet",
+        Status::Stale => ": no new input for a while",
+        Status::Disagree => ": the frequency domain, or output error, gives other numbers",
+        Status::DependsOnAmplitude => ": the numbers hold for this amplitude of motion",
+        Status::Converging | Status::Converged | Status::NotIdentifiable(_) => "",
+    };
+    format!("{}{more}", StatusText { status, controls })
+}
+
 /// Why there is no number.
 #[derive(Clone, Copy, Debug)]
 pub struct ReasonText {

@@ -39,6 +39,13 @@ pub struct Discrepancy {
     pub band_hz: (f64, f64),
 }
 
+impl Discrepancy {
+    /// Whether what is left is more than what the instruments' noise makes there.
+    pub(crate) fn exceeds_noise(&self) -> bool {
+        self.rms_after > self.noise
+    }
+}
+
 /// (1) of one run by axis: before and after, at the steps.
 #[derive(Default)]
 pub(crate) struct RunResiduals {

@@ -42,8 +42,8 @@ const CONTRADICTED_WINDOWS: u8 = 20;
 const SIDESLIP_LEFT: f64 = 0.1;
 /// By how much the correction of an accelerometer must lower that part of the output it contributes to.
 const WHOLE_IMPROVES: f64 = 3.0;
-/// Part of the variance that the correction of an error that is named leaves: one that leaves more, such as a unit of ay for a yaw
-/// gyro that is late, explains too little.
+/// Part of the variance that the correction of an error that is named leaves at most: one that leaves more, such as a unit of ay
+/// for a yaw gyro that is late, explains too little.
 const NAMED: f64 = 0.15;
 /// Difference of gains within which two errors of different channels cannot be distinguished in flight.
 const RIVAL_IN_FLIGHT: f64 = 10.0;

@@ -135,7 +135,9 @@ impl Screening {
 
     /// A reading beyond what any aircraft reaches, which admission has taken out.
     pub fn out_of_range(&mut self, channel: Channel) {
-        if let Some(count) = self.beyond.get_mut(channel.index()) {
+        // Of the channels that are screened: what no equation rests on silences none.
+        let is_screened = channel.index() < MOTION_CHANNELS || Channel::CONTROLS.contains(&channel);
+        if let Some(count) = self.beyond.get_mut(channel.index()).filter(|_| is_screened) {
             *count = count.saturating_add(1);
         }
     }
