@@ -18,7 +18,8 @@ use self::confirmation::{AirspeedContradiction, Confirmation};
 use self::constant_readings::ConstantReadings;
 use self::gross_error::{GrossError, error_by_weight, weighs_g};
 use self::gross_error_test::{GrossErrorTest, Suspicion};
-use crate::flight::channel::{CHANNELS, Channel, MOTION_CHANNELS};
+use crate::flight::channel::{Channel, MOTION_CHANNELS};
+use crate::flight::control::CONTROLS;
 use crate::flight::run::RunGeometry;
 use crate::flight::sample::Sample;
 use core::f64::consts::PI;
@@ -43,6 +44,10 @@ const SUSPECTED_TESTS: u32 = 20;
 /// and of an accelerometer, m/s^2.
 const CLIPPED_PART: f64 = 0.9;
 const CLIPPED_LEAST: [f64; 2] = [0.02, 0.3];
+
+/// Channels whose values are counted: of the motion, then the controls, as in [`Channel::ALL`]. What no equation rests on
+/// silences none.
+const SCREENED: usize = MOTION_CHANNELS + CONTROLS;
 
 /// What the screening noticed at a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,8 +98,8 @@ pub struct Screening {
     /// Number of the bin in which one of the motion's stood last.
     stood_at: Option<i64>,
     /// Readings, and those beyond the limits.
-    readings: [u32; CHANNELS],
-    beyond: [u32; CHANNELS],
+    readings: [u32; SCREENED],
+    beyond: [u32; SCREENED],
     doubt: Option<Doubt>,
     /// The error that was the only likely one at the last tests, and at how many.
     likely: Option<(&'static GrossError, u32)>,
@@ -120,8 +125,8 @@ impl Screening {
         largest_reading: [0.0; Channel::INERTIAL.len()],
         clipped: [false; Channel::INERTIAL.len()],
         stood_at: None,
-        readings: [0; CHANNELS],
-        beyond: [0; CHANNELS],
+        readings: [0; SCREENED],
+        beyond: [0; SCREENED],
         doubt: None,
         likely: None,
         az: (0.0, 0),
@@ -135,9 +140,7 @@ impl Screening {
 
     /// A reading beyond what any aircraft reaches, which admission has taken out.
     pub fn out_of_range(&mut self, channel: Channel) {
-        // Of the channels that are screened: what no equation rests on silences none.
-        let is_screened = channel.index() < MOTION_CHANNELS || Channel::CONTROLS.contains(&channel);
-        if let Some(count) = self.beyond.get_mut(channel.index()).filter(|_| is_screened) {
+        if let Some(count) = self.beyond.get_mut(channel.index()) {
             *count = count.saturating_add(1);
         }
     }
