@@ -5,6 +5,7 @@
 
 use super::sender::{Vehicle, samples};
 use super::stage::{Running, left_behind, signal, stage, times};
+use crate::support::asked::number;
 use crate::support::patience::{PATIENCE, until};
 use crate::support::program::{ended, own, path, sideslip};
 use sideslip::io::bus::clock::monotonic_ns;
@@ -81,7 +82,7 @@ fn logged(logs: &Path) -> Vec<f64> {
 #[test]
 fn who_is_killed_comes_back_and_the_log_is_whole() {
     let _turn = crate::alone();
-    let kills: u64 = std::env::var("SIDESLIP_KILLS").ok().and_then(|text| text.parse().ok()).unwrap_or(10);
+    let kills = number("SIDESLIP_KILLS").unwrap_or(10);
     let stage = stage("kills");
     let flight = long_flight(&stage, 30 + 2 * kills);
     let (root, logs) = (stage.join("root"), stage.join("logs"));

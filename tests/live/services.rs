@@ -194,8 +194,7 @@ fn the_newest_estimate_is_whole_and_grows_old() {
         let equations = Axis::ALL.map(|axis| EquationRecord::empty(axis, status));
         let record = DerivativesRecord { time_s, equations, lateral: None, excited: true };
         derivatives.publish(&(&record).into(), None).unwrap();
-        let record =
-            ModesRecord { time_s, status, dutch_roll: None, roll: None, spiral: None, lateral_phugoid: None, coupled: None };
+        let record = ModesRecord::empty(time_s, status);
         if both {
             modes.publish(&(&record).into(), None).unwrap();
         }

@@ -1,4 +1,4 @@
-//! A speed that drifts for long before the test input: excitation of one plane says nothing of the other.
+//! A speed that drifts for long before the test input: longitudinal motion carries no information on lateral derivatives.
 //!
 //! Of 20 s of drift the lateral equations had numbers half a second after the rudder began to move, up to 17 standard errors off.
 

@@ -238,8 +238,8 @@ fn search_with_observed_noise(
     match if searched.is_joint() { None } else { with_observed_noise(&problem, &searched.point) } {
         Some(noisier) => {
             let (searched, _) = search_causes(&noisier, known, settings)?;
-            let remains = discrepancy(&noisier, &searched);
-            let unknown = unknown.filter(|one| remains.get(one.axis.index()).is_some_and(Discrepancy::exceeds_noise));
+            let unknown = unknown
+                .filter(|one| discrepancy(&noisier, &searched).get(one.axis.index()).is_some_and(Discrepancy::exceeds_noise));
             Some((noisier, searched, unknown))
         }
         None => Some((problem, searched, unknown)),

@@ -107,8 +107,7 @@ pub fn modes(time_s: f64, status: Status, lateral: &LateralDerivatives) -> Optio
     for (trim_std, place) in lateral.trim_std.into_iter().zip([Y_R, Y_P]) {
         cov[place][place] += trim_std * trim_std;
     }
-    let mut record =
-        ModesRecord { time_s, status, dutch_roll: None, roll: None, spiral: None, lateral_phugoid: None, coupled: None };
+    let mut record = ModesRecord::empty(time_s, status);
     let mut pairs: [Option<Complex<f64>>; 2] = [None; 2];
     for root in roots {
         let size = libm::hypot(root.re, root.im);

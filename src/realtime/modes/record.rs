@@ -114,6 +114,13 @@ pub struct ModesRecord {
     pub coupled: Option<OscillatoryMode>,
 }
 
+impl ModesRecord {
+    /// Without a mode.
+    pub const fn empty(time_s: f64, status: Status) -> Self {
+        ModesRecord { time_s, status, dutch_roll: None, roll: None, spiral: None, lateral_phugoid: None, coupled: None }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

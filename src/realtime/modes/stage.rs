@@ -20,12 +20,10 @@ pub fn step(derivatives: &DerivativesRecord, six_axis: Option<&SixAxisDerivative
         (status, Some(reason)) if status.rank() >= Status::Stale.rank() => Status::NotIdentifiable(reason),
         (status, _) => status,
     };
-    let none =
-        |status| ModesRecord { time_s, status, dutch_roll: None, roll: None, spiral: None, lateral_phugoid: None, coupled: None };
     let has_numbers = status.rank() >= Status::Stale.rank();
     let lateral = derivatives.lateral.as_ref().filter(|_| has_numbers);
     let Some(mut record) = lateral.and_then(|lateral| lateral::modes(time_s, status, lateral)) else {
-        return none(status);
+        return ModesRecord::empty(time_s, status);
     };
     if let (Some(six_axis), Some(lateral), Some(alone)) = (six_axis, &derivatives.lateral, &record.dutch_roll) {
         record.coupled = coupled::dutch_roll(six_axis, lateral, alone);
@@ -40,7 +38,7 @@ pub fn step(derivatives: &DerivativesRecord, six_axis: Option<&SixAxisDerivative
     record.spiral = record.spiral.filter(RealRoot::is_resolved);
     match record.status {
         Status::Disagree => withhold_unstable(&mut record),
-        Status::NotIdentifiable(_) => return none(record.status),
+        Status::NotIdentifiable(_) => return ModesRecord::empty(time_s, record.status),
         _ => {}
     }
     if record.status == Status::Converged {

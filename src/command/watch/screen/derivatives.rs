@@ -1,7 +1,7 @@
 //! Page of the derivatives: all six equations with standard errors and status.
 
 use super::super::bus_picture::BusPicture;
-use super::ink::{Ink, heading, labelled, line, sentence};
+use super::ink::{Ink, heading, line, sentence};
 use super::link_words::{self, is_current};
 use ratatui::style::Style;
 use ratatui::text::Line;
@@ -21,7 +21,7 @@ pub(super) struct DerivativePage {
 pub(super) fn page(picture: &BusPicture, width: usize, ink: Ink) -> DerivativePage {
     let mut page = DerivativePage { head: Vec::new(), forces: Vec::new(), moments: Vec::new() };
     let Some(estimate) = &picture.estimate else {
-        page.head.extend(labelled("Estimate", &link_words::estimate(picture).words, ink.stale(), width));
+        page.head.extend(link_words::estimate(picture).labelled("Estimate", width, ink));
         return page;
     };
     let current = is_current(picture);

@@ -2,24 +2,19 @@
 
 use super::super::bus_picture::{AidUse, BusPicture};
 use super::ink::{Ink, heading, labelled, line};
-use super::link_words;
+use super::link_words::{self, SILENT};
 use ratatui::style::Style;
 use ratatui::text::Line;
 use sideslip::flight::channel::Channel;
 use sideslip::io::outputs::number::{Digits, measured};
 use sideslip::io::outputs::words::status_text::aid_name;
 use sideslip::realtime::estimation::record::{Aid, StateRecord};
-use std::time::Duration;
-
-/// A channel that has been silent for longer is out of date.
-const SILENT: Duration = Duration::from_secs(1);
 
 /// The page.
 pub(super) fn lines(picture: &BusPicture, width: usize, ink: Ink) -> Vec<Line<'static>> {
     let mut lines = Vec::new();
-    for (label, said) in [("Link", link_words::link(picture)), ("Estimate", link_words::estimate(picture))] {
-        lines.extend(labelled(label, &said.words, if said.good { Style::new() } else { ink.stale() }, width));
-    }
+    lines.extend(link_words::link(picture).labelled("Link", width, ink));
+    lines.extend(link_words::estimate(picture).labelled("Estimate", width, ink));
     lines.push(heading("Aid         samples  used %  test ratio   (above 1: rejected)"));
     let aids = Aid::ALL.into_iter().zip(&picture.aids);
     lines.extend(aids.filter(|(_, aid)| aid.offered > 0).map(|(name, aid)| aid_line(name, aid, ink)));

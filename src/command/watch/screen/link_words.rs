@@ -1,18 +1,28 @@
 //! Estimate, link and processes in words: current or STALE, how old, how fast.
 
 use super::super::bus_picture::BusPicture;
+use super::ink::{Ink, labelled};
+use ratatui::style::Style;
+use ratatui::text::Line;
 use sideslip::io::bus::reader::VALID_FOR;
 use sideslip::io::bus::role_holder::RoleHolder;
 use sideslip::io::outputs::number::Digits;
 use std::time::Duration;
 
 /// Samples that are older are no stream any more.
-const SILENT: Duration = Duration::from_secs(1);
+pub(super) const SILENT: Duration = Duration::from_secs(1);
 
 /// Words, and whether what they are about is in order.
 pub(super) struct Said {
     pub(super) words: String,
     pub(super) good: bool,
+}
+
+impl Said {
+    /// Behind a label.
+    pub(super) fn labelled(&self, label: &str, width: usize, ink: Ink) -> Vec<Line<'static>> {
+        labelled(label, &self.words, if self.good { Style::new() } else { ink.stale() }, width)
+    }
 }
 
 /// An age in words; seconds to two digits after the point, minutes from a hundred seconds on.

@@ -5,6 +5,7 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use sideslip::io::outputs::number::{Digits, measured_text};
 use sideslip::io::outputs::tables::terminal::half_or_double;
+use sideslip::io::outputs::words::output_error_text::{oscillatory_modes, real_roots};
 use sideslip::io::outputs::words::stability_text::LateralStability;
 use sideslip::postflight::output_error::record::OutputErrorRecord;
 use sideslip::realtime::modes::record::{ModeStability, ModesRecord, OscillatoryMode, RealRoot};
@@ -71,20 +72,8 @@ pub(super) fn output_error(record: &OutputErrorRecord, now_s: f64, width: usize,
         record.fitted_s, record.manoeuvres, record.samples
     ))];
     lines.extend(reason(record, width, ink));
-    let pairs = [
-        ("Dutch roll", &record.dutch_roll),
-        ("lateral phugoid", &record.lateral_phugoid),
-        ("Dutch roll whole", &record.coupled),
-        ("short period", &record.short_period),
-    ];
-    for (name, pair) in pairs {
-        if let Some(pair) = pair {
-            lines.extend(oscillation(name, pair, Style::new(), ink));
-        }
-    }
-    for (name, root) in [("roll", &record.roll), ("spiral", &record.spiral)] {
-        lines.extend(root.as_ref().map(|root| real_root(name, root, Style::new(), ink)));
-    }
+    lines.extend(oscillatory_modes(record).flat_map(|(name, pair)| oscillation(name, pair, Style::new(), ink)));
+    lines.extend(real_roots(record).map(|(name, root)| real_root(name, root, Style::new(), ink)));
     lines
 }
 

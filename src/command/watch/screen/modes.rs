@@ -6,12 +6,12 @@ use super::link_words::{self, is_current};
 use super::mode_lines::{oscillation, output_error, slow_modes};
 use ratatui::style::Style;
 use ratatui::text::Line;
-use sideslip::io::outputs::words::status_text::status_in_words;
+use sideslip::io::outputs::words::status_text::{WHOLE_NOT_AVAILABLE, status_in_words};
 
 /// The page.
 pub(super) fn lines(picture: &BusPicture, width: usize, ink: Ink) -> Vec<Line<'static>> {
     let Some(estimate) = &picture.estimate else {
-        return labelled("Estimate", &link_words::estimate(picture).words, ink.stale(), width);
+        return link_words::estimate(picture).labelled("Estimate", width, ink);
     };
     let (modes, current) = (&estimate.modes, is_current(picture));
     let style = ink.numbers(current);
@@ -26,12 +26,7 @@ pub(super) fn lines(picture: &BusPicture, width: usize, ink: Ink) -> Vec<Line<'s
     }
     match &modes.coupled {
         Some(pair) => lines.extend(oscillation("Dutch roll whole", pair, style, ink)),
-        None => lines.extend(labelled(
-            "  whole",
-            "not available yet: not all six equations have the terms of its coupling to u w q",
-            ink.stale(),
-            width,
-        )),
+        None => lines.extend(labelled("  whole", WHOLE_NOT_AVAILABLE, ink.stale(), width)),
     }
     lines.extend(slow_modes(modes, style, ink));
     lines.push(Line::default());

@@ -6,7 +6,6 @@ use super::event_lines::event_lines;
 use super::ink::{Ink, heading, labelled};
 use super::link_words::{self, is_current};
 use super::mode_lines::{oscillation, slow_modes};
-use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use sideslip::io::bus::role_holder::RoleHolder;
 use sideslip::io::outputs::words::stability_text::{LateralStability, StabilityVerdict, lateral_verdict};
@@ -33,10 +32,8 @@ pub(super) fn lines(picture: &BusPicture, width: usize, ink: Ink) -> Vec<Line<'s
         lines.extend(labelled("Modes", &status_in_words(modes.status, picture.controls), ink.status(modes.status), width));
         lines.extend(axes(picture, ink));
     }
-    for (label, said) in [("Estimate", link_words::estimate(picture)), ("Link", link_words::link(picture))] {
-        let style = if said.good { Style::new() } else { ink.stale() };
-        lines.extend(labelled(label, &said.words, style, width));
-    }
+    lines.extend(link_words::estimate(picture).labelled("Estimate", width, ink));
+    lines.extend(link_words::link(picture).labelled("Link", width, ink));
     let found = picture.findings().iter().filter(|finding| finding.standing == FindingStatus::Found);
     for (place, finding) in found.enumerate() {
         let label = if place == 0 { "Model error" } else { "" };

@@ -10,7 +10,7 @@ use crate::io::outputs::record::EventKind;
 use crate::io::outputs::tables::wrapped::wrapped;
 use crate::io::outputs::words::event_text::{Severity, event_severity};
 use crate::io::outputs::words::printable::{printable, printable_lines};
-use crate::io::outputs::words::status_text::{DerivativeLabel, derivative_unit, status_in_words};
+use crate::io::outputs::words::status_text::{DerivativeLabel, WHOLE_NOT_AVAILABLE, derivative_unit, status_in_words};
 use crate::realtime::modes::record::{ModesRecord, OscillatoryMode, RealRoot};
 use crate::realtime::regression::record::{DerivativesRecord, EquationRecord, RegressionEvent, Status};
 use std::borrow::Cow;
@@ -223,10 +223,7 @@ impl EstimateTable<'_> {
         match &modes.coupled {
             Some(pair) => oscillation(f, "Dutch roll whole", pair)?,
             None if modes.dutch_roll.is_some() => {
-                writeln!(
-                    f,
-                    "  Dutch roll whole not available yet: not all six equations have the terms of its coupling to u w q"
-                )?;
+                writeln!(f, "  Dutch roll whole {WHOLE_NOT_AVAILABLE}")?;
             }
             None => {}
         }

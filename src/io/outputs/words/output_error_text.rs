@@ -5,7 +5,7 @@ use crate::flight::channel::ControlNames;
 use crate::io::outputs::number::measured;
 use crate::io::outputs::tables::terminal::Style;
 use crate::postflight::output_error::record::OutputErrorRecord;
-use crate::realtime::modes::record::OscillatoryMode;
+use crate::realtime::modes::record::{OscillatoryMode, RealRoot};
 use std::fmt;
 
 /// The table.
@@ -19,6 +19,22 @@ pub struct OutputErrorTable<'a> {
     pub controls: ControlNames,
     /// Whether it is coloured.
     pub style: Style,
+}
+
+/// The oscillatory modes that have numbers, by name.
+pub fn oscillatory_modes(record: &OutputErrorRecord) -> impl Iterator<Item = (&'static str, &OscillatoryMode)> {
+    let modes = [
+        ("Dutch roll", &record.dutch_roll),
+        ("lateral phugoid", &record.lateral_phugoid),
+        ("Dutch roll whole", &record.coupled),
+        ("short period", &record.short_period),
+    ];
+    modes.into_iter().filter_map(|(name, mode)| Some((name, mode.as_ref()?)))
+}
+
+/// The real roots that have numbers, by name.
+pub fn real_roots(record: &OutputErrorRecord) -> impl Iterator<Item = (&'static str, &RealRoot)> {
+    [("roll", &record.roll), ("spiral", &record.spiral)].into_iter().filter_map(|(name, root)| Some((name, root.as_ref()?)))
 }
 
 impl fmt::Display for OutputErrorTable<'_> {
@@ -41,23 +57,13 @@ impl fmt::Display for OutputErrorTable<'_> {
         if !record.reason.is_empty() {
             writeln!(f, "  {}", record.reason)?;
         }
-        let pairs = [
-            ("Dutch roll", &record.dutch_roll),
-            ("lateral phugoid", &record.lateral_phugoid),
-            ("Dutch roll whole", &record.coupled),
-            ("short period", &record.short_period),
-        ];
-        for (name, pair) in pairs {
-            if let Some(OscillatoryMode { omega, zeta, std_omega, std_zeta, .. }) = pair {
-                let ((omega, std_omega), (zeta, std_zeta)) = (measured(*omega, *std_omega), measured(*zeta, *std_zeta));
-                writeln!(f, "  {name:<16} omega {omega} +- {std_omega} rad/s, zeta {zeta} +- {std_zeta}")?;
-            }
+        for (name, OscillatoryMode { omega, zeta, std_omega, std_zeta, .. }) in oscillatory_modes(record) {
+            let ((omega, std_omega), (zeta, std_zeta)) = (measured(*omega, *std_omega), measured(*zeta, *std_zeta));
+            writeln!(f, "  {name:<16} omega {omega} +- {std_omega} rad/s, zeta {zeta} +- {std_zeta}")?;
         }
-        for (name, root) in [("roll", &record.roll), ("spiral", &record.spiral)] {
-            if let Some(root) = root {
-                let (value, std) = measured(root.value, root.std);
-                writeln!(f, "  {name:<16} root {value} +- {std} 1/s")?;
-            }
+        for (name, root) in real_roots(record) {
+            let (value, std) = measured(root.value, root.std);
+            writeln!(f, "  {name:<16} root {value} +- {std} 1/s")?;
         }
         for one in &record.parameters {
             let name = DerivativeLabel { axis: one.axis, variable: Some(one.variable), controls }.to_string();

@@ -82,6 +82,9 @@ impl Display for StatusText {
     }
 }
 
+/// Why the Dutch roll of the whole aircraft has no number where that of the lateral subsystem has one.
+pub const WHOLE_NOT_AVAILABLE: &str = "not available yet: not all six equations have the terms of its coupling to u w q";
+
 /// The status with what it means where there is no number yet.
 pub fn status_in_words(status: Status, controls: ControlNames) -> String {
     let more = match status {

@@ -8,7 +8,6 @@
 //! gusts move are correlated with what gusts do to the response: least squares is biased, and light gusts hide in the noise.
 
 use super::Recursive;
-use crate::flight::control::Control;
 use crate::flight::derivative::{AXES, Axis};
 use crate::realtime::regression::candidate::{regressor, response};
 use crate::realtime::regression::record::{EquationRecord, TermRecord};
@@ -21,8 +20,7 @@ const CONTRIBUTION: f64 = 0.1;
 impl Recursive {
     /// Whether the plane of the axis was excited by an input: to itself, or to the other plane.
     pub(super) fn is_plane_excited(&self, lateral: bool, equations: &[EquationRecord; AXES]) -> bool {
-        let own = |control: Control| control.variable().is_lateral() == lateral && self.excitation.has_moved(control);
-        Control::ALL.into_iter().any(own) || equations.iter().any(|equation| self.is_coupled(lateral, equation))
+        self.excitation.response_s(lateral).is_some() || equations.iter().any(|equation| self.is_coupled(lateral, equation))
     }
 
     /// (1) for an equation of that plane.

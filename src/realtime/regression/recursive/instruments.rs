@@ -53,7 +53,7 @@ impl Recursive {
     /// Takes up what the kinematics tell about sign and unit. Without excitation gusts alone speak, which may confirm but do not
     /// put in doubt.
     pub(super) fn judge_confirmations(&mut self, instruments: &Instrumentation) {
-        let by_input = [Control::LatCyclic, Control::Pedal].into_iter().any(|control| self.excitation.has_moved(control));
+        let by_input = self.excitation.response_s(true).is_some();
         for ((known, now), channel) in self.confirmations.iter_mut().zip(instruments.confirmations).zip(Confirmation::CHANNELS) {
             match now {
                 // Sideways motion that no lateral input caused is of gusts, which hide what ay reads.
