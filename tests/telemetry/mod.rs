@@ -15,6 +15,8 @@ mod logs_damage;
 mod logs_expected;
 mod logs_mapping;
 mod logs_recordings;
+mod map_logs;
+mod maps;
 mod pcm_bit_errors;
 mod pcm_false_lock;
 mod pcm_flight;

@@ -5,7 +5,7 @@ mod json;
 mod read_run;
 mod table;
 
-use super::options::mapping_input::read_mapping;
+use super::options::mapping_input::{MapOption, read_mapping};
 use super::options::telemetry_source::RecordingSource;
 use super::recordings::run_input::screened;
 use super::terminal::console::print;
@@ -54,6 +54,8 @@ pub(crate) struct CheckArgs {
     /// 10 packets (TOML)
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    map: MapOption,
     /// Write the answer as JSON to this file, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -70,7 +72,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Outcome, Failure> {
             return Err(Failure::file(&source.file, "expected each run once, found the same file twice"));
         }
     }
-    let mapping = read_mapping(args.config.as_deref())?;
+    let mapping = read_mapping(args.config.as_deref(), &args.map)?;
     let read = args.files.iter().map(|source| read(source, &args.set, &mapping)).collect::<Result<Vec<_>, _>>()?;
     let mut named = read.iter().zip(&args.files).filter_map(|(one, source)| Some((one.info.aircraft()?, &source.file)));
     if let Some((first, _)) = named.next()

@@ -6,7 +6,7 @@ mod overlay_chart;
 mod table;
 
 use super::options::flight_condition::{FlightCondition, read_model};
-use super::options::mapping_input::read_mapping;
+use super::options::mapping_input::{MapOption, read_mapping};
 use super::options::telemetry_source::RecordingSource;
 use super::recordings::run_input::{RunInput, read_run, refuse_two_aircraft};
 use super::terminal::console::print;
@@ -61,6 +61,8 @@ pub(crate) struct CompareArgs {
     /// 10 packets (TOML)
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    map: MapOption,
     /// Write the answer as JSON to this file, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -79,7 +81,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome, Failure> {
         return Err(Failure::Input(format!("--trim-window: expected more than 0 s, found {}", args.trim_window)));
     }
     let still = still(&args.still)?;
-    let mapping = read_mapping(args.config.as_deref())?;
+    let mapping = read_mapping(args.config.as_deref(), &args.map)?;
     let (of_run, of_model): (Vec<String>, Vec<String>) =
         args.condition.set.iter().cloned().partition(|set| RunInfo::is_known(set.split('=').next().unwrap_or_default().trim()));
     let model = args.condition.fly(of_model, &format!("; or a key of the run ({})", RunInfo::known_keys()))?;

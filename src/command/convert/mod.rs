@@ -3,7 +3,7 @@
 mod clock_merge;
 mod row_writer;
 
-use super::options::mapping_input::read_mapping;
+use super::options::mapping_input::{MapOption, read_mapping};
 use super::options::telemetry_source::RecordingSource;
 use super::recordings::run_head::{HeadedRecording, head_of, head_with};
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder};
@@ -46,6 +46,8 @@ pub(crate) struct ConvertArgs {
     /// 10 packets (TOML)
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    map: MapOption,
     /// Override a key of the run, such as vane_position_m=[13.08,0,0] or latency_s={tas=0.25} (channels stamped late, s);
     /// repeatable
     #[arg(long, value_name = "KEY=VALUE")]
@@ -72,7 +74,7 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
     if args.output.exists() && !args.force {
         return Err(Failure::file(&args.output, "exists already; --force replaces it"));
     }
-    let mapping = read_mapping(args.config.as_deref())?;
+    let mapping = read_mapping(args.config.as_deref(), &args.map)?;
     let recording = args.input.open_with_note(&mapping)?;
     let mut second = match args.clock.second(&args.input, &mapping)? {
         SecondRecording::None => None,

@@ -1,6 +1,7 @@
 //! The call of `sideslip diagnose`.
 
 use crate::command::options::flight_condition::FlightCondition;
+use crate::command::options::mapping_input::MapOption;
 use crate::command::options::telemetry_source::RecordingSource;
 use std::path::PathBuf;
 
@@ -42,6 +43,8 @@ pub(crate) struct DiagnoseArgs {
     /// 10 packets (TOML)
     #[arg(long, value_name = "FILE")]
     pub(super) config: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) map: MapOption,
     /// Write the answer as JSON to this file, or to standard output with -
     #[arg(long, value_name = "FILE")]
     pub(super) json: Option<PathBuf>,

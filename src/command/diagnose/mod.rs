@@ -31,7 +31,7 @@ use std::path::{Path, PathBuf};
 /// Reads, diagnoses and tells.
 pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome, Failure> {
     refuse_wrong_outputs(args)?;
-    let mapping = read_mapping(args.config.as_deref())?;
+    let mapping = read_mapping(args.config.as_deref(), &args.map)?;
     let (of_run, of_model): (Vec<String>, Vec<String>) =
         args.condition.set.iter().cloned().partition(|set| RunInfo::is_known(set.split('=').next().unwrap_or_default().trim()));
     let model = args.condition.fly(of_model.clone(), &format!("; or a key of the run ({})", RunInfo::known_keys()))?;

@@ -14,7 +14,7 @@ mod test_point_text;
 mod trimmed_models;
 
 use super::options::flight_condition::number;
-use super::options::mapping_input::read_mapping;
+use super::options::mapping_input::{MapOption, read_mapping};
 use super::options::telemetry_source::RecordingSource;
 use super::recordings::run_result::RunResult;
 use super::terminal::console::print;
@@ -126,6 +126,8 @@ pub(crate) struct IdentifyArgs {
     /// 10 packets (TOML)
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    map: MapOption,
     /// Write the answer as JSON to this file, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -157,7 +159,7 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
         return Err(Failure::file(&both.file, "--holdout: expected a run that is not fitted, found it among them"));
     }
     let band = frequency_domain::asked(args.domain, args.band)?;
-    let mapping = read_mapping(args.config.as_deref())?;
+    let mapping = read_mapping(args.config.as_deref(), &args.map)?;
     let read_all = |sources: &[RecordingSource]| {
         sources.iter().map(|source| read_columns(source, &args.set, &mapping, args.trim_window)).collect::<Result<Vec<_>, _>>()
     };

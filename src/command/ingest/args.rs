@@ -1,5 +1,6 @@
 //! The call of `sideslip ingest`.
 
+use crate::command::options::mapping_input::MapOption;
 use crate::command::options::telemetry_source::TelemetrySource;
 use ::replay::Pace;
 use std::path::PathBuf;
@@ -33,6 +34,8 @@ pub(crate) struct IngestArgs {
     /// 10 packets (TOML)
     #[arg(long, value_name = "FILE")]
     pub(super) config: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) map: MapOption,
     /// Key of MAVLink 2 signing, 64 hexadecimal digits or 32 raw bytes: what is not signed with it is refused and counted, and
     /// our heartbeats are signed. Timestamps are kept in FILE.timestamp-0
     #[arg(long, value_name = "FILE")]

@@ -48,7 +48,7 @@ const HELD: usize = 32;
 pub(super) fn listen(args: &IngestArgs, url: &Url, format: Option<&Path>, stop: &AtomicBool) -> Result<Outcome, Failure> {
     let description = match format {
         Some(format) => FrameDescription::read(format)?,
-        None => read_mapping(args.config.as_deref())?.chapter10,
+        None => read_mapping(args.config.as_deref(), &args.map)?.chapter10,
     };
     override_keys(&mut RunInfo::default(), &args.set)?;
     let mut bus = Bus::enter(&root_path(args.root.as_ref()))?;

@@ -48,7 +48,7 @@ const REOPEN: Duration = Duration::from_secs(1);
 
 /// Listens until it is stopped.
 pub(super) fn listen(args: &IngestArgs, url: &Url, stop: &AtomicBool) -> Result<Outcome, Failure> {
-    let RecordingConfig { mavlink: config, chapter10 } = read_mapping(args.config.as_deref())?;
+    let RecordingConfig { mavlink: config, chapter10, .. } = read_mapping(args.config.as_deref(), &args.map)?;
     if chapter10 != FrameDescription::default() {
         return Err(Failure::Input("--config: expected messages of MAVLink, found what is for IRIG 106 Chapter 10".into()));
     }

@@ -19,6 +19,9 @@ use sideslip::error::{Failure, Outcome};
 pub(crate) fn run(args: &IngestArgs) -> Result<Outcome, Failure> {
     let stop = stopped_by_signals()?;
     supervised(args.supervised, &stop)?;
+    if args.map.map.is_some() && !matches!(args.source, TelemetrySource::Recording(_)) {
+        return Err(Failure::Input("--map: expected with a recording (file://PATH), found a link".into()));
+    }
     match &args.source {
         TelemetrySource::Recording(_) | TelemetrySource::PcmLink { .. } | TelemetrySource::Chapter10Link { .. }
             if args.signing_key.is_some() =>

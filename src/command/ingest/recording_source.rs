@@ -36,7 +36,7 @@ pub(super) fn fitted(mut head: LogHead) -> LogHead {
 /// Plays it to its end, or until it is stopped.
 pub(super) fn play(args: &IngestArgs, source: &RecordingSource, stop: &Arc<AtomicBool>) -> Result<Outcome, Failure> {
     let file = &source.file;
-    let mut recording = source.open_with_note(&read_mapping(args.config.as_deref())?)?;
+    let mut recording = source.open_with_note(&read_mapping(args.config.as_deref(), &args.map)?)?;
     recording.stop_by(Arc::clone(stop));
     let HeadedRecording { mut recording, head, .. } = head_of(file, recording, &args.set)?;
     let mut bus = Bus::enter(&root_path(args.root.as_ref()))?;

@@ -43,6 +43,7 @@ pub(super) fn document(
         "rows": survey.rows,
         "skipped": {"rows": skipped.rows(), "reasons": reasons},
         "ends_abruptly": recording.ends_abruptly(),
+        "found_out": recording.found_out(),
         "shortfall": recording.shortfall(),
         "time": {
             "start": times.range_s.map(|(start, _)| start),

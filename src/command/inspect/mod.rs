@@ -3,12 +3,13 @@
 mod chapter10;
 mod estimable;
 mod json;
+mod map_template;
 mod seen_rows;
 mod survey;
 mod table;
 mod traffic;
 
-use super::options::mapping_input::read_mapping;
+use super::options::mapping_input::{MapOption, read_mapping};
 use super::options::telemetry_source::RecordingSource;
 use super::terminal::console::print;
 use super::terminal::output_file::{refuse_to_overwrite, write_json};
@@ -21,6 +22,7 @@ const EXAMPLE: &str = "\
 Example:
   sideslip inspect flight.csv
   sideslip inspect flight.csv --json - | jq .estimable.dutch_roll
+  sideslip inspect other.csv --map-template map.toml && sideslip inspect other.csv --map map.toml
   sideslip inspect 'ch10+file://flight.ch10?format=frame.toml'
 
 Exit status: 0 done; 1 failed while reading; 2 the file is no recording, or its header is wrong; 3 done, and rows were
@@ -38,6 +40,12 @@ pub(crate) struct InspectArgs {
     /// 10 packets (TOML).
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    map: MapOption,
+    /// Write a map of a table (CSV) of another program to this file, or to standard output: guesses by its headers, to be
+    /// checked, for --map; of a folder with the tables of one recording too
+    #[arg(long, value_name = "OUT", num_args = 0..=1, default_missing_value = "-", conflicts_with_all = ["map", "json"])]
+    map_template: Option<PathBuf>,
     /// Write the answer as JSON to this file, or to standard output with `-`.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -48,7 +56,10 @@ pub(crate) fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
     if let Some(json) = &args.json {
         refuse_to_overwrite("--json", json, &args.file.files())?;
     }
-    let config = read_mapping(args.config.as_deref())?;
+    if let Some(output) = &args.map_template {
+        return map_template::run(&args.file, output);
+    }
+    let config = read_mapping(args.config.as_deref(), &args.map)?;
     if args.file.is_chapter10() {
         return chapter10::run(&args.file, &config, args.json.as_deref());
     }

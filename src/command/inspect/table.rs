@@ -5,7 +5,8 @@ use super::survey::{ColumnSurvey, Survey};
 use crate::command::inspect::traffic;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::derivative::Axis;
-use sideslip::flight::file::run_file::{RecordingColumn, RecordingTarget};
+use sideslip::flight::file::run_file::RecordingColumn;
+use sideslip::flight::unit::factor_to_si;
 use sideslip::io::outputs::number::decimals;
 use sideslip::io::telemetry::alignment::dropout::Dropout;
 use sideslip::io::telemetry::alignment::reorder::events::ReorderTally;
@@ -139,6 +140,7 @@ fn row_lines(recording: &Recording) -> Vec<String> {
             )
         })
         .collect();
+    lines.extend(recording.found_out().iter().map(|found| format!("  {found}")));
     lines.extend(recording.shortfall().map(|shortfall| format!("  {shortfall}")));
     if recording.ends_abruptly() && recording.format() == "CSV" {
         lines.push("  the last line has no end: the file may have been cut short, and the last value with it".into());
@@ -164,10 +166,9 @@ fn channel_lines(recording: &Recording, survey: &Survey) -> Vec<String> {
 
 fn cells(recording: &Recording, survey: &ColumnSurvey) -> [String; 9] {
     let column = &survey.column;
-    let factor = match column.target {
-        RecordingTarget::Time { factor } | RecordingTarget::Known { factor, .. } => factor,
-        RecordingTarget::Other => 1.0,
-    };
+    // A map may turn the sign or scale: the unit alone counts here.
+    let unit = survey.channel().zip(column.unit_text.as_deref());
+    let factor = unit.and_then(|(channel, unit)| factor_to_si(unit, channel.quantity()).ok()).unwrap_or(1.0);
     let (least, greatest) = survey
         .range
         .map_or((String::new(), String::new()), |(least, greatest)| (number(least / factor), number(greatest / factor)));

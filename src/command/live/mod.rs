@@ -7,6 +7,7 @@
 mod supervised_process;
 
 use super::options::estimation_options::EstimationOptions;
+use super::options::mapping_input::MapOption;
 use super::options::mavlink_out_options::MavlinkOutOptions;
 use super::options::signing_input::read_key;
 use super::options::telemetry_source::TelemetrySource;
@@ -62,6 +63,8 @@ pub(crate) struct LiveArgs {
     /// 10 packets (TOML)
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    map: MapOption,
     /// Directory for the MCAP logs (made where it is missing)
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -182,6 +185,9 @@ fn ingest_call(args: &LiveArgs, root: &Path, source: &TelemetrySource) -> Vec<St
     call.extend(args.set.iter().flat_map(|set| ["--set".to_owned(), set.clone()]));
     if let Some(config) = &args.config {
         call.extend(["--config".to_owned(), config.display().to_string()]);
+    }
+    if let Some(map) = &args.map.map {
+        call.extend(["--map".to_owned(), map.display().to_string()]);
     }
     if let (Some(key), TelemetrySource::Link(_)) = (&args.signing_key, source) {
         call.extend(["--signing-key".to_owned(), key.display().to_string()]);

@@ -53,6 +53,9 @@ impl RecordingSource {
     pub(crate) fn open_with_note(&self, config: &RecordingConfig) -> Result<Recording, RecordingError> {
         let recording = self.open(config)?;
         note_setup(&self.file.display(), recording.left_out(), recording.assumed());
+        if !recording.found_out().is_empty() {
+            message(format_args!("note: {}: {}", self.file.display(), recording.found_out().join("; ")));
+        }
         Ok(recording)
     }
 

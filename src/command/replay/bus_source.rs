@@ -3,6 +3,7 @@
 //! In a private root, removed at the end. The other process waits until each sample was taken, so that nothing is lost at
 //! whatever speed, and the numbers are those of a replay in one process bit for bit.
 
+use crate::command::options::mapping_input::MapOption;
 use crate::command::options::telemetry_source::RecordingSource;
 use ::replay::Pace;
 use sideslip::error::Failure;
@@ -44,6 +45,7 @@ impl BusSource {
         pace: Pace,
         overrides: &[String],
         config: Option<&Path>,
+        map: &MapOption,
     ) -> Result<Self, Failure> {
         if head.unknown_columns() > OTHERS {
             let found = head.unknown_columns();
@@ -61,6 +63,9 @@ impl BusSource {
         }
         if let Some(config) = config {
             call.arg("--config").arg(config);
+        }
+        if let Some(map) = &map.map {
+            call.arg("--map").arg(map);
         }
         // What it says of the recording, the replay says itself.
         let ingest = call.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().map_err(failed)?;

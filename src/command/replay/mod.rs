@@ -6,7 +6,7 @@ mod replayed_run;
 mod smoothed_file;
 
 use super::options::estimation_options::{EstimationOptions, OutputErrorSchedule};
-use super::options::mapping_input::read_mapping;
+use super::options::mapping_input::{MapOption, read_mapping};
 use super::options::telemetry_source::RecordingSource;
 use super::terminal::console::print;
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, same_place, write_json};
@@ -64,6 +64,8 @@ pub(crate) struct ReplayArgs {
     /// 10 packets (TOML)
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    map: MapOption,
     /// Through shared memory: the recording is brought in by another process, nothing is lost on the way
     #[arg(long)]
     bus: bool,
@@ -92,7 +94,7 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<Outcome, Failure> {
     if let Some(json) = args.json.as_ref().filter(|json| logs.iter().flatten().any(|log| log == *json)) {
         return Err(Failure::file(json, "--json: expected another file than the log of --out, found the same"));
     }
-    let mapping = read_mapping(args.config.as_deref())?;
+    let mapping = read_mapping(args.config.as_deref(), &args.map)?;
     let model = args.estimation.live_diagnosis_model()?;
     let output_error = args.estimation.output_error_schedule(OutputErrorSchedule::Manoeuvre);
     let open = |source: &RecordingSource| {
@@ -106,7 +108,7 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<Outcome, Failure> {
     for ((run, log), states) in runs.into_iter().zip(logs).zip(states) {
         let answer = {
             let from = if args.bus {
-                ReplaySource::Bus { overrides: &args.set, config: args.config.as_deref() }
+                ReplaySource::Bus { overrides: &args.set, config: args.config.as_deref(), map: &args.map }
             } else {
                 ReplaySource::File
             };

@@ -4,6 +4,7 @@ use super::bus_source::BusSource;
 use super::smoothed_file::{RunToSmooth, SmoothedFile};
 use crate::command::options::estimation_options::OutputErrorSchedule;
 use crate::command::options::live_diagnosis_options::LiveDiagnosisModel;
+use crate::command::options::mapping_input::MapOption;
 use crate::command::options::telemetry_source::RecordingSource;
 use crate::command::recordings::recording_losses::recording_notes;
 use crate::command::recordings::run_head::{HeadedRecording, head_of};
@@ -38,6 +39,8 @@ pub(super) enum ReplaySource<'a> {
         overrides: &'a [String],
         /// As given to `--config`.
         config: Option<&'a Path>,
+        /// As given to `--map`.
+        map: &'a MapOption,
     },
 }
 
@@ -120,8 +123,8 @@ impl ReplayRun {
         let mut player = ::replay::Player::<MonotonicClock>::new(pace);
         let mut bus = match from {
             ReplaySource::File => None,
-            ReplaySource::Bus { overrides, config } => {
-                Some(BusSource::start(&self.source, &self.head, pace, overrides, *config)?)
+            ReplaySource::Bus { overrides, config, map } => {
+                Some(BusSource::start(&self.source, &self.head, pace, overrides, *config, map)?)
             }
         };
         let mut progress = ProgressLine::new();

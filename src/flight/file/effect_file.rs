@@ -141,7 +141,7 @@ impl EffectReader for FieldReader<'_, '_> {
 
     fn channels(&mut self, key: &'static str) -> Result<[Channel; 2], TomlError> {
         let entry = self.table.require(key)?;
-        let [one, other] = entry.two_texts()?;
+        let [one, other] = entry.texts::<2>()?;
         let channels = [channel_named(one, &entry, self.naming)?, channel_named(other, &entry, self.naming)?];
         match channels {
             [one, other] if one == other => Err(entry.misread("expected two different channels, found one twice")),

@@ -164,14 +164,14 @@ impl<'t> TomlEntry<'t> {
         array(self.value).map_err(|found| self.misread(format_args!("expected {N} finite numbers, found {found}")))
     }
 
-    /// The value as two texts.
-    pub(crate) fn two_texts(&self) -> Result<[&'t str; 2], TomlError> {
-        let refuse = |found: String| self.misread(format_args!("expected two names, found {found}"));
-        let texts = self.value.as_array().ok_or_else(|| refuse(self.value.type_str().to_owned()))?;
+    /// The value as that many texts.
+    pub(crate) fn texts<const N: usize>(&self) -> Result<[&'t str; N], TomlError> {
+        let refuse = |found: String| self.misread(format_args!("expected {N} names, found {found}"));
+        let elements = self.value.as_array().ok_or_else(|| refuse(self.value.type_str().to_owned()))?;
         let text =
             |one: &'t Spanned<DeValue<'t>>| one.get_ref().as_str().ok_or_else(|| refuse(one.get_ref().type_str().to_owned()));
-        let texts = texts.iter().map(text).collect::<Result<Vec<&str>, TomlError>>()?;
-        <[&str; 2]>::try_from(texts).map_err(|texts| refuse(format!("{}", texts.len())))
+        let texts = elements.iter().map(text).collect::<Result<Vec<&str>, TomlError>>()?;
+        <[&str; N]>::try_from(texts).map_err(|texts| refuse(format!("{}", texts.len())))
     }
 
     /// The value as pairs of finite numbers.

@@ -3,22 +3,31 @@
 //! Consumes bytes; produces [`RecordingRow`]s. A row is one line: a stray quote costs its own row and no other, and the line
 //! number of every row is exact. An empty cell was not sampled; `nan` and `inf` are values. A row with the wrong number
 //! of cells, a cell that is no number, or no time, is skipped and counted. No line may be longer than [`LINE_MAX`].
+//! Separators other than the comma, a decimal comma, dates, and times in ms, us or ns are found out from the first lines and said
+//! ([`CsvRecording::found_out`]). A table of another program is read by a section of a map: columns without a meaning there
+//! may hold anything.
 
+use super::channel_map::map_file::MapSection;
 use super::record::{RecordingError, RecordingRow, SkipReason, SkippedByReason};
+use super::table::cell::{header_text, join_quoted, number_of};
+use super::table::clock::{TableClock, scaled};
+use super::table::header::{DerivedChannels, MappedHeader};
+use super::table::layout::{TableLayout, first_lines, lines, unit_row};
+use super::table::looks::{TimeColumn, hint, look_alikes};
+pub use super::table::preamble::LINE_MAX;
+use super::table::preamble::{read_preamble, skip_to_header, too_long};
 use crate::flight::file::run_file::{RecordingColumn, RecordingHeader, RecordingTarget, RunFileError, RunInfo, quoted};
 use crate::flight::sample::Sample;
 use csv::{ByteRecord, Reader, ReaderBuilder, Terminator};
-use std::io::{BufRead, BufReader, Error, ErrorKind, Read, Result as IoResult};
+use std::io::{BufReader, Cursor, Error, ErrorKind, Read, Result as IoResult};
 use std::path::{Path, PathBuf};
 
-/// The longest line, and the longest preamble, that is read, bytes.
-pub const LINE_MAX: usize = 1 << 20;
-
-const BYTE_ORDER_MARK: &[u8] = &[0xEF, 0xBB, 0xBF];
+/// So many headers of another program's table are named in a message.
+const HEADERS_NAMED: usize = 40;
 
 /// Hands bytes on until the allowance of the current line is used up; remembers how many, and the last one.
 struct Allowance {
-    source: BufReader<Box<dyn Read + Send>>,
+    source: Box<dyn Read + Send>,
     left: usize,
     handed: u64,
     last: u8,
@@ -45,6 +54,14 @@ pub struct CsvRecording {
     path: PathBuf,
     info: RunInfo,
     columns: Vec<RecordingColumn>,
+    /// How many cells a row has.
+    width: usize,
+    layout: TableLayout,
+    clock: TableClock,
+    derived: DerivedChannels,
+    /// Whether only what the map names has to be a number.
+    is_mapped: bool,
+    found_out: Vec<String>,
     reader: Reader<Allowance>,
     lines_before: usize,
     header_line: usize,
@@ -70,22 +87,64 @@ impl CsvRecording {
     pub fn new(path: &Path, source: Box<dyn Read + Send>) -> Result<Self, RecordingError> {
         let mut source = BufReader::new(source);
         let preamble = read_preamble(&mut source).map_err(|failure| failure.at(path))?;
-        let lines_before = preamble.lines;
         let info = RunInfo::from_toml(&preamble.text).map_err(|place| {
             // The prefix `# ` stands before every line of the document.
             RecordingError::Place { path: path.into(), place: RunFileError { column: place.column + 2, ..place } }
         })?;
+        CsvRecording::begin(path, source, preamble.lines, info, None)
+    }
+
+    /// A table of another program, by a section of a map; `info` is what the map says of the run.
+    ///
+    /// # Errors
+    /// [`RecordingError`] where reading fails, or the header lacks what the map names.
+    pub fn mapped(
+        path: &Path,
+        source: Box<dyn Read + Send>,
+        section: &MapSection,
+        info: RunInfo,
+    ) -> Result<Self, RecordingError> {
+        let mut source = BufReader::new(source);
+        let io = |source| RecordingError::Io { path: path.into(), source };
+        let before = skip_to_header(&mut source, section.header_line).map_err(io)?;
+        CsvRecording::begin(path, source, before, info, Some(section))
+    }
+
+    /// Looks at the first lines, from the header on, and reads it.
+    fn begin(
+        path: &Path,
+        mut source: BufReader<Box<dyn Read + Send>>,
+        lines_before: usize,
+        info: RunInfo,
+        section: Option<&MapSection>,
+    ) -> Result<Self, RecordingError> {
+        let first = first_lines(&mut source);
+        let looked_at: Vec<&[u8]> = lines(&first).collect();
+        let stated = section.map_or((None, None), |section| (section.separator, section.decimal));
+        let layout = TableLayout::of(&looked_at, stated.0, stated.1);
         let reader = ReaderBuilder::new()
             .has_headers(false)
             .flexible(true)
             .quoting(false)
+            .delimiter(layout.separator)
             .terminator(Terminator::Any(b'\n'))
             .buffer_capacity(FETCH)
-            .from_reader(Allowance { source, left: 0, handed: 0, last: b'\n' });
+            .from_reader(Allowance {
+                source: Box::new(Cursor::new(first.clone()).chain(source)),
+                left: 0,
+                handed: 0,
+                last: b'\n',
+            });
         let mut recording = CsvRecording {
             path: path.into(),
             info,
             columns: Vec::new(),
+            width: 0,
+            layout,
+            clock: TableClock::Number { factor: 1.0 },
+            derived: DerivedChannels::default(),
+            is_mapped: section.is_some(),
+            found_out: if stated == (None, None) { layout.words() } else { Vec::new() },
             reader,
             lines_before,
             header_line: 0,
@@ -96,8 +155,25 @@ impl CsvRecording {
             ends_abruptly: false,
             ended: false,
         };
-        recording.read_header()?;
+        let time = match section {
+            None => recording.read_header()?,
+            Some(section) => recording.read_mapped_header(section, unit_row(&looked_at, layout))?,
+        };
+        let seen = TimeColumn::look(looked_at.get(1..).unwrap_or_default(), layout, time, section);
+        recording.read_clock(&seen, section)?;
+        let others = RecordingColumn::others(&recording.columns).count();
+        recording.row.others.resize(others, None);
         Ok(recording)
+    }
+
+    /// What of the file's form was found out, and which columns may be channels, in sentences.
+    pub fn found_out(&self) -> &[String] {
+        &self.found_out
+    }
+
+    /// How times are read.
+    pub(super) fn clock(&mut self) -> &mut TableClock {
+        &mut self.clock
     }
 
     /// What the run says of itself.
@@ -128,12 +204,11 @@ impl CsvRecording {
         loop {
             let Some(line) = self.read_line()? else { return self.end().map(|()| None) };
             let number = u64::try_from(line).unwrap_or(u64::MAX);
-            match fill(&mut self.row, &self.columns, &self.record, number) {
+            match self.fill(number) {
                 Ok(()) => break,
                 Err(skip) => {
-                    let (record, columns) = (&self.record, &self.columns);
-                    let cut = self.ends_abruptly && skip.reason == SkipReason::CellCount;
-                    self.skipped.count(skip.reason, number, || skip.example(record, columns, cut));
+                    let example = || skip.example(&self.record, &self.columns, self.width, self.ends_abruptly);
+                    self.skipped.count(skip.reason, number, example);
                 }
             }
         }
@@ -156,14 +231,9 @@ impl CsvRecording {
         }
     }
 
-    fn read_header(&mut self) -> Result<(), RecordingError> {
-        let Some(line) = self.read_line()? else {
-            return Err(self.place(
-                self.lines_before + 1,
-                1,
-                "expected a header row of channel names, found the end of the file".into(),
-            ));
-        };
+    /// Reads the header of a run file; the place of the time.
+    fn read_header(&mut self) -> Result<usize, RecordingError> {
+        let line = self.header_row()?;
         let mut cells = Vec::with_capacity(self.record.len());
         for cell in &self.record {
             let Ok(text) = std::str::from_utf8(cell) else {
@@ -180,13 +250,77 @@ impl CsvRecording {
                 "expected `# ` with a space before a line of the preamble, or the header row".into(),
             ));
         }
-        let header =
-            RecordingHeader::parse(line, &cells).map_err(|place| RecordingError::Place { path: self.path.clone(), place })?;
-        let others = RecordingColumn::others(&header.columns).count();
-        self.row.others.resize(others, None);
+        let header = RecordingHeader::parse(line, &cells).map_err(|mut place| {
+            place.what.push_str(&hint(&cells));
+            RecordingError::Place { path: self.path.clone(), place }
+        })?;
+        self.found_out.extend(look_alikes(&cells, &header.columns));
         self.info.set_controls(header.controls);
         self.columns = header.columns;
+        self.width = self.columns.len();
         self.header_line = line;
+        Ok(self.columns.iter().position(|column| matches!(column.target, RecordingTarget::Time { .. })).unwrap_or_default())
+    }
+
+    /// Reads the header of another program; the place of the time.
+    fn read_mapped_header(&mut self, section: &MapSection, units: Option<ByteRecord>) -> Result<usize, RecordingError> {
+        self.header_line = self.header_row()?;
+        let mut read: Vec<(String, bool)> = self.record.iter().map(header_text).collect();
+        if let Some(units) = units {
+            self.found_out.push("the line below the header holds units".to_owned());
+            for ((text, _), unit) in read.iter_mut().zip(units.iter().map(header_text).map(|(unit, _)| unit)) {
+                if !unit.is_empty() {
+                    text.push_str(&format!(" [{}]", unit.trim_matches(['[', ']', '(', ')'])));
+                }
+            }
+            self.read_line()?;
+        }
+        let mut headers: Vec<&str> = read.iter().map(|(text, _)| text.as_str()).collect();
+        if let Some(first) = headers.first_mut() {
+            *first = first.trim_start_matches(['#', '%']).trim_start();
+        }
+        let header = MappedHeader::new(section, &headers).map_err(|what| {
+            let all: Vec<String> = headers.iter().take(HEADERS_NAMED).map(|header| quoted(header)).collect();
+            let more = if headers.len() > HEADERS_NAMED { ", ..." } else { "" };
+            self.place(self.header_line, 1, format!("by the map, {what}; the columns are {}{more}", all.join(" ")))
+        })?;
+        if read.iter().any(|(_, is_latin)| *is_latin) {
+            self.found_out.push("the header is no UTF-8 and was read as Latin-1".to_owned());
+        }
+        self.width = headers.len();
+        self.columns = header.columns;
+        self.derived = header.derived;
+        Ok(header.time)
+    }
+
+    fn header_row(&mut self) -> Result<usize, RecordingError> {
+        match self.read_line()? {
+            Some(line) => Ok(line),
+            None => Err(self.place(
+                self.lines_before + 1,
+                1,
+                "expected a header row of channel names, found the end of the file".into(),
+            )),
+        }
+    }
+
+    /// How times are read, by header, map and first rows.
+    fn read_clock(&mut self, seen: &TimeColumn, section: Option<&MapSection>) -> Result<(), RecordingError> {
+        let stated = self.columns.get(seen.place).map(|column| (column.target, column.unit_text.clone()));
+        let clock = match (section, stated) {
+            (None, Some((RecordingTarget::Time { factor }, unit))) => {
+                seen.of_run_file(factor, unit.as_deref(), self.lines_before > 0)
+            }
+            (Some(section), Some((_, unit))) => {
+                seen.of_mapped(&section.time, unit.as_deref()).map_err(|what| self.place(self.header_line, 1, what))?
+            }
+            _ => return Ok(()),
+        };
+        self.found_out.extend(clock.said);
+        self.clock = clock.clock;
+        if let Some(started) = clock.started {
+            self.info.add_text("recorded_at", &started);
+        }
         Ok(())
     }
 
@@ -199,6 +333,7 @@ impl CsvRecording {
                 Ok(false) => return Ok(None),
                 Err(error) => return Err(self.broken(error)),
             }
+            join_quoted(&mut self.record, self.layout.separator);
             // The reader stands behind the line's end, unless the file ended first.
             let end = self.reader.position().byte();
             self.ends_abruptly = end == self.reader.get_ref().handed && self.reader.get_ref().last != b'\n';
@@ -227,10 +362,6 @@ impl CsvRecording {
     }
 }
 
-fn too_long(what: &str) -> String {
-    format!("expected {what} of at most {LINE_MAX} bytes, found a longer one")
-}
-
 /// Why one row was skipped, and at which cell.
 struct Skip {
     reason: SkipReason,
@@ -238,13 +369,13 @@ struct Skip {
 }
 
 impl Skip {
-    fn example(&self, record: &ByteRecord, columns: &[RecordingColumn], cut: bool) -> String {
+    fn example(&self, record: &ByteRecord, columns: &[RecordingColumn], width: usize, ends_abruptly: bool) -> String {
         let name = columns.get(self.cell).map_or("", |column| &column.name);
         let found = quoted(&String::from_utf8_lossy(record.get(self.cell).unwrap_or_default()));
         match self.reason {
             SkipReason::CellCount => {
-                let cut = if cut { " in a last line that is cut short" } else { "" };
-                format!("expected {} cells, found {}{cut}", columns.len(), record.len())
+                let cut = if ends_abruptly { " in a last line that is cut short" } else { "" };
+                format!("expected {width} cells, found {}{cut}", record.len())
             }
             SkipReason::NoTime => format!("column `{name}`: expected the time, found an empty cell"),
             SkipReason::NotANumber | SkipReason::Damaged => format!("column `{name}`: expected a number, found {found}"),
@@ -252,102 +383,41 @@ impl Skip {
     }
 }
 
-/// Fills the row from the cells, or says why it cannot be; the row is then meaningless.
-fn fill(row: &mut RecordingRow, columns: &[RecordingColumn], record: &ByteRecord, number: u64) -> Result<(), Skip> {
-    if record.len() != columns.len() {
-        return Err(Skip { reason: SkipReason::CellCount, cell: 0 });
-    }
-    row.number = number;
-    row.sample = Sample::new(0.0);
-    let mut others = row.others.iter_mut();
-    for (cell, (text, column)) in record.iter().zip(columns).enumerate() {
-        let value = number_of(text).map_err(|()| Skip { reason: SkipReason::NotANumber, cell })?;
-        match (column.target, value) {
-            (RecordingTarget::Time { .. }, None) => return Err(Skip { reason: SkipReason::NoTime, cell }),
-            (RecordingTarget::Time { factor }, Some(value)) => row.sample.time_s = scaled(value, factor),
-            (RecordingTarget::Known { channel, factor }, Some(value)) => row.sample.set(channel, scaled(value, factor)),
-            (RecordingTarget::Known { .. }, None) => {}
-            (RecordingTarget::Other, value) => {
-                if let Some(other) = others.next() {
-                    *other = value;
+impl CsvRecording {
+    /// Fills the row from the cells, or says why it cannot be; the row is then meaningless.
+    fn fill(&mut self, number: u64) -> Result<(), Skip> {
+        let CsvRecording { row, record, columns, clock, derived, .. } = self;
+        if record.len() != self.width {
+            return Err(Skip { reason: SkipReason::CellCount, cell: 0 });
+        }
+        let decimal = self.layout.decimal;
+        row.number = number;
+        row.sample = Sample::new(0.0);
+        let mut others = row.others.iter_mut();
+        for (cell, (text, column)) in record.iter().zip(columns).enumerate() {
+            let wrong = |()| Skip { reason: SkipReason::NotANumber, cell };
+            match column.target {
+                RecordingTarget::Time { .. } => match clock.seconds(text, decimal).map_err(wrong)? {
+                    Some(time_s) => row.sample.time_s = time_s,
+                    None => return Err(Skip { reason: SkipReason::NoTime, cell }),
+                },
+                RecordingTarget::Known { channel, factor } => {
+                    if let Some(value) = number_of(text, decimal).map_err(wrong)? {
+                        row.sample.set(channel, scaled(value, factor));
+                    }
+                }
+                RecordingTarget::Other => {
+                    let value = match number_of(text, decimal) {
+                        Err(()) if self.is_mapped && !derived.takes(cell) => None,
+                        value => value.map_err(wrong)?,
+                    };
+                    if let Some(other) = others.next() {
+                        *other = value;
+                    }
                 }
             }
         }
+        let number = |cell: usize| record.get(cell).and_then(|text| number_of(text, decimal).ok()?);
+        derived.put(&mut row.sample, number).map_err(|cell| Skip { reason: SkipReason::Damaged, cell })
     }
-    Ok(())
-}
-
-/// A factor of one must not touch the bits.
-#[expect(clippy::float_cmp, reason = "exactly one means SI already")]
-fn scaled(value: f64, factor: f64) -> f64 {
-    if factor == 1.0 { value } else { value * factor }
-}
-
-/// The number in a cell; `None` where it is empty. Spaces and one pair of quotes around it do not count.
-fn number_of(cell: &[u8]) -> Result<Option<f64>, ()> {
-    let mut cell = cell.trim_ascii();
-    if let [b'"', inner @ .., b'"'] = cell {
-        cell = inner.trim_ascii();
-    }
-    if cell.is_empty() {
-        return Ok(None);
-    }
-    std::str::from_utf8(cell).ok().and_then(|text| text.parse().ok()).map(Some).ok_or(())
-}
-
-/// The document of the preamble, with as many lines as it has in the file.
-struct Preamble {
-    text: String,
-    lines: usize,
-}
-
-enum PreambleFailure {
-    Io(Error),
-    Place(RunFileError),
-}
-
-impl PreambleFailure {
-    fn at(self, path: &Path) -> RecordingError {
-        match self {
-            PreambleFailure::Io(source) => RecordingError::Io { path: path.into(), source },
-            PreambleFailure::Place(place) => RecordingError::Place { path: path.into(), place },
-        }
-    }
-}
-
-/// Reads the lines that start with `# `, or are a lone `#`, and stops before the first other one.
-fn read_preamble<R: BufRead>(source: &mut R) -> Result<Preamble, PreambleFailure> {
-    let io = PreambleFailure::Io;
-    if source.fill_buf().map_err(io)?.starts_with(BYTE_ORDER_MARK) {
-        source.consume(BYTE_ORDER_MARK.len());
-    }
-    let mut preamble = Preamble { text: String::new(), lines: 0 };
-    let mut line = Vec::new();
-    while source.fill_buf().map_err(io)?.first() == Some(&b'#') {
-        let number = preamble.lines + 1;
-        let place = |column: usize, what: String| PreambleFailure::Place(RunFileError { line: number, column, what });
-        line.clear();
-        let room = (LINE_MAX - preamble.text.len().min(LINE_MAX)).saturating_add(2);
-        let limit = u64::try_from(room).unwrap_or(u64::MAX);
-        source.by_ref().take(limit).read_until(b'\n', &mut line).map_err(io)?;
-        if line.len() == room && line.last() != Some(&b'\n') {
-            return Err(place(1, too_long("a preamble")));
-        }
-        let text = line.strip_suffix(b"\n").unwrap_or(&line);
-        let text = match text.strip_suffix(b"\r").unwrap_or(text) {
-            [b'#'] => &[],
-            [b'#', b' ', rest @ ..] => rest,
-            _ => return Err(place(2, "expected a space after `#`, or no preamble".into())),
-        };
-        match std::str::from_utf8(text) {
-            Ok(text) => preamble.text.push_str(text),
-            Err(error) => {
-                let column = String::from_utf8_lossy(text.get(..error.valid_up_to()).unwrap_or_default()).chars().count() + 3;
-                return Err(place(column, "expected UTF-8 text, found other bytes".into()));
-            }
-        }
-        preamble.text.push('\n');
-        preamble.lines = number;
-    }
-    Ok(preamble)
 }

@@ -50,6 +50,21 @@ const ULOG_MAGIC: &[u8] = &[0x55, 0x4C, 0x6F, 0x67, 0x01, 0x12, 0x35];
 const DATAFLASH_MAGIC: &[u8] = &[0xA3, 0x95];
 
 impl RecordingFormat {
+    /// In words.
+    pub fn words(&self) -> &'static str {
+        match self {
+            RecordingFormat::Csv => "text",
+            RecordingFormat::Mcap => "an MCAP log",
+            RecordingFormat::Tlog | RecordingFormat::Mavlink => "messages of MAVLink",
+            RecordingFormat::Dataflash => "a log of ArduPilot",
+            RecordingFormat::Ulog => "a log of PX4",
+            RecordingFormat::Chapter10 => "packets after IRIG 106 Chapter 10",
+            RecordingFormat::Named(name) => name,
+            RecordingFormat::Empty => "an empty file",
+            RecordingFormat::Unknown(_) => "no known format",
+        }
+    }
+
     /// Tells the format by the first bytes, at best [`HEAD_BYTES`] of them.
     pub fn of(head: &[u8]) -> RecordingFormat {
         if head.is_empty() {

@@ -27,7 +27,10 @@ pub enum LogReadError {
     Io(#[from] io::Error),
     #[error("expected an MCAP file, found something else")]
     NotMcap,
-    #[error("expected a log of sideslip with the topic {SAMPLE_TOPIC} and a metadata record `{RUN_METADATA}`, found {0}")]
+    #[error(
+        "expected a log of sideslip with the topic {SAMPLE_TOPIC} and a metadata record `{RUN_METADATA}`, found {0}; \
+         topics of another program are read by a map with [[topic]] (--map)"
+    )]
     Foreign(String),
     #[error("metadata record `{RUN_METADATA}`: {0}")]
     Head(#[from] LogHeadError),
@@ -281,6 +284,6 @@ mod tests {
         drop(writer);
         file.set_position(0);
         let error = SampleReader::open(file).map(|_| ()).unwrap_err();
-        assert!(error.to_string().ends_with("found the topics /gps, /imu"), "{error}");
+        assert!(error.to_string().contains("found the topics /gps, /imu"), "{error}");
     }
 }

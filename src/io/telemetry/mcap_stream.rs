@@ -52,8 +52,8 @@ pub(crate) struct MessageStream<R> {
     record: Vec<u8>,
     channels: BTreeMap<u16, ChannelInfo>,
     metadata: Vec<(String, BTreeMap<String, String>)>,
-    /// Messages decoded and not yet given: their channel and where their payload stands in `arena`.
-    ready: VecDeque<(u16, Range<usize>)>,
+    /// Messages decoded and not yet given: their channel, when they were logged, ns, and where their payload stands in `arena`.
+    ready: VecDeque<(u16, u64, Range<usize>)>,
     arena: Vec<u8>,
     shortfall: Shortfall,
     started: bool,
@@ -118,9 +118,14 @@ impl<R: Read> MessageStream<R> {
 
     /// The next message; `None` at the end, whether or not the file was whole.
     pub(crate) fn next(&mut self) -> io::Result<Option<(&ChannelInfo, &[u8])>> {
-        let (id, place) = loop {
+        Ok(self.next_logged()?.map(|(channel, _, payload)| (channel, payload)))
+    }
+
+    /// The same with the time at which it was logged, ns.
+    pub(crate) fn next_logged(&mut self) -> io::Result<Option<(&ChannelInfo, u64, &[u8])>> {
+        let (id, logged_ns, place) = loop {
             match self.ready.pop_front() {
-                Some((id, place)) if self.channels.contains_key(&id) => break (id, place),
+                Some((id, logged_ns, place)) if self.channels.contains_key(&id) => break (id, logged_ns, place),
                 Some(_) => self.shortfall.orphans += 1,
                 None if self.ended => return Ok(None),
                 None => {
@@ -132,7 +137,7 @@ impl<R: Read> MessageStream<R> {
         };
         self.messages += 1;
         match (self.channels.get(&id), self.arena.get(place)) {
-            (Some(channel), Some(payload)) => Ok(Some((channel, payload))),
+            (Some(channel), Some(payload)) => Ok(Some((channel, logged_ns, payload))),
             _ => Ok(None),
         }
     }
@@ -238,7 +243,7 @@ fn framed(opcode: u8, body: &[u8]) -> Vec<u8> {
 /// Where records put what they bring.
 struct Taken<'a> {
     channels: &'a mut BTreeMap<u16, ChannelInfo>,
-    ready: &'a mut VecDeque<(u16, Range<usize>)>,
+    ready: &'a mut VecDeque<(u16, u64, Range<usize>)>,
     arena: &'a mut Vec<u8>,
     shortfall: &'a mut Shortfall,
 }
@@ -253,10 +258,10 @@ impl Taken<'_> {
             }
         } else if opcode == op::MESSAGE {
             match Fields(body).message() {
-                Some((id, payload)) => {
+                Some((id, logged_ns, payload)) => {
                     let start = self.arena.len();
                     self.arena.extend_from_slice(payload);
-                    self.ready.push_back((id, start..self.arena.len()));
+                    self.ready.push_back((id, logged_ns, start..self.arena.len()));
                 }
                 None => self.damaged("a message record is shorter than it says"),
             }
@@ -388,10 +393,12 @@ impl<'a> Fields<'a> {
         Some((id, info))
     }
 
-    fn message(mut self) -> Option<(u16, &'a [u8])> {
+    fn message(mut self) -> Option<(u16, u64, &'a [u8])> {
         let id = self.u16()?;
-        self.bytes(4 + 8 + 8)?;
-        Some((id, self.0))
+        self.bytes(4)?;
+        let logged_ns = self.u64()?;
+        self.bytes(8)?;
+        Some((id, logged_ns, self.0))
     }
 
     fn metadata(mut self) -> Option<(String, BTreeMap<String, String>)> {

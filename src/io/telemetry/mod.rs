@@ -6,6 +6,7 @@
 
 pub mod alignment;
 mod byte_window;
+pub mod channel_map;
 pub mod chapter10;
 mod counter;
 pub mod csv;
@@ -13,6 +14,8 @@ pub mod format;
 #[cfg(feature = "log")]
 pub mod log_recording;
 pub mod logs;
+#[cfg(feature = "log")]
+pub mod mapped_log;
 #[cfg(feature = "mavlink")]
 pub mod mavlink;
 #[cfg(feature = "log")]
@@ -25,4 +28,5 @@ pub mod record;
 pub mod recording;
 #[cfg(all(feature = "log", feature = "mavlink"))]
 pub mod recording_config;
+pub mod table;
 pub mod waiting_rows;

@@ -80,6 +80,16 @@ impl SkippedByReason {
         }
     }
 
+    /// Adds those of one of several files.
+    pub fn join(&mut self, other: &SkippedByReason, file: &str) {
+        for rows in &other.reasons {
+            match self.reasons.iter_mut().find(|own| own.reason == rows.reason) {
+                Some(own) => own.rows += rows.rows,
+                None => self.reasons.push(SkippedRows { example: format!("{} (of {file})", rows.example), ..rows.clone() }),
+            }
+        }
+    }
+
     /// The reasons in the order of their first row.
     pub fn reasons(&self) -> &[SkippedRows] {
         &self.reasons

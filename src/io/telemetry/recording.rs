@@ -4,18 +4,21 @@
 //! not judged here. A row that cannot be read is skipped and counted ([`SkippedByReason`]), never guessed; a file of which no
 //! row can be read is an error. Memory is bounded by the longest row, not by the file.
 
+use super::channel_map::map_file::{ChannelMap, MapKind};
 use super::chapter10::channel_choice::FrameDescription;
 use super::chapter10::recording::Chapter10Recording;
 use super::csv::CsvRecording;
 use super::format::{HEAD_BYTES, RecordingFormat};
 use super::log_recording::LogRecording;
 use super::logs::recording::{AutopilotLog, AutopilotRecording};
+use super::mapped_log::MappedLog;
 use super::mavlink::packet::Framing;
 use super::mavlink::recording::{MavlinkRecording, Traffic};
 use super::pcm::format_file::PcmFormatFile;
 use super::pcm::recording::PcmRecording;
 use super::record::{RecordingError, RecordingRow, SkippedByReason};
 use super::recording_config::RecordingConfig;
+use super::table::files::TablesRecording;
 use crate::flight::file::run_file::{RecordingColumn, RunInfo};
 use std::fs::File;
 use std::io::{Cursor, Read, Seek, SeekFrom};
@@ -28,8 +31,12 @@ use std::sync::atomic::AtomicBool;
 pub enum Recording {
     /// A run file in text.
     Csv(Box<CsvRecording>),
+    /// Tables in several files.
+    Tables(Box<TablesRecording>),
     /// A log of this program.
     Mcap(Box<LogRecording>),
+    /// A log of another program, by a map.
+    MappedLog(Box<MappedLog>),
     /// Messages of MAVLink.
     Mavlink(Box<MavlinkRecording>),
     /// A log of an autopilot.
@@ -56,13 +63,20 @@ impl Recording {
     pub fn open_with(path: &Path, config: &RecordingConfig) -> Result<Self, RecordingError> {
         let whole = |what: String| RecordingError::Whole { path: path.into(), what };
         let cannot = |error: std::io::Error| whole(format!("cannot be opened: {error}"));
+        if let Some(map) = config.map.as_ref().filter(|map| map.kind == MapKind::Files) {
+            return TablesRecording::open(path, map).map(|tables| Recording::Tables(Box::new(tables)));
+        }
         let mut file = File::open(path).map_err(cannot)?;
         if file.metadata().map_err(cannot)?.is_dir() {
-            return Err(whole("expected a recording, found a directory".into()));
+            let what = "expected a recording, found a directory; one that stands in several files is read by a map with [[file]]";
+            return Err(whole(what.into()));
         }
         let mut head = Vec::with_capacity(HEAD_BYTES);
         let limit = u64::try_from(HEAD_BYTES).unwrap_or(u64::MAX);
         file.by_ref().take(limit).read_to_end(&mut head).map_err(|source| RecordingError::Io { path: path.into(), source })?;
+        if let Some(map) = &config.map {
+            return Recording::open_mapped(path, map, head, file);
+        }
         match RecordingFormat::of(&head) {
             RecordingFormat::Csv => {
                 CsvRecording::new(path, Box::new(Cursor::new(head).chain(file))).map(|text| Recording::Csv(Box::new(text)))
@@ -90,6 +104,29 @@ impl Recording {
         }
     }
 
+    /// Opens a recording of another program, whose first bytes are read already.
+    fn open_mapped(path: &Path, map: &ChannelMap, head: Vec<u8>, file: File) -> Result<Self, RecordingError> {
+        let wrong = |what: String| Err(RecordingError::Whole { path: path.into(), what });
+        match (RecordingFormat::of(&head), map.kind, map.sections.first()) {
+            (RecordingFormat::Csv, MapKind::Table, Some(section)) => {
+                let mut info = map.info.clone();
+                info.set_controls(map.controls());
+                CsvRecording::mapped(path, Box::new(Cursor::new(head).chain(file)), section, info)
+                    .map(|text| Recording::Csv(Box::new(text)))
+            }
+            (RecordingFormat::Mcap, MapKind::Topics, _) => {
+                MappedLog::new(path, file, map).map(|log| Recording::MappedLog(Box::new(log)))
+            }
+            (RecordingFormat::Mcap, ..) => wrong("--map: expected a map of topics ([[topic]]), found one of tables".to_owned()),
+            (RecordingFormat::Csv, ..) => wrong("--map: expected a map of one table, found one of topics of a log".to_owned()),
+            (format, ..) => wrong(format!(
+                "--map: expected a table in text (CSV) or an MCAP log of another program, found {}; without --map it is read by \
+                 what it says itself",
+                format.words()
+            )),
+        }
+    }
+
     /// Opens a stream of PCM whose frames have the format of that file: bits have no signature of their own.
     ///
     /// # Errors
@@ -111,7 +148,8 @@ impl Recording {
     pub fn format(&self) -> &'static str {
         match self {
             Recording::Csv(_) => "CSV",
-            Recording::Mcap(_) => "MCAP",
+            Recording::Tables(_) => "CSV in several files",
+            Recording::Mcap(_) | Recording::MappedLog(_) => "MCAP",
             Recording::Mavlink(recording) => recording.format(),
             Recording::Autopilot(recording) => recording.format(),
             Recording::Pcm(_) => "PCM",
@@ -123,7 +161,9 @@ impl Recording {
     pub fn counted_in(&self) -> &'static str {
         match self {
             Recording::Csv(_) => "line",
-            Recording::Mcap(_)
+            Recording::Tables(_)
+            | Recording::Mcap(_)
+            | Recording::MappedLog(_)
             | Recording::Mavlink(_)
             | Recording::Autopilot(_)
             | Recording::Pcm(_)
@@ -135,7 +175,9 @@ impl Recording {
     pub fn info(&self) -> &RunInfo {
         match self {
             Recording::Csv(recording) => recording.info(),
+            Recording::Tables(recording) => recording.info(),
             Recording::Mcap(recording) => recording.info(),
+            Recording::MappedLog(recording) => recording.info(),
             Recording::Mavlink(recording) => recording.info(),
             Recording::Autopilot(recording) => recording.info(),
             Recording::Pcm(recording) => recording.info(),
@@ -147,7 +189,9 @@ impl Recording {
     pub fn columns(&self) -> &[RecordingColumn] {
         match self {
             Recording::Csv(recording) => recording.columns(),
+            Recording::Tables(recording) => recording.columns(),
             Recording::Mcap(recording) => recording.columns(),
+            Recording::MappedLog(recording) => recording.columns(),
             Recording::Mavlink(recording) => recording.columns(),
             Recording::Autopilot(recording) => recording.columns(),
             Recording::Pcm(recording) => recording.columns(),
@@ -161,7 +205,12 @@ impl Recording {
             Recording::Pcm(recording) => recording.stop_by(stop),
             Recording::Chapter10(recording) => recording.stop_by(stop),
             // Each of the others is found by its first bytes, and has an end.
-            Recording::Csv(_) | Recording::Mcap(_) | Recording::Mavlink(_) | Recording::Autopilot(_) => {}
+            Recording::Csv(_)
+            | Recording::Tables(_)
+            | Recording::Mcap(_)
+            | Recording::MappedLog(_)
+            | Recording::Mavlink(_)
+            | Recording::Autopilot(_) => {}
         }
     }
 
@@ -173,7 +222,9 @@ impl Recording {
     pub fn next_row(&mut self) -> Result<Option<&RecordingRow>, RecordingError> {
         match self {
             Recording::Csv(recording) => recording.next_row(),
+            Recording::Tables(recording) => recording.next_row(),
             Recording::Mcap(recording) => recording.next_row(),
+            Recording::MappedLog(recording) => recording.next_row(),
             Recording::Mavlink(recording) => recording.next_row(),
             Recording::Autopilot(recording) => recording.next_row(),
             Recording::Pcm(recording) => recording.next_row(),
@@ -185,7 +236,9 @@ impl Recording {
     pub fn skipped(&self) -> &SkippedByReason {
         match self {
             Recording::Csv(recording) => recording.skipped(),
+            Recording::Tables(recording) => recording.skipped(),
             Recording::Mcap(recording) => recording.skipped(),
+            Recording::MappedLog(recording) => recording.skipped(),
             Recording::Mavlink(recording) => recording.skipped(),
             Recording::Autopilot(recording) => recording.skipped(),
             Recording::Pcm(recording) => recording.skipped(),
@@ -209,12 +262,22 @@ impl Recording {
         }
     }
 
+    /// What of the file's form was found out and not stated, and which columns may be channels, in sentences.
+    pub fn found_out(&self) -> &[String] {
+        match self {
+            Recording::Csv(recording) => recording.found_out(),
+            Recording::Tables(recording) => recording.found_out(),
+            _ => &[],
+        }
+    }
+
     /// What of the file could not be read, besides the rows that [`Recording::skipped`] counts, in words; complete after
     /// the last row.
     pub fn shortfall(&self) -> Option<String> {
         match self {
-            Recording::Csv(_) => None,
+            Recording::Csv(_) | Recording::Tables(_) => None,
             Recording::Mcap(recording) => recording.shortfall(),
+            Recording::MappedLog(recording) => recording.shortfall(),
             Recording::Mavlink(recording) => recording.shortfall(),
             Recording::Autopilot(recording) => recording.shortfall(),
             Recording::Pcm(recording) => recording.shortfall(),
@@ -227,16 +290,25 @@ impl Recording {
         match self {
             Recording::Csv(recording) => recording.ends_abruptly(),
             Recording::Mcap(recording) => recording.ends_abruptly(),
-            Recording::Mavlink(_) | Recording::Autopilot(_) | Recording::Pcm(_) | Recording::Chapter10(_) => false,
+            Recording::MappedLog(recording) => recording.ends_abruptly(),
+            Recording::Tables(_)
+            | Recording::Mavlink(_)
+            | Recording::Autopilot(_)
+            | Recording::Pcm(_)
+            | Recording::Chapter10(_) => false,
         }
     }
 
     /// Who sent what, of messages.
     pub fn traffic(&self) -> Option<&Traffic> {
         match self {
-            Recording::Csv(_) | Recording::Mcap(_) | Recording::Autopilot(_) | Recording::Pcm(_) | Recording::Chapter10(_) => {
-                None
-            }
+            Recording::Csv(_)
+            | Recording::Tables(_)
+            | Recording::Mcap(_)
+            | Recording::MappedLog(_)
+            | Recording::Autopilot(_)
+            | Recording::Pcm(_)
+            | Recording::Chapter10(_) => None,
             Recording::Mavlink(recording) => Some(recording.traffic()),
         }
     }

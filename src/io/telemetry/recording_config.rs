@@ -3,6 +3,7 @@
 //! Consumes the text; produces a [`RecordingConfig`]. By its keys the file is one of MAVLink, a map of the measurements of an
 //! IRIG 106 Chapter 10 setup, or a format of PCM frames for a Chapter 10 recording.
 
+use super::channel_map::map_file::ChannelMap;
 use super::chapter10::channel_choice::FrameDescription;
 use super::mavlink::mapping::MavlinkConfig;
 use crate::flight::file::run_file::RunFileError;
@@ -14,6 +15,8 @@ pub struct RecordingConfig {
     pub mavlink: MavlinkConfig,
     /// Of Chapter 10.
     pub chapter10: FrameDescription,
+    /// Of tables and logs of other programs.
+    pub map: Option<ChannelMap>,
 }
 
 impl RecordingConfig {

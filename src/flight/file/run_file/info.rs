@@ -155,6 +155,13 @@ impl RunInfo {
         Some(taken)
     }
 
+    /// Adds a text where the run does not have the key; it has no effect.
+    pub fn add_text(&mut self, key: &str, text: &str) {
+        if kind_of(key).is_none_or(|kind| kind == Kind::Text) && !self.document.contains_key(key) {
+            self.document.insert(key.into(), Value::String(text.into()));
+        }
+    }
+
     /// Says how the controls are called, as a header shows it.
     pub fn set_controls(&mut self, controls: ControlNames) {
         self.geometry.controls = controls;
