@@ -2,6 +2,7 @@
 
 mod example;
 mod foreign;
+mod full_disk;
 mod hostile;
 mod independent;
 mod mavlink_logs;

@@ -16,6 +16,7 @@ pub(crate) mod manoeuvre;
 pub(crate) mod navion;
 pub(crate) mod paper_cases;
 pub(crate) mod patience;
+pub(crate) mod processor_clock;
 pub(crate) mod program;
 pub(crate) mod pseudo_terminal;
 pub(crate) mod puma;

@@ -17,6 +17,7 @@ mod logs_mapping;
 mod logs_recordings;
 mod map_logs;
 mod maps;
+mod mavlink_cost;
 mod pcm_bit_errors;
 mod pcm_false_lock;
 mod pcm_flight;

@@ -65,7 +65,7 @@ impl RowWriter {
             }
             RowFormat::Mcap => {
                 let log = McapLog::create(output.place(), head, Box::new(|_| ()));
-                Sink::Mcap(Box::new(log.map_err(|error| Failure::Running(error.to_string()))?), Vec::new())
+                Sink::Mcap(Box::new(log.map_err(|error| Failure::Running(error.to_string()))?.one_file()), Vec::new())
             }
         };
         Ok(RowWriter { output, sink })
@@ -76,7 +76,7 @@ impl RowWriter {
         match &mut self.sink {
             Sink::Csv(writer) => {
                 let written = writer.write_row_with(row.sample.time_s, |channel| row.sample.get(channel), &row.others);
-                written.map_err(|error| Failure::io(self.output.place(), &error))
+                written.map_err(|error| Failure::io(self.output.target(), &error))
             }
             Sink::Mcap(log, others) => {
                 others.clear();
@@ -91,9 +91,9 @@ impl RowWriter {
     pub(super) fn end(self) -> Result<(), Failure> {
         match self.sink {
             Sink::Csv(writer) => {
-                writer.finish().map_err(|error| Failure::io(self.output.place(), &error))?;
+                writer.finish().map_err(|error| Failure::io(self.output.target(), &error))?;
             }
-            Sink::Mcap(log, _) => close_whole(*log)?,
+            Sink::Mcap(log, _) => close_whole(*log, &self.output)?,
         }
         self.output.keep()
     }

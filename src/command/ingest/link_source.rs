@@ -4,6 +4,7 @@
 //! the vehicle is a run of its own. A sample is as old as the vehicle's clock says, however late it was read.
 
 use super::args::IngestArgs;
+use super::notice_words::notice_words;
 use super::sample_publisher::SamplePublisher;
 use super::silence_monitor::{SilenceMonitor, no_motion};
 use super::vehicle_file::VehicleFile;
@@ -88,6 +89,8 @@ pub(super) fn listen(args: &IngestArgs, url: &Url, stop: &AtomicBool) -> Result<
         wordless: false,
         vehicle_since: None,
         stood_at_s: None,
+        steps_back: (0, 0.0),
+        runs_fast: None,
         samples: 0,
     };
     message(format_args!("sideslip: listening at {url}"));
@@ -172,6 +175,10 @@ struct LinkIngest<'a> {
     vehicle_since: Option<Instant>,
     /// Where the vehicle's clock stood still, s.
     stood_at_s: Option<f64>,
+    /// How often it was set back, and by how much in all, s.
+    steps_back: (u64, f64),
+    /// How many times as fast as this machine's it runs, where that is too fast.
+    runs_fast: Option<f64>,
     samples: u64,
 }
 
@@ -220,30 +227,20 @@ impl LinkIngest<'_> {
 
     fn pass_on_notices(&mut self) {
         while let Some(notice) = self.live.next_notice() {
+            message(format_args!("sideslip: {}", notice_words(&notice)));
             match notice {
-                LiveNotice::Changed { from, to } => {
-                    message(format_args!("sideslip: {from} has fallen silent and {to} sends motion: {to} is the vehicle now"));
+                LiveNotice::Changed { .. } => {
                     self.changed = true;
                     self.names = self.live.config().names;
                     self.vehicle_since = None;
                 }
-                LiveNotice::TwoClocks(vehicle) => message(format_args!(
-                    "sideslip: two senders use {vehicle} with different clocks: what does not fit the first's is not used"
-                )),
-                LiveNotice::TwoNumbers(vehicle) => message(format_args!(
-                    "sideslip: two running numbers interleave in the messages of {vehicle}: two senders of one id, which \
-                     cannot be distinguished, or one received over two paths"
-                )),
-                LiveNotice::StandsStill(at_s) => {
-                    self.stood_at_s = Some(at_s);
-                    message(format_args!("sideslip: the vehicle's clock stands still at {at_s} s: samples need its time"));
+                LiveNotice::StandsStill(at_s) => self.stood_at_s = Some(at_s),
+                LiveNotice::SteppedBack { by_s, .. } => {
+                    self.steps_back.0 += 1;
+                    self.steps_back.1 += by_s;
                 }
-                LiveNotice::Refused(refusal) => {
-                    message(format_args!("sideslip: messages {} are refused, because a key is set", refusal.words()));
-                }
-                LiveNotice::ByArrival => message(format_args!(
-                    "sideslip: the vehicle's clock runs slower than this machine's: the age of a sample counts from its arrival"
-                )),
+                LiveNotice::RunsFast(rate) => self.runs_fast = Some(rate),
+                _ => {}
             }
         }
     }
@@ -400,12 +397,27 @@ impl LinkIngest<'_> {
         if let Some(at_s) = self.stood_at_s {
             losses.push(format!("the vehicle's clock stood still at {at_s} s: what came then is not used"));
         }
+        if let (steps @ 1.., by_s) = self.steps_back {
+            losses.push(format!(
+                "the vehicle's clock was set back by {by_s:.2} s in all ({steps} times): what came until that was sure is too late"
+            ));
+        }
+        if let Some(rate) = self.runs_fast {
+            message(format_args!("sideslip: times are the vehicle's, whose clock ran {rate:.2} times as fast as this machine's"));
+        }
+        if let others @ 1.. = self.live.motion_of_others() {
+            message(format_args!("sideslip: {others} messages of motion of other senders than the vehicle were not used"));
+        }
         if self.samples == 0 && messages > 0 {
             losses.push(match self.live.stream().clock().newest_us() {
                 _ if self.live.stream().vehicle().is_none() => no_motion(&self.live),
                 None => "no sample: the vehicle's messages carry no time".to_owned(),
                 Some(_) => "no sample: no message of the vehicle could be used".to_owned(),
             });
+        }
+        if let Some((vehicle, late)) = self.vehicle().map(|(vehicle, tally)| (vehicle, tally.late)).filter(|(_, late)| *late > 0)
+        {
+            message(format_args!("sideslip: {late} messages of {vehicle} came after later ones, by their numbers"));
         }
         if let Some((vehicle, tally)) = self.vehicle().filter(|(_, tally)| tally.missing > 0) {
             let (missing, all) = (tally.missing, tally.missing + tally.total());

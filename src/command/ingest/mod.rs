@@ -3,6 +3,7 @@
 mod args;
 mod chapter10_link_source;
 mod link_source;
+mod notice_words;
 mod pcm_link_source;
 mod recording_source;
 mod row_publisher;

@@ -37,16 +37,9 @@ impl RunLog {
     pub(crate) fn start(path: &Path, head: LogHead, pace: Pace) -> Result<(QueueSender, Self), Failure> {
         let unknown_columns = head.unknown_columns();
         let report = Box::new(|line: &str| message(format_args!("sideslip: {line}")));
-        let was_there = path.symlink_metadata().is_ok();
-        let log = McapLog::create(path, head, report).map_err(|error| {
-            // Nothing could be written: an empty file is no log.
-            if !was_there && path.metadata().is_ok_and(|left| left.len() == 0) {
-                let _ = std::fs::remove_file(path);
-            }
-            match error {
-                LogError::File { source, .. } => Failure::io(path, &source),
-                ambiguous @ LogError::AmbiguousColumn { .. } => Failure::file(path, ambiguous),
-            }
+        let log = McapLog::create(path, head, report).map_err(|error| match error {
+            LogError::File { source, .. } => Failure::io(path, &source),
+            ambiguous @ LogError::AmbiguousColumn { .. } => Failure::file(path, ambiguous),
         })?;
         let policy = if pace == Pace::Max { QueuePolicy::Lossless } else { QueuePolicy::RealTime };
         let (sender, receiver) = queue(policy, QUEUE, unknown_columns);

@@ -152,22 +152,21 @@ fn write_log(path: &Path, info: &RunInfo, channels: &[Channel], samples: &[Sampl
     let named = channels.iter().map(|channel| (channel.name(controls).to_owned(), channel.si_unit().to_owned()));
     let head = LogHead { run_toml: info.to_toml(), channels: named.collect(), controls };
     let output = OutputFile::beside(path)?;
-    let mut log = McapLog::create(output.place(), head, Box::new(|_| ())).map_err(|error| Failure::Running(error.to_string()))?;
+    let created = McapLog::create(output.place(), head, Box::new(|_| ()));
+    let mut log = created.map_err(|error| Failure::Running(error.to_string()))?.one_file();
     for sample in samples {
         log.sample(sample, &[]);
     }
-    close_whole(log)?;
+    close_whole(log, &output)?;
     output.keep()
 }
 
-/// Closes a log that is to be whole or not at all: a fault is a failure, and files beside the first are removed.
-pub(crate) fn close_whole(log: McapLog) -> Result<(), Failure> {
+/// Closes a log of one file that is to be whole or not at all: a fault is a failure, in which the file has its last name.
+pub(crate) fn close_whole(log: McapLog, output: &OutputFile) -> Result<(), Failure> {
     let summary = log.close();
     let Some(fault) = summary.faults.first() else { return Ok(()) };
-    for further in summary.files.iter().skip(1) {
-        let _ = std::fs::remove_file(further);
-    }
-    Err(Failure::Running(fault.clone()))
+    let [place, target] = [output.place(), output.target()].map(|path| path.display().to_string());
+    Err(Failure::Running(fault.replace(&place, &target)))
 }
 
 /// When the first sample of every simulated tlog was received, us since 1970 (2026-01-01 UTC): no clock is read, so that

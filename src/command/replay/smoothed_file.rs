@@ -1,7 +1,7 @@
 //! The smoothed states of a run in a file: every sample's, from the whole record.
 
 use super::output_per_recording::OutputPerRecording;
-use crate::command::message;
+use crate::command::recordings::simulated_run::close_whole;
 use crate::command::terminal::output_file::{OutputFile, write_whole};
 use sideslip::error::Failure;
 use sideslip::flight::file::log_head::{ColumnTarget, LogHead};
@@ -93,11 +93,11 @@ impl RunToSmooth<'_> {
     /// The recording as it was, with its states beside it.
     fn write_log(&self, path: &Path, states: &[StateRecord]) -> Result<(), Failure> {
         let output = OutputFile::beside(path)?;
-        let report = Box::new(|line: &str| message(format_args!("sideslip: {line}")));
-        let mut log = McapLog::create(output.place(), self.head.clone(), report).map_err(|error| match error {
+        let created = McapLog::create(output.place(), self.head.clone(), Box::new(|_| ())).map_err(|error| match error {
             LogError::File { source, .. } => Failure::io(path, &source),
             ambiguous @ LogError::AmbiguousColumn { .. } => Failure::file(path, ambiguous),
-        })?;
+        });
+        let mut log = created?.one_file();
         let end_s = states.last().map_or(0.0, |last| last.time_s);
         for (place, (row, state)) in self.with_states(states).enumerate() {
             let others: Vec<f64> = row.others.iter().map(|other| other.unwrap_or(f64::NAN)).collect();
@@ -109,14 +109,7 @@ impl RunToSmooth<'_> {
                 log.flush();
             }
         }
-        let summary = log.close();
-        if summary.lost > 0 || summary.files.len() > 1 {
-            // What could be written went into further files: none of them is the whole.
-            for further in summary.files.iter().skip(1) {
-                let _ = std::fs::remove_file(further);
-            }
-            return Err(Failure::Running(summary.faults.into_iter().next().unwrap_or_default()));
-        }
+        close_whole(log, &output)?;
         output.keep()
     }
 

@@ -1,13 +1,16 @@
 //! The MCAP log: every message on its topic as JSON, readable up to the last flush after a crash.
 //!
 //! The head of the run is written as the metadata record `run` and flushed before the first message. Chunks are buffered and
-//! written whole (lz4, no seeking), so that flushed data survive the process. After a failed write the file is left as it is, the
-//! loss is reported and counted, and the log continues in a new file `name.1.mcap`; if that cannot be opened, attempts follow
-//! after 1 s, 2 s and so on, at most once a minute, and dropped messages are counted.
+//! written whole (lz4, no seeking), so that flushed data survive the process. After a failed write the file is left as it is,
+//! with the chunks that are in it whole; the loss is reported and counted (a chunk that is torn counts as lost, though a reader
+//! may recover its beginning), and the log continues in a new file `name.1.mcap`. If that cannot be begun, nothing is left of it,
+//! attempts follow after 1 s, 2 s and so on, at most once a minute, and dropped messages are counted. A log that is to be one
+//! file ([`McapLog::one_file`]) has no further files.
 //!
 //! `log_time` and `publish_time` are the message's time in whole nanoseconds, max(0, round(1e9 t)): 0 for a negative time or NaN,
 //! `i64::MAX` at most. The exact time is in the payload.
 
+use super::whole_chunks::{CountingWriter, WholeChunks};
 use crate::flight::channel::ControlNames;
 use crate::flight::file::log_head::{ColumnTarget, RUN_METADATA};
 use crate::flight::sample::Sample;
@@ -62,14 +65,14 @@ pub struct LogSummary {
 /// Told of every fault as it happens.
 pub type LogFaultReport = Box<dyn FnMut(&str) + Send>;
 
-type FileWriter = Writer<NoSeek<BufWriter<File>>>;
+type FileWriter = Writer<NoSeek<CountingWriter<BufWriter<CountingWriter<File>>>>>;
 
 struct OpenFile {
     writer: FileWriter,
     path: PathBuf,
     channels: [u16; TOPICS],
     sequence: [u32; TOPICS],
-    unflushed: u64,
+    whole: WholeChunks,
 }
 
 /// An open log.
@@ -79,6 +82,8 @@ pub struct McapLog {
     targets: Vec<ColumnTarget>,
     file: Option<OpenFile>,
     rotations: u32,
+    /// Whether it goes on in a further file after a fault.
+    goes_on: bool,
     retry: Duration,
     retry_at: Instant,
     payload: Vec<u8>,
@@ -106,6 +111,7 @@ impl McapLog {
             summary: LogSummary { files: vec![file.path.clone()], ..LogSummary::default() },
             file: Some(file),
             rotations: 0,
+            goes_on: true,
             retry: FIRST_RETRY,
             retry_at: Instant::now(),
             payload: Vec::new(),
@@ -113,6 +119,12 @@ impl McapLog {
             newest_s: 0.0,
             report,
         })
+    }
+
+    /// The same log, but without further files after a fault: what comes then is lost.
+    pub fn one_file(mut self) -> Self {
+        self.goes_on = false;
+        self
     }
 
     /// How the controls are called.
@@ -184,7 +196,7 @@ impl McapLog {
     pub fn flush(&mut self) {
         let Some(file) = &mut self.file else { return };
         match file.writer.flush() {
-            Ok(()) => file.unflushed = 0,
+            Ok(()) => file.whole.flushed(),
             Err(error) => {
                 self.file_failed(&error);
             }
@@ -196,16 +208,16 @@ impl McapLog {
         if let Some(mut file) = self.file.take() {
             let ended = file.writer.finish().map(|_| ()).map_err(into_io);
             let ended = ended.and_then(|()| {
-                let buffered = file.writer.into_inner().into_inner();
-                let inner = buffered.into_inner().map_err(|error| error.into_error())?;
-                match inner.sync_all() {
+                let buffered = file.writer.into_inner().into_inner().inner;
+                let counted = buffered.into_inner().map_err(|error| error.into_error())?;
+                match counted.inner.sync_all() {
                     // A pipe or a device cannot be synchronised; everything has been handed over to it.
                     Err(error) if error.kind() == io::ErrorKind::InvalidInput => Ok(()),
                     other => other,
                 }
             });
             if let Err(error) = ended {
-                self.unsaid += file.unflushed;
+                self.unsaid += file.whole.lost();
                 let line = format!("{}: could not be closed: {error}", file.path.display());
                 self.fault(line);
             }
@@ -257,15 +269,24 @@ impl McapLog {
 
     fn file_failed(&mut self, error: &McapError) {
         let Some(file) = self.file.take() else { return };
-        self.unsaid += file.unflushed;
-        let line = format!("{}: writing failed ({error}); the log goes on in a new file", file.path.display());
+        self.unsaid += file.whole.lost();
+        if self.summary.files.len() > 1 && !file.whole.holds_any() {
+            // Begun after a fault and no more than begun.
+            let _ = std::fs::remove_file(&file.path);
+            self.summary.files.pop();
+        }
+        let goes_on = if self.goes_on { "; the log goes on in a new file" } else { "" };
+        let line = match error {
+            McapError::Io(error) => format!("{}: writing failed ({error}){goes_on}", file.path.display()),
+            other => format!("{}: writing failed ({other}){goes_on}", file.path.display()),
+        };
         self.retry = FIRST_RETRY;
         self.retry_at = Instant::now();
         self.fault(line);
     }
 
     fn reopen_when_due(&mut self) {
-        if self.file.is_some() || Instant::now() < self.retry_at {
+        if self.file.is_some() || !self.goes_on || Instant::now() < self.retry_at {
             return;
         }
         let mut next = self.rotations + 1;
@@ -316,7 +337,17 @@ impl McapLog {
 
 impl OpenFile {
     fn create(path: &Path, head: &LogHead, options: &mut OpenOptions) -> io::Result<Self> {
+        let was_there = path.symlink_metadata().is_ok();
         let file = options.write(true).open(path)?;
+        OpenFile::begin(path, file, head).inspect_err(|_| {
+            // It holds no message.
+            if !was_there {
+                let _ = std::fs::remove_file(path);
+            }
+        })
+    }
+
+    fn begin(path: &Path, file: File, head: &LogHead) -> io::Result<Self> {
         // Two writers in one file would leave neither log.
         match file.try_lock() {
             Err(TryLockError::WouldBlock) => {
@@ -328,13 +359,15 @@ impl OpenFile {
         if file.metadata()?.is_file() {
             file.set_len(0)?;
         }
+        let whole = WholeChunks::default();
+        let counted = CountingWriter::new(file, &whole.taken);
         let mut writer = WriteOptions::new()
             .compression(Some(Compression::Lz4))
             .disable_seeking(true)
             .repeat_schemas(true)
             .repeat_channels(true)
             .library(program())
-            .create(NoSeek::new(BufWriter::new(file)))
+            .create(NoSeek::new(CountingWriter::new(BufWriter::new(counted), &whole.given)))
             .map_err(into_io)?;
         writer
             .write_metadata(&Metadata { name: RUN_METADATA.to_owned(), metadata: head.to_metadata(&program()) })
@@ -345,7 +378,7 @@ impl OpenFile {
             *channel = writer.add_channel(id, topic.name(), "json", &BTreeMap::new()).map_err(into_io)?;
         }
         writer.flush().map_err(into_io)?;
-        Ok(OpenFile { writer, path: path.to_owned(), channels, sequence: [0; TOPICS], unflushed: 0 })
+        Ok(OpenFile { writer, path: path.to_owned(), channels, sequence: [0; TOPICS], whole })
     }
 
     fn write(&mut self, topic: Topic, time_s: f64, payload: &[u8]) -> Result<(), McapError> {
@@ -356,9 +389,8 @@ impl OpenFile {
         };
         let header = MessageHeader { channel_id, sequence: *sequence, log_time: time, publish_time: time };
         *sequence = sequence.wrapping_add(1);
-        self.writer.write_to_known_channel(&header, payload)?;
-        self.unflushed += 1;
-        Ok(())
+        let writer = &mut self.writer;
+        self.whole.message(|| writer.write_to_known_channel(&header, payload))
     }
 }
 

@@ -3,3 +3,4 @@
 pub mod log_thread;
 pub mod mcap_log;
 pub mod state_file;
+mod whole_chunks;

@@ -8,6 +8,8 @@
 //! - A time more than [`LATE_US`] before the newest or more than [`AHEAD_US`] after it is not used until [`CONFIRMED`]
 //!   consecutive times agree with each other. Then the sender has rebooted (a new segment, placed after the last by host time, at
 //!   least [`BETWEEN_BOOTS_US`] later), or was not received for that long.
+//! - Live, a clock that is set back by less than that goes on behind its newest time, in the same boot
+//!   ([`BootClock::steps_back`]).
 //!
 //! Live, [`clock_monitor`](super::clock_monitor) supplies the host time: it decides what is a reboot ([`reboot`](super::reboot))
 //! and when a message was sent ([`host_time`](super::host_time)). Messages without boot time are held while the clock is
@@ -63,6 +65,8 @@ pub struct BootClock {
     waited: u32,
     in_doubt: u64,
     retied: u64,
+    /// How often it was set back, by how much the last time and at what time before it, us.
+    back: (u32, i64, i64),
     witness: Option<Box<ClockMonitor>>,
 }
 
@@ -127,6 +131,11 @@ impl BootClock {
     /// How often time since 1970 jumped against the boot clock.
     pub fn retied(&self) -> u64 {
         self.retied
+    }
+
+    /// Live, how often it was set back, by how much the last time, and what time it had reached before, us.
+    pub fn steps_back(&self) -> (u32, i64, i64) {
+        self.back
     }
 
     /// Newest boot time, us.
@@ -206,7 +215,11 @@ impl BootClock {
         let Some(witness) = self.witness.as_deref_mut() else { return TimePlacement::NoClock };
         let series = match (witness.take(boot_us, newest, host_us), newest) {
             (Ok(()), _) => {
+                let set_back = witness.take_step_back(host_us).zip(newest);
                 self.newest_us = newest.max(Some(boot_us));
+                if let Some((still_us, newest)) = set_back {
+                    self.set_back(newest, boot_us, still_us);
+                }
                 self.observe(boot_us, Some(host_us));
                 self.first_host_us = self.first_host_us.or(self.host_us);
                 return self.at(boot_us);
@@ -222,6 +235,15 @@ impl BootClock {
         self.in_doubt = self.in_doubt.saturating_sub(u64::from(series.count - 1));
         self.newest_us = Some(series.first_boot_us);
         TimePlacement::Restarted
+    }
+
+    /// Goes on at a lower boot time, on the axis so long after its newest time as that was ago by the host's clock.
+    fn set_back(&mut self, newest_us: i64, boot_us: i64, still_us: i64) {
+        let shift_us = newest_us - boot_us + still_us;
+        self.segment_us += shift_us;
+        self.newest_us = Some(boot_us);
+        (self.unix_us, self.host_us) = (None, None);
+        self.back = (self.back.0.saturating_add(1), shift_us, newest_us);
     }
 
     fn at(&self, boot_us: i64) -> TimePlacement {

@@ -1,8 +1,10 @@
 //! Supervision of a live boot clock by host time: reboots, time of sending, a clock that has stopped.
 //!
-//! Consumes unwrapped boot times ([`Clock`](super::clock)) with the host time of their arrival, us. Combines [`RebootDetector`]
-//! and [`HostOffset`]; both are reset at each boot.
+//! Consumes unwrapped boot times ([`Clock`](super::clock)) with the host time of their arrival, us. Combines [`RebootDetector`],
+//! [`HostOffset`] and [`ClockRate`]; all are reset at each boot. A clock whose times are all more than [`BEHIND_US`] behind the
+//! newest, for [`BACK_US`] of host time and running, was set back: a late message comes among others that are not.
 
+use super::clock_rate::ClockRate;
 use super::host_time::HostOffset;
 use super::reboot::{RebootDetector, StampSeries, StampVerdict};
 
@@ -10,6 +12,14 @@ use super::reboot::{RebootDetector, StampSeries, StampVerdict};
 const STILL_US: i64 = 3_000_000;
 /// If at least so many messages say so.
 const STILL: u32 = 10;
+/// Times so far behind the newest are late, or the clock was set back, us.
+const BEHIND_US: i64 = 250_000;
+/// It was set back where all are behind for so long, us of host time.
+const BACK_US: i64 = 500_000;
+/// If at least so many messages say so.
+const BACK: u32 = 5;
+/// A clock that has advanced by less than one in so many of host time does not run.
+const RUNS: i64 = 10;
 
 /// What of a live clock outlives a process: for the next one, on the same vehicle and host clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,6 +43,9 @@ pub struct SavedClock {
 pub struct ClockMonitor {
     judge: RebootDetector,
     offset: HostOffset,
+    rate: ClockRate,
+    /// Of the times in a row that are all behind: first host time, first and newest boot time, us, and how many.
+    behind: Option<(i64, i64, i64, u32)>,
     /// Whether a message with boot time was heard.
     boot_stamped: bool,
     /// Host time when the clock last went forward, us, and messages since.
@@ -64,6 +77,23 @@ impl ClockMonitor {
     /// How many messages of a clock that may be a new boot's wait.
     pub fn waiting(&self) -> u32 {
         self.judge.series().map_or(0, |series| series.count)
+    }
+
+    /// How many times as fast as the host's it runs, where it is too fast.
+    pub fn too_fast(&self) -> Option<f64> {
+        self.rate.too_fast()
+    }
+
+    /// Where the clock was set back: for how long nothing has gone forward, us of host time. It is asked once.
+    pub fn take_step_back(&mut self, host_us: i64) -> Option<i64> {
+        let (since_us, from_us, newest_us, count) = self.behind?;
+        let (elapsed_us, forward_us) = (host_us - since_us, self.forward?.0);
+        if count < BACK || elapsed_us < BACK_US || newest_us - from_us < elapsed_us / RUNS {
+            return None;
+        }
+        (self.behind, self.forward) = (None, None);
+        (self.offset, self.rate) = (HostOffset::default(), ClockRate::default());
+        Some(host_us - forward_us)
     }
 
     /// Whether two senders use the same id with different clocks.
@@ -104,6 +134,11 @@ impl ClockMonitor {
         if newest_us.is_none_or(|newest| self.judge.agrees(boot_us - newest, host_us)) {
             self.judge.observe(host_us);
             self.offset.observe(boot_us, host_us);
+            self.rate.observe(boot_us, host_us);
+            let (since_us, from_us, latest_us, count) = self.behind.unwrap_or((host_us, boot_us, boot_us, 0));
+            self.behind = newest_us
+                .filter(|newest| boot_us < newest - BEHIND_US)
+                .map(|_| (since_us, from_us, latest_us.max(boot_us), count.saturating_add(1)));
             let went_on = newest_us.is_none_or(|newest| boot_us > newest);
             let (since_us, count) = self.forward.filter(|_| !went_on).unwrap_or((host_us, 0));
             self.forward = Some((since_us, count.saturating_add(1)));

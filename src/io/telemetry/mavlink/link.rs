@@ -7,6 +7,8 @@
 //! | `tcp://HOST:PORT` | connects |
 //! | `serial://DEVICE?baud=N` | opens a serial line, 57600 baud by default |
 //!
+//! A frame never goes on from one datagram into another.
+//!
 //! A read returns with the first bytes, or with [`LinkEvent::Silence`] after the time limit. Refused, each with a message: an
 //! unknown scheme, a missing port, a baud rate out of range. A closed connection is [`LinkEvent::Closed`]; the caller may open
 //! the link again.
@@ -194,6 +196,11 @@ impl Link {
             }
             Err(source) => Err(LinkError::Io { url: url.to_string(), source }),
         }
+    }
+
+    /// Whether a read gives a datagram; else it gives a piece of a stream.
+    pub fn is_of_datagrams(&self) -> bool {
+        matches!(self.channel, Transport::Udp { .. })
     }
 
     /// The URL.

@@ -18,7 +18,7 @@ use super::packet::{FrameTally, Framer, Framing, Packet};
 use super::senders::{Sender, SenderTally, Senders};
 use super::signing::{LinkSigning, REFUSALS, RefusedFrames, SigningRefusal};
 use super::stream::{READY_MAX, TimedSample, UnusedMessages, VehicleStream, admits};
-use super::vehicle_selection::VehicleSelection;
+use super::vehicle_selection::{CLEAR, VehicleSelection};
 use mavlink::dialects::ardupilotmega as dialect;
 use mavlink::dialects::ardupilotmega::MavMessage;
 use std::collections::VecDeque;
@@ -45,6 +45,22 @@ pub enum LiveNotice {
     TwoNumbers(Sender),
     /// The vehicle's clock stands still at so many seconds.
     StandsStill(f64),
+    /// The vehicle's clock was set back.
+    SteppedBack {
+        /// By so much, s.
+        by_s: f64,
+        /// When it had reached that time, s.
+        at_s: f64,
+    },
+    /// The vehicle's clock runs so many times as fast as ours.
+    RunsFast(f64),
+    /// Another sender that could be the vehicle sends motion too.
+    AnotherVehicle {
+        /// Who is the vehicle.
+        vehicle: Sender,
+        /// Who sends motion too.
+        other: Sender,
+    },
     /// The vehicle's clock runs slower than ours: ages count from arrival.
     ByArrival,
     /// A frame was refused for that reason; those that follow are counted.
@@ -64,7 +80,12 @@ pub struct LiveTelemetry {
     before: UnusedMessages,
     notices: VecDeque<LiveNotice>,
     /// Which of the notices that come once have been given.
-    noticed: [bool; 4],
+    noticed: [bool; 5],
+    /// Steps back of the clock that were noticed.
+    steps_noticed: u32,
+    /// Motion of senders that could be the vehicle and are not: how much, and whether it was noticed.
+    others: u64,
+    others_noticed: bool,
     /// The same of refused frames, by reason.
     refusals_noticed: [bool; REFUSALS],
     signing: Option<LinkSigning>,
@@ -96,7 +117,10 @@ impl LiveTelemetry {
             pending: VecDeque::new(),
             before: UnusedMessages::default(),
             notices: VecDeque::new(),
-            noticed: [false; 4],
+            noticed: [false; 5],
+            steps_noticed: 0,
+            others: 0,
+            others_noticed: false,
             refusals_noticed: [false; REFUSALS],
             signing: None,
             stream: VehicleStream::new(config.clone(), None),
@@ -156,6 +180,11 @@ impl LiveTelemetry {
                         self.observe(&packet, host_us);
                     }
                 }
+                if self.link.is_of_datagrams() {
+                    while let Some(packet) = self.framer.last_packet_of_datagram() {
+                        self.observe(&packet, host_us);
+                    }
+                }
                 self.buffer = buffer;
                 let quiet = host_us.zip(self.stream.heard_us()).map(|(now, heard)| now.saturating_sub(heard));
                 if quiet.is_some_and(|quiet| u128::from(quiet) > self.patience.as_micros()) {
@@ -195,8 +224,19 @@ impl LiveTelemetry {
             self.stream.packet(packet, host_us);
         }
         if kind.is_motion() && admits(&self.config, sender) {
+            self.count_other(sender);
             self.choice.motion(sender);
             self.choose(host_us);
+        }
+    }
+
+    /// Counts motion of a sender that is not the vehicle, once there is one.
+    fn count_other(&mut self, other: Sender) {
+        let Some(vehicle) = self.choice.chosen().filter(|vehicle| *vehicle != other) else { return };
+        self.others += 1;
+        if !self.others_noticed && self.senders.of(other).is_some_and(|tally| tally.motion >= u64::from(CLEAR)) {
+            self.others_noticed = true;
+            self.notices.push_back(LiveNotice::AnotherVehicle { vehicle, other });
         }
     }
 
@@ -222,12 +262,22 @@ impl LiveTelemetry {
         let clock = self.stream.clock();
         let witness = |says: fn(&ClockMonitor) -> bool| clock.witness().is_some_and(says);
         #[expect(clippy::cast_precision_loss, reason = "below 2^55 us")]
-        let stands_at_s = clock.newest_boot_us().map_or(0.0, |newest| newest as f64 / 1e6);
+        let seconds = |us: i64| us as f64 / 1e6;
+        let stands_at_s = clock.newest_boot_us().map_or(0.0, seconds);
+        let too_fast = clock.witness().and_then(ClockMonitor::too_fast);
+        let (steps, by_us, at_us) = clock.steps_back();
+        if steps != self.steps_noticed {
+            self.steps_noticed = steps;
+            if steps > 0 {
+                self.notices.push_back(LiveNotice::SteppedBack { by_s: seconds(by_us), at_s: seconds(at_us) });
+            }
+        }
         let found = [
             (witness(ClockMonitor::sees_two), LiveNotice::TwoClocks(vehicle)),
             (self.senders.of(vehicle).is_some_and(SenderTally::has_two_numbers), LiveNotice::TwoNumbers(vehicle)),
             (witness(ClockMonitor::stands_still), LiveNotice::StandsStill(stands_at_s)),
             (witness(|witness| witness.offset().is_by_arrival()), LiveNotice::ByArrival),
+            (too_fast.is_some(), LiveNotice::RunsFast(too_fast.unwrap_or(1.0))),
         ];
         for (noticed, (now, notice)) in self.noticed.iter_mut().zip(found) {
             if now && !*noticed {
@@ -303,6 +353,11 @@ impl LiveTelemetry {
         &self.stream
     }
 
+    /// Messages of motion of senders that could be the vehicle and are not.
+    pub fn motion_of_others(&self) -> u64 {
+        self.others
+    }
+
     /// Who sent what so far.
     pub fn senders(&self) -> &Senders {
         &self.senders
@@ -322,119 +377,5 @@ impl LiveTelemetry {
             no_clock: before.no_clock + now.no_clock,
             overrun: before.overrun + now.overrun,
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::encode::{Encoder, ME};
-    use super::super::signing_key::SigningKey;
-    use super::super::signing_time::SigningTime;
-    use super::*;
-    use crate::flight::channel::{Channel, ControlNames};
-    use crate::flight::sample::Sample;
-
-    #[test]
-    fn a_sender_on_the_loopback_is_heard_and_hears_our_heartbeat() {
-        let patience = Duration::from_millis(20);
-        let mut live = LiveTelemetry::open(Url::UdpIn("127.0.0.1:0".into()), MavlinkConfig::default(), patience).unwrap();
-        let address = live.link().local_address().unwrap().to_string();
-        assert!(!live.heartbeat().unwrap());
-        let mut sender = Link::open(Url::UdpOut(address), patience).unwrap();
-        let mut encoder = Encoder::new(ME, MavlinkConfig::default(), ControlNames::Rotorcraft);
-        let mut heard = Vec::new();
-        for i in 0..50 {
-            let mut sample = Sample::new(10.0 + 0.02 * f64::from(i));
-            sample.set(Channel::R, 0.125 * f64::from(i));
-            sample.set(Channel::Pedal, 0.0);
-            encoder.sample(&sample, |frame| assert!(sender.send(frame).unwrap())).unwrap();
-            while heard.len() < usize::try_from(i).unwrap() && live.poll(|| Some(1)).unwrap() != LinkEvent::Silence {
-                heard.extend(std::iter::from_fn(|| live.next_sample()).map(|timed| timed.sample));
-            }
-        }
-        while live.poll(|| None).unwrap() != LinkEvent::Silence {}
-        heard.extend(std::iter::from_fn(|| live.next_sample()).map(|timed| timed.sample));
-        assert_eq!(heard.len(), 50);
-        assert_eq!(heard.last().and_then(|last| last.get(Channel::R)), Some(0.125 * 49.0));
-        assert!(live.heartbeat().unwrap());
-        let mut buffer = [0; 64];
-        assert_eq!(sender.receive(&mut buffer).unwrap(), LinkEvent::Bytes(21));
-        assert_eq!((buffer[5], buffer[6]), (1, COMPONENT));
-        assert_eq!(live.stream().vehicle(), Some(ME));
-    }
-
-    /// One frame of motion of that sender at that boot time.
-    fn motion(frames: &mut Frames, time_boot_ms: u32) -> Vec<u8> {
-        frames.frame(&MavMessage::ATTITUDE(dialect::ATTITUDE_DATA { time_boot_ms, ..Default::default() })).to_vec()
-    }
-
-    #[test]
-    fn a_stray_holds_no_place_and_a_vehicle_that_falls_silent_gives_way() {
-        let patience = Duration::from_millis(20);
-        let mut live = LiveTelemetry::open(Url::UdpIn("127.0.0.1:0".into()), MavlinkConfig::default(), patience).unwrap();
-        let address = live.link().local_address().unwrap().to_string();
-        let mut link = Link::open(Url::UdpOut(address), patience).unwrap();
-        let [one, two] = [1, 2].map(|system| Sender { system, component: 1 });
-        let (mut first, mut second) = (Frames::new(one), Frames::new(two));
-        let stray = motion(&mut Frames::new(Sender { system: 9, component: 9 }), 5);
-        link.send(&stray).unwrap();
-        let mut found = Vec::new();
-        for k in 0..800_u32 {
-            if k < 200 {
-                link.send(&motion(&mut first, 1000 + 20 * k)).unwrap();
-            }
-            if k >= 100 {
-                link.send(&motion(&mut second, 500_000 + 20 * k)).unwrap();
-            }
-            for _ in 0..=u32::from((100..200).contains(&k)) + u32::from(k == 0) {
-                let _ = live.poll(|| Some(u64::from(k) * 20_000)).unwrap();
-            }
-            found.extend(std::iter::from_fn(|| live.next_sample()));
-        }
-        let boot = |boot| found.iter().filter(|timed| timed.boot == boot).count();
-        assert_eq!(boot(0), 200, "none of the first is lost");
-        assert!((330..=360).contains(&boot(1)), "{}", boot(1));
-        assert_eq!(live.next_notice(), Some(LiveNotice::Changed { from: one, to: two }));
-        assert_eq!((live.next_notice(), live.stream().vehicle()), (None, Some(two)));
-    }
-    #[test]
-    fn where_a_key_is_set_only_what_is_signed_with_it_is_taken_and_our_heartbeat_is_signed() {
-        let patience = Duration::from_millis(20);
-        let mut live = LiveTelemetry::open(Url::UdpIn("127.0.0.1:0".into()), MavlinkConfig::default(), patience).unwrap();
-        let key = || SigningKey::new([5; 32]).unwrap();
-        let signing = |link_id| LinkSigning::new(key(), link_id, SigningTime::unrecorded(Box::new(|| 1 << 40)));
-        live.set_signing(signing(0));
-        let address = live.link().local_address().unwrap().to_string();
-        let mut link = Link::open(Url::UdpOut(address), patience).unwrap();
-        let (mut theirs, mut frames) = (signing(1), Frames::new(ME));
-        let mut replayed = Vec::new();
-        for k in 0..50 {
-            let frame = motion(&mut frames, 1000 + 20 * k);
-            // One in ten unsigned, one in ten twice.
-            replayed.clear();
-            if k % 10 == 3 {
-                replayed.extend(&frame);
-            } else {
-                replayed.extend(theirs.sign(&frame).unwrap());
-            }
-            for _ in 0..=u32::from(k % 10 == 7) {
-                assert!(link.send(&replayed).unwrap());
-                live.poll(|| Some(1)).unwrap();
-            }
-        }
-        while live.poll(|| None).unwrap() != LinkEvent::Silence {}
-        assert_eq!(std::iter::from_fn(|| live.next_sample()).count(), 45);
-        let refused: Vec<_> = live.refused().iter().collect();
-        assert_eq!(refused, [(SigningRefusal::Unsigned, 5), (SigningRefusal::NotLater, 5)]);
-        assert_eq!((live.accepted(), live.tally().good, live.senders().total()), (45, 55, 45));
-        let notices: Vec<_> = std::iter::from_fn(|| live.next_notice()).take(2).collect();
-        let once = [LiveNotice::Refused(SigningRefusal::Unsigned), LiveNotice::Refused(SigningRefusal::NotLater)];
-        assert_eq!(notices, once);
-        assert!(live.heartbeat().unwrap());
-        let mut buffer = [0; 64];
-        assert_eq!(link.receive(&mut buffer).unwrap(), LinkEvent::Bytes(34), "21 and 13 of the signature");
-        let mut framer = Framer::new(Framing::Bare);
-        framer.take(&buffer[..34]);
-        assert_eq!(theirs.accept(&framer.next_packet().unwrap()), Ok(()));
     }
 }

@@ -29,17 +29,21 @@
 
 pub mod clock;
 pub mod clock_monitor;
+pub mod clock_rate;
 pub mod config_file;
 pub mod encode;
 pub mod frame_signature;
 pub mod host_time;
 pub mod link;
 pub mod live;
+#[cfg(test)]
+mod live_tests;
 pub mod mapping;
 pub mod message;
 pub mod packet;
 pub mod reboot;
 pub mod recording;
+mod running_crc;
 pub mod senders;
 pub mod serial;
 pub mod signing;

@@ -5,9 +5,10 @@
 //! does not contain, is counted as a frame only if it begins at the end of the frame before and is followed by a start marker or
 //! the end of the bytes; other bytes are counted as garbage. Signatures are kept with the packet and verified by
 //! [`signing`](super::signing). Memory: one buffer of [`BUFFER`] bytes. A false start marker delays what follows by at most its
-//! supposed length, 280 bytes.
+//! supposed length, 280 bytes, and nothing beyond the end of a datagram ([`Framer::last_packet_of_datagram`]).
 
 use super::frame_signature::{FrameSignature, SIGNATURE};
+use super::running_crc::RunningCrc;
 use crate::io::telemetry::byte_window::ByteWindow;
 use mavlink::Message as _;
 use mavlink::dialects::ardupilotmega::MavMessage;
@@ -138,6 +139,7 @@ enum FrameCandidate {
 pub struct Framer {
     framing: Framing,
     window: ByteWindow,
+    sums: RunningCrc,
     /// The eight bytes before it, big-endian.
     before: u64,
     /// Where the last frame ended.
@@ -162,6 +164,7 @@ impl Framer {
         Framer {
             framing,
             window: ByteWindow::new(BUFFER),
+            sums: RunningCrc::new(),
             before: 0,
             frame_end: 0,
             expected: Some(framing.prefix()),
@@ -194,14 +197,20 @@ impl Framer {
         packet
     }
 
+    /// The next frame of a datagram, all of which was taken in: no frame goes on in another. `None` after the last.
+    pub fn last_packet_of_datagram(&mut self) -> Option<Packet> {
+        let packet = self.last_packet();
+        if packet.is_none() {
+            self.frame_end = self.window.position();
+            self.expected = Some(self.frame_end + self.framing.prefix());
+        }
+        packet
+    }
+
     /// What was found so far; bytes that still wait for a decision do not count yet.
     pub fn tally(&self) -> FrameTally {
         let undecided = if self.expected.is_some() { self.window.position() - self.frame_end } else { 0 };
         FrameTally { garbage_bytes: self.window.position().saturating_sub(self.accounted + undecided), ..self.tally }
-    }
-
-    fn prefix_of(&self, from: u64) -> u64 {
-        self.framing.prefix().min(from)
     }
 
     fn search(&mut self, ended: bool) -> Option<Packet> {
@@ -216,7 +225,7 @@ impl Framer {
                 self.skip(first);
                 continue;
             }
-            match judge(window) {
+            match judge(window, self.window.position(), &mut self.sums) {
                 FrameCandidate::Incomplete if !ended => return None,
                 FrameCandidate::Incomplete => {
                     if in_step {
@@ -273,7 +282,7 @@ impl Framer {
         } else {
             self.tally.unknown += 1;
         }
-        self.accounted += pending.length + self.prefix_of(pending.from);
+        self.accounted += pending.length + self.framing.prefix().min(pending.from);
         self.frame_end = pending.from + pending.length;
     }
 
@@ -294,7 +303,7 @@ impl Framer {
 }
 
 /// What stands at the start of the bytes, the first of which is a marker.
-fn judge(bytes: &[u8]) -> FrameCandidate {
+fn judge(bytes: &[u8], position: u64, sums: &mut RunningCrc) -> FrameCandidate {
     let (header, signature, flags) = match bytes {
         [MARKER_1, ..] => (6, 0, 0),
         [MARKER_2, _, flags, ..] => (HEADER_2, if flags & FLAG_SIGNED != 0 { SIGNATURE } else { 0 }, *flags),
@@ -307,14 +316,14 @@ fn judge(bytes: &[u8]) -> FrameCandidate {
     if flags & !FLAG_SIGNED != 0 {
         return FrameCandidate::Unverified { known: true, length };
     }
-    let (Some(id), Some(covered), Some(&[low, high])) = (id_of(frame), frame.get(1..end), frame.get(end..end + 2)) else {
+    let (Some(id), Some(&[low, high])) = (id_of(frame), frame.get(end..end + 2)) else {
         return FrameCandidate::Incomplete;
     };
     let extra = MavMessage::extra_crc(id);
     if extra == 0 && MavMessage::default_message_from_id(id).is_none() {
         return FrameCandidate::Unverified { known: false, length };
     }
-    if mavlink::calculate_crc(covered, extra) == u16::from_le_bytes([low, high]) {
+    if sums.of(position, bytes, (1, end), extra) == Some(u16::from_le_bytes([low, high])) {
         FrameCandidate::Good { length, header }
     } else {
         FrameCandidate::Unverified { known: true, length }

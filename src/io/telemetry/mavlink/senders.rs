@@ -65,7 +65,11 @@ pub struct SenderTally {
     pub vehicle_type: Option<u8>,
     /// Messages that never came, by the gaps in its running numbers.
     pub missing: u64,
+    /// Messages that came after later ones, by the same numbers; they are not missing.
+    pub late: u64,
     newest: Option<u8>,
+    /// Which of the newest numbers came: bit k is that of the newest less k.
+    came: u128,
     numbers: Numbers,
 }
 
@@ -115,13 +119,22 @@ impl SenderTally {
         self.numbers.changes >= CHANGES
     }
 
-    /// A gap of half the numbers or more is one that came late.
+    /// A gap of half the numbers or more is one that came late, and is missing no longer.
     fn number(&mut self, sequence: u8) {
         self.numbers.take(sequence);
         let ahead = self.newest.map_or(1, |newest| sequence.wrapping_sub(newest));
         if (1..128).contains(&ahead) {
             self.missing += u64::from(ahead - 1);
             self.newest = Some(sequence);
+            self.came = self.came << ahead | 1;
+            return;
+        }
+        let place = 1_u128.checked_shl(u32::from(ahead.wrapping_neg())).unwrap_or(0);
+        // What was sent twice, and what is older than the first number, was not missing.
+        if place != 0 && self.came & place == 0 && self.missing > 0 {
+            self.came |= place;
+            self.missing -= 1;
+            self.late += 1;
         }
     }
 
@@ -259,6 +272,22 @@ mod tests {
         for other in ["", "flight.csv", "MAVLink, sender 300/1", "MAVLink, sender 1"] {
             assert_eq!(Sender::from_source(other), None, "{other}");
         }
+    }
+
+    #[test]
+    fn who_comes_late_is_not_missing_and_who_comes_twice_hides_nobody() {
+        let counts = |order: &mut dyn Iterator<Item = u32>| {
+            let mut tally = SenderTally::default();
+            order.for_each(|k| tally.number((k % 256) as u8));
+            (tally.missing, tally.late)
+        };
+        // Each block of 60 comes from its end; the last of all stays the newest.
+        let blocks = |k: u32| k / 60 * 60 + 59 - k % 60;
+        // Before the first number that came nothing is known to be missing.
+        assert_eq!(counts(&mut (0..6000).map(blocks)), (0, 99 * 59), "late");
+        assert_eq!(counts(&mut (0..6000).filter(|k| k % 7 != 0).map(|k| k ^ 1)).0, 858, "late and lost");
+        // Of 858 that are lost the first comes before every number that is known, and the last behind.
+        assert_eq!(counts(&mut (0..6000).filter(|k| k % 7 != 0).flat_map(|k| [k, k])), (856, 0), "twice and lost");
     }
 
     #[test]
