@@ -1,8 +1,8 @@
 //! Supervision of a live boot clock by host time: reboots, time of sending, a clock that has stopped.
 //!
 //! Consumes unwrapped boot times ([`Clock`](super::clock)) with the host time of their arrival, us. Combines [`RebootDetector`],
-//! [`HostOffset`] and [`ClockRate`]; all are reset at each boot. A clock whose times are all more than [`BEHIND_US`] behind the
-//! newest, for [`BACK_US`] of host time and running, was set back: a late message comes among others that are not.
+//! [`HostOffset`] and [`ClockRate`]; all are reset at each boot. A clock whose times are all more than `BEHIND_US` behind the
+//! newest, for `BACK_US` of host time and running, was set back: a late message comes among others that are not.
 
 use super::clock_rate::ClockRate;
 use super::host_time::HostOffset;
