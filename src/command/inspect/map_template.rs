@@ -2,7 +2,8 @@
 
 use crate::command::message;
 use crate::command::options::telemetry_source::RecordingSource;
-use crate::command::terminal::output_file::{print, refuse_without_folder, write_whole};
+use crate::command::terminal::console::print;
+use crate::command::terminal::output_file::{refuse_without_folder, write_whole};
 use sideslip::error::{Failure, Outcome};
 use sideslip::io::telemetry::channel_map::template;
 use sideslip::io::telemetry::format::{HEAD_BYTES, RecordingFormat};

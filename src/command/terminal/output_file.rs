@@ -36,6 +36,11 @@ impl OutputFile {
         Ok(OutputFile { place: target.with_file_name(partial(&target)), target })
     }
 
+    /// Where it will stand.
+    pub(crate) fn target(&self) -> &Path {
+        &self.target
+    }
+
     pub(crate) fn place(&self) -> &Path {
         &self.place
     }
