@@ -25,7 +25,7 @@ use sideslip::simulation::instrument::InstrumentSet;
 
 use Channel::{Alpha, Ax, Ay, Az, Beta, P, Pedal, Phi, Psi, Q, R, Tas, Theta};
 
-const FAULTS: [(&[Channel], Fault); 32] = [
+const FAULTS: [(&[Channel], Fault); 37] = [
     (&[], Factor(1.0)),
     (&[Tas], Factor(1.0 / KNOT)),
     (&[Tas], Factor(3.6)),
@@ -58,6 +58,11 @@ const FAULTS: [(&[Channel], Fault); 32] = [
     (&[Ay], Factor(0.0)),
     (&[Beta], Factor(0.0)),
     (&[Pedal], Factor(1.0 / DEGREE)),
+    (&[P, Phi], Factor(-1.0)),
+    (&[Q, Theta], Factor(-1.0)),
+    (&[R, Psi], Factor(-1.0)),
+    (&[Tas], Factor(0.8)),
+    (&[Tas], Factor(1.2)),
 ];
 
 #[derive(Default)]

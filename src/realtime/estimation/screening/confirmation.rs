@@ -55,6 +55,10 @@ const CONFIRMED_BY: f64 = 2.0;
 /// Standard error of a scale above which the air hides it, where it may be right.
 const SCALE_KNOWN: f64 = 0.25;
 const CONTRADICTED_BY: f64 = 2.5;
+/// Standard errors between the scale of an airspeed in still air and 1 from which on the difference is an error of its
+/// derivatives, and what the place of a vane adds to the standard error of a slope then.
+const SCALE_OFF_BY: f64 = 2.0;
+const SCALE_MODEL_STD: f64 = 0.05;
 /// Least slope of an aircraft that follows the air: what its vanes measure then is against the force.
 const FOLLOWS_AIR: f64 = -0.4;
 /// Standard errors below it, and above 1, of a slope that contradicts.
@@ -180,7 +184,10 @@ impl InstrumentSlopes {
         if compared().all(|slope| slope.early_slope().is_none()) {
             return if compared().any(KinematicSlope::has_begun) { Confirmation::Doubted } else { Confirmation::NotComparable };
         }
-        match scale(self.airspeed_slopes(KinematicSlope::early_slope), tells_scale) {
+        if let Some(relative_error) = self.airspeed_scale_error() {
+            return Confirmation::Plausible { relative_error };
+        }
+        match scale(self.airspeed_slopes(KinematicSlope::early_slope), MODEL_STD, tells_scale) {
             None => Confirmation::Plausible { relative_error: BY_KNOTS },
             Some((scale, std)) if scale + CONFIRMED_BY * std < CONFIRMED => {
                 if scale - CONFIRMED_BY * std > CONFIRMED_ABOVE {
@@ -199,16 +206,22 @@ impl InstrumentSlopes {
     /// Whether the airspeed reads in another unit, or too much or too little by far.
     pub fn airspeed_contradiction(&self) -> Option<AirspeedContradiction> {
         let [too_little, too_much] = CONTRADICTED;
-        let in_still_air = |slope: &Slope| tells(slope) && slope.correlation_squared > STILL_AIR;
         let reads_too_much = |(scale, std): (f64, f64)| scale - CONTRADICTED_BY * std > too_much;
-        let still = scale(self.airspeed_slopes(KinematicSlope::slope), in_still_air);
+        let still = scale(self.airspeed_slopes(KinematicSlope::slope), MODEL_STD, is_of_still_air);
         // Air that moves lowers a slope: only one of still air tells that the airspeed reads too little.
         if still.is_some_and(|(scale, std)| reads_too_much((scale, std)) || scale + CONTRADICTED_BY * std < too_little) {
             return Some(AirspeedContradiction::StillAir);
         }
-        scale(self.airspeed_slopes(KinematicSlope::slope), tells_scale)
+        scale(self.airspeed_slopes(KinematicSlope::slope), MODEL_STD, tells_scale)
             .filter(|found| reads_too_much(*found))
             .map(|_| AirspeedContradiction::MovingAir)
+    }
+
+    /// By how much the airspeed reads too much or too little, relative to the truth, where increments in still air show it: the
+    /// wrong factor of an instrument, or the indicated for the true airspeed.
+    pub fn airspeed_scale_error(&self) -> Option<f64> {
+        let (scale, std) = scale(self.airspeed_slopes(KinematicSlope::slope), SCALE_MODEL_STD, is_of_still_air)?;
+        ((scale - 1.0).abs() > SCALE_OFF_BY * std).then(|| (scale - 1.0).abs())
     }
 
     fn airspeed_slopes(&self, of: fn(&KinematicSlope) -> Option<Slope>) -> [Option<Slope>; 3] {
@@ -282,16 +295,21 @@ fn tells(slope: &Slope) -> bool {
     slope.value > TELLS * slope.std
 }
 
+/// Whether a slope is that of air which hardly moves.
+fn is_of_still_air(slope: &Slope) -> bool {
+    tells(slope) && slope.correlation_squared > STILL_AIR
+}
+
 /// Whether a slope tells the scale of the airspeed: the response to gusts correlates weakly.
 fn tells_scale(slope: &Slope) -> bool {
     tells(slope) && slope.correlation_squared > CORRELATED
 }
 
 /// Weighted mean of the slopes that are used, and its standard error, with their scatter where that is larger.
-fn scale(slopes: [Option<Slope>; 3], is_used: impl Fn(&Slope) -> bool) -> Option<(f64, f64)> {
+fn scale(slopes: [Option<Slope>; 3], model_std: f64, is_used: impl Fn(&Slope) -> bool) -> Option<(f64, f64)> {
     let telling = || {
         let known = slopes.iter().flatten().filter(|slope| is_used(slope));
-        known.map(|slope| (slope.value, 1.0 / (slope.std * slope.std + MODEL_STD * MODEL_STD)))
+        known.map(|slope| (slope.value, 1.0 / (slope.std * slope.std + model_std * model_std)))
     };
     let (count, weights) = telling().fold((0.0, 0.0), |(count, sum), (_, weight)| (count + 1.0, sum + weight));
     if !(weights > 0.0) {
@@ -361,6 +379,12 @@ mod tests {
             assert_eq!(slopes.airspeed_contradiction().is_some(), contradicted, "{factor}");
             assert!(contradicted != (slopes.airspeed() == Confirmation::Confirmed) || factor < 1.0, "{factor}");
         }
+        // A fifth too much or too little is no other unit, but an error of what the airspeed makes.
+        for factor in [0.8, 1.2] {
+            let Confirmation::Plausible { relative_error } = after(factor, 200, 0.05).airspeed() else { panic!("{factor}") };
+            assert!((relative_error - 0.2).abs() < 0.02, "{factor}: {relative_error}");
+        }
+        assert_eq!(after(1.0, 200, 0.05).airspeed_scale_error(), None);
         assert_eq!(after(-1.0, 200, AIR).incidence(), Confirmation::Doubted);
         // Air that moves more than the aircraft hides the airspeed, and says nothing against it.
         let hidden = after(1.0, 200, 3.0);

@@ -36,6 +36,9 @@ const ANGLES: &[Channel] = &[Channel::Phi, Channel::Theta, Channel::Psi, Channel
 const ALL_ANGLES: &[Channel] =
     &[Channel::P, Channel::Q, Channel::R, Channel::Phi, Channel::Theta, Channel::Psi, Channel::Alpha, Channel::Beta];
 const FORCES: &[Channel] = &Channel::ACCELEROMETERS;
+const ROLL: &[Channel] = &[Channel::P, Channel::Phi];
+const PITCH: &[Channel] = &[Channel::Q, Channel::Theta];
+const YAW: &[Channel] = &[Channel::R, Channel::Psi];
 
 /// Units of airspeed, in m/s.
 pub const SPEEDS: [(&str, f64); 4] = [("kn", 1852.0 / 3600.0), ("km/h", 1.0 / 3.6), ("ft/s", FOOT), ("mph", 0.447_04)];
@@ -43,7 +46,7 @@ pub const SPEEDS: [(&str, f64); 4] = [("kn", 1852.0 / 3600.0), ("km/h", 1.0 / 3.
 /// Load factor up to which, and from whose inverse on, a mean is one of nearly level flight.
 const LOAD_FACTOR: f64 = 1.5;
 /// How many gross errors a record is tested for.
-pub const GROSS_ERRORS: usize = 67;
+pub const GROSS_ERRORS: usize = 70;
 
 impl GrossError {
     /// Every error that is tested.
@@ -122,6 +125,9 @@ impl GrossError {
             Swapped([Channel::Phi, Channel::Theta]),
             Swapped([Channel::Alpha, Channel::Beta]),
             Swapped([Channel::Ax, Channel::Ay]),
+            Turned(ROLL),
+            Turned(PITCH),
+            Turned(YAW),
         ]
     };
 

@@ -188,6 +188,11 @@ impl GrossErrorTest {
         (self.slopes.airspeed(), self.slopes.airspeed_contradiction())
     }
 
+    /// By how much the airspeed reads too much or too little, relative to the truth, where still air shows it.
+    pub fn airspeed_scale_error(&self) -> Option<f64> {
+        self.slopes.airspeed_scale_error()
+    }
+
     /// What the flight is suspected of; `None` where the kinematics hold, or only those of air that may move do not. After an
     /// error was `named` only the same of more or fewer channels can be. Where the weight is right (`weighs_g`) the unit of
     /// az is; and the altitude is suspected alone only where the airspeed, from which the climb is computed, is known to be
@@ -256,7 +261,8 @@ fn attitude_agrees(corrected: &Agreement) -> bool {
 }
 
 /// Of an error of several channels each that is measured has to contradict the kinematics in its own output, and to agree once it
-/// is corrected: an instrument that agrees as recorded, or whose output does not move, has no part in it.
+/// is corrected: an instrument that agrees as recorded, or whose output does not move, has no part in it. A rate and its angle,
+/// reversed together, agree with each other; the flow angles show them.
 fn each_shows(error: &GrossError, as_recorded: &Agreement, corrected: &Agreement, means: &[BinMeans; MOTION_CHANNELS]) -> bool {
     let shown_by = |channel: &Channel| match channel {
         Channel::P => Channel::Phi,
@@ -271,7 +277,10 @@ fn each_shows(error: &GrossError, as_recorded: &Agreement, corrected: &Agreement
         let of = |agreement: &Agreement| agreement.get(output).copied().flatten();
         !is_measured || of(as_recorded).is_some_and(|a| a > AGREES_PARTLY) && of(corrected).is_some_and(|a| a < AGREES_PARTLY)
     };
-    error.channels().len() < 2 || matches!(error, GrossError::Swapped(_)) || error.channels().iter().all(shows)
+    let mut outputs = error.channels().iter().map(shown_by);
+    let first = outputs.next();
+    let is_of_one_output = outputs.all(|output| Some(output) == first);
+    is_of_one_output || matches!(error, GrossError::Swapped(_)) || error.channels().iter().all(shows)
 }
 
 /// The share of ax or ay alone, which is small, says little where the place of a vane is not known: the correction has to make

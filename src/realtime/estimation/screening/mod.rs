@@ -240,10 +240,14 @@ impl Screening {
         };
         let [ax, ay] = self.test.accelerometers();
         let az = if self.mean_az().is_some_and(weighs_g) { Confirmation::Confirmed } else { Confirmation::NotComparable };
-        for (kept, now) in self.confirmations.iter_mut().zip([ax, ay, az, airspeed, self.test.incidence()]) {
+        let found_wrong = self.doubt.is_some_and(|doubt| doubt != Doubt::Unknown);
+        let scale_is_off = self.test.airspeed_scale_error().is_some();
+        let now = [ax, ay, az, airspeed, self.test.incidence()];
+        for ((kept, now), channel) in self.confirmations.iter_mut().zip(now).zip(Confirmation::CHANNELS) {
             // Sign and unit do not change in flight: once confirmed is enough, unless something is found to be wrong after all. A
             // suspicion that passes is none: in gusts there are such.
-            if *kept != Confirmation::Confirmed || self.doubt.is_some_and(|doubt| doubt != Doubt::Unknown) {
+            // The factor of an airspeed in the right unit is known later than the unit.
+            if *kept != Confirmation::Confirmed || found_wrong || channel == Channel::Tas && scale_is_off {
                 *kept = now;
             }
         }
