@@ -44,6 +44,8 @@ const DELAYS_S: [f64; 2] = [0.06, 0.2];
 /// Rates as parts of the control's range a second, and half widths as parts of the range.
 const RATES: [f64; 5] = [0.3, 0.7, 1.5, 3.0, 6.0];
 const WIDTHS: [f64; 4] = [0.08, 0.2, 0.4, 0.7];
+/// Least half range of a control that was moved, rad: a position transducer is known to 0.1 to 0.2 degrees.
+const MOVED_RAD: f64 = 0.0025;
 /// Power of what a lag takes from a control, of its noise's, below which it may be that noise: a mean over a step has two thirds
 /// of it or less.
 const TAKEN: f64 = 3.0;
@@ -202,7 +204,8 @@ fn acting_controls(problem: &DiagnosisProblem) -> Vec<Control> {
     Control::ALL.into_iter().filter(acts).collect()
 }
 
-/// Half of what a control moves through, its noise left out; nothing where it stands still.
+/// Half of what a control moves through, its noise left out; nothing where it stands still, or moves no more than a surface does
+/// that nobody moves: what is wrong with the motion is found in a trace of any shape.
 fn range(problem: &DiagnosisProblem, place: usize) -> f64 {
     let mut most = 0.0f64;
     for run in &problem.runs {
@@ -211,7 +214,7 @@ fn range(problem: &DiagnosisProblem, place: usize) -> f64 {
         values.sort_by(f64::total_cmp);
         let at = |part: f64| values.get((part * (values.len().saturating_sub(1)) as f64) as usize).copied().unwrap_or(0.0);
         let span = 0.5 * (at(0.98) - at(0.02));
-        if span > 4.0 * run.input_noise[place].max(1e-6) {
+        if span > MOVED_RAD.max(4.0 * run.input_noise[place]) {
             most = most.max(span);
         }
     }
