@@ -26,7 +26,7 @@ struct Offered {
 }
 
 fn offered(axis: Axis) -> Offered {
-    let mut offer = Offer { primary: [false; REGRESSORS], optional: [false; REGRESSORS] };
+    let mut offer = Offer::NONE;
     let (mut primary, mut optional) = (Vec::new(), Vec::new());
     for variable in Variable::ALL {
         let place = regressor(variable);

@@ -60,7 +60,7 @@ fn lagged_products_give_nearly_what_whole_matrices_give() {
             let record = record(&mut uniform);
             let mut information = Information::<SIGNALS>::default();
             record.iter().for_each(|z| information.add(z, lambda));
-            let offer = Offer { primary: std::array::from_fn(|place| place != BIAS), optional: [false; REGRESSORS] };
+            let offer = Offer { primary: std::array::from_fn(|place| place != BIAS), ..Offer::NONE };
             let y = response(Axis::N);
             let found = fit(&information, y, &offer, &Thresholds { f_enter: 12.0, f_remove: 8.0 }).unwrap();
             let r = error_covariance(&information, &found.order, &found.dispersion, &found.residual).unwrap();

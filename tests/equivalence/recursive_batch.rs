@@ -248,7 +248,7 @@ fn estimates_and_their_covariances_are_those_of_the_stored_vectors() {
             for place in primary.iter_mut().skip(1) {
                 *place = !uniform.bits().is_multiple_of(3);
             }
-            let offer = Offer { primary, optional: [false; REGRESSORS] };
+            let offer = Offer { primary, ..Offer::NONE };
             let found = fit(&information, response(axis), &offer, &Thresholds { f_enter: 12.0, f_remove: 8.0 }).unwrap();
             let places: Vec<usize> = (0..REGRESSORS).filter(|&place| place == BIAS || primary[place]).collect();
             assert_eq!(found.order.len(), places.len());
@@ -304,7 +304,7 @@ fn instruments() -> Instrumentation {
         vanes_disagree: [false; 2],
         vanes_contradict: [false; 2],
         controls_stood: [false; 4],
-        clipped: [false; 6],
+        inertial_stood: [false; 6],
         confirmations: [Confirmation::Confirmed; Confirmation::CHANNELS.len()],
         doubt: None,
         // All residuals are the instruments' noise: the stage is least squares.

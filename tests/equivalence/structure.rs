@@ -67,7 +67,7 @@ fn every_value_and_every_f_of_every_step_is_that_of_the_recursion() {
         assert!(selection.steps.len() > 5);
         let mut compared = 0;
         for step in selection.steps.iter().skip(1) {
-            let mut offer = Offer { primary: [false; REGRESSORS], optional: [false; REGRESSORS] };
+            let mut offer = Offer::NONE;
             for term in &step.terms {
                 offer.primary[1 + term.place] = true;
             }

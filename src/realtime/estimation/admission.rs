@@ -37,7 +37,8 @@ pub(crate) fn range(channel: Channel) -> (f64, f64) {
         Channel::Ax | Channel::Ay | Channel::Az => (-500.0, 500.0),
         Channel::P | Channel::Q | Channel::R => (-20.0, 20.0),
         Channel::Phi | Channel::Theta => (-3.2, 3.2),
-        Channel::Psi => (-6.4, 6.4),
+        // Heading may count turns; in degrees it is soon beyond.
+        Channel::Psi => (-100.0, 100.0),
         Channel::Alpha | Channel::Beta => (-1.6, 1.6),
         Channel::Tas => (-5.0, 1000.0),
         Channel::Altitude => (-2000.0, 60_000.0),

@@ -201,7 +201,7 @@ impl Estimator {
             vanes_disagree: self.disagreement_said,
             vanes_contradict: self.vanes_contradict,
             controls_stood: self.screening.controls_stood(),
-            clipped: self.screening.clipped(),
+            inertial_stood: self.screening.inertial_stood(),
             noise: self.signal_noise,
             ..found
         }

@@ -151,7 +151,7 @@ impl Latest {
             vanes_disagree: [false; 2],
             vanes_contradict: [false; 2],
             controls_stood: [false; 4],
-            clipped: [false; Channel::INERTIAL.len()],
+            inertial_stood: [false; Channel::INERTIAL.len()],
             confirmations: [Confirmation::Confirmed; Confirmation::CHANNELS.len()],
             noise: SignalNoise::NONE,
             doubt: None,

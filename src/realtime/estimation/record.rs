@@ -196,8 +196,8 @@ pub struct Instrumentation {
     pub vanes_contradict: [bool; 2],
     /// Whether each control has stood, clipped or frozen, in the order of `Channel::CONTROLS`.
     pub controls_stood: [bool; 4],
-    /// Whether each gyro and accelerometer has been clipped, in the order of `Channel::INERTIAL`.
-    pub clipped: [bool; Channel::INERTIAL.len()],
+    /// Whether each gyro and accelerometer has stood after it moved, clipped or frozen, in the order of `Channel::INERTIAL`.
+    pub inertial_stood: [bool; Channel::INERTIAL.len()],
     /// What is known about sign and unit, by `Confirmation::CHANNELS`.
     pub confirmations: [Confirmation; Confirmation::CHANNELS.len()],
     /// Noise of the smoothed signals, as of the last instant of the grid.

@@ -258,7 +258,7 @@ mod tests {
     /// The fit of the term of v alone to 400 vectors, whether it depends on amplitude, and what that adds to its standard error.
     fn fitted(axis: Axis, information: &Information<SIGNALS>, curvature: &Curvature) -> (Fit, bool, f64) {
         let v = regressor(Variable::V);
-        let mut offer = Offer { primary: [false; REGRESSORS], optional: [false; REGRESSORS] };
+        let mut offer = Offer::NONE;
         offer.primary[v] = true;
         let thresholds = Thresholds { f_enter: 12.0, f_remove: 8.0 };
         let mut fit = fit(information, response(axis), &offer, &thresholds).unwrap();

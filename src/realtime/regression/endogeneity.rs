@@ -132,7 +132,7 @@ mod tests {
             z[response(Axis::N)] = 0.04 * libm::sin(1.3 * t) + 0.01 * libm::cos(7.9 * t);
             information.add(&z, 1.0);
         }
-        let mut offer = Offer { primary: [false; REGRESSORS], optional: [false; REGRESSORS] };
+        let mut offer = Offer::NONE;
         offer.primary[regressor(Variable::V)] = true;
         let thresholds = Thresholds { f_enter: 12.0, f_remove: 8.0 };
         let fit = fit(&information, response(Axis::N), &offer, &thresholds).unwrap();

@@ -111,7 +111,7 @@ mod tests {
         let mut normal = || libm::sqrt(-2.0 * libm::log(uniform())) * libm::cos(2.0 * core::f64::consts::PI * uniform());
         let (records, samples, memory) = (400, 250, 0.6);
         let y = response(Axis::L);
-        let mut offer = Offer { primary: [false; REGRESSORS], optional: [false; REGRESSORS] };
+        let mut offer = Offer::NONE;
         offer.primary[1..9].fill(true);
         let mut mean = [0.0; 5];
         let mut mean_residual = [0.0; 5];

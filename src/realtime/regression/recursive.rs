@@ -330,19 +330,23 @@ impl Recursive {
     }
 
     fn offer(&self, axis: Axis, instruments: &Instrumentation) -> Offer {
-        let mut offer = Offer { primary: [false; REGRESSORS], optional: [false; REGRESSORS] };
+        let mut offer = Offer::NONE;
         for variable in Variable::ALL {
             let place = regressor(variable);
             let deviation = self.information.deviation(place);
             let still = STILL[variable.index()];
-            if deviation > UNMOVED * still && observed(variable, instruments) {
-                let primary = is_primary(axis, variable) && deviation > still;
-                let moving = endogeneity::independent_samples(self.information.moving_samples(place), self.interval_s);
-                if !primary && moving < MOVING_SAMPLES {
-                    continue;
-                }
-                offer.primary[place] = primary;
-                offer.optional[place] = !primary;
+            if !observed(variable, instruments) {
+                continue;
+            }
+            let belongs = is_primary(axis, variable);
+            let primary = belongs && deviation > still;
+            let moving = endogeneity::independent_samples(self.information.moving_samples(place), self.interval_s);
+            if primary {
+                offer.primary[place] = true;
+            } else if deviation > UNMOVED * still && moving >= MOVING_SAMPLES {
+                offer.optional[place] = true;
+            } else {
+                offer.unmoved[place] = belongs;
             }
         }
         offer
@@ -398,6 +402,8 @@ impl Recursive {
         }
         equation.status = match self.status(&equation, time_s) {
             Status::Converging | Status::Converged if equation.terms.is_empty() => Status::Exciting,
+            // There is no answer that could be out of date.
+            Status::Stale if equation.terms.is_empty() => Status::Waiting,
             // Settled, about a motion that may not be the aircraft's.
             Status::Converged if doubtful => Status::Converging,
             Status::Converging | Status::Converged if depends_on_amplitude => Status::DependsOnAmplitude,

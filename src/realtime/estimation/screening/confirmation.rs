@@ -108,13 +108,13 @@ impl Confirmation {
     }
 }
 
-/// By what the airspeed is contradicted.
+/// What a contradiction of the airspeed is of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AirspeedContradiction {
-    /// By increments that follow the kinematics: the airspeed is wrong.
-    StillAir,
-    /// By increments that hardly do: the airspeed, another instrument, or the air.
-    MovingAir,
+    /// The airspeed: two kinds of increments that follow the kinematics say so.
+    Airspeed,
+    /// The airspeed, another instrument, or the air.
+    Unknown,
 }
 
 /// The slopes of one flight.
@@ -207,14 +207,15 @@ impl InstrumentSlopes {
     pub fn airspeed_contradiction(&self) -> Option<AirspeedContradiction> {
         let [too_little, too_much] = CONTRADICTED;
         let reads_too_much = |(scale, std): (f64, f64)| scale - CONTRADICTED_BY * std > too_much;
-        let still = scale(self.airspeed_slopes(KinematicSlope::slope), MODEL_STD, is_of_still_air);
+        let slopes = self.airspeed_slopes(KinematicSlope::slope);
+        let still = scale(slopes, MODEL_STD, is_of_still_air);
         // Air that moves lowers a slope: only one of still air tells that the airspeed reads too little.
         if still.is_some_and(|(scale, std)| reads_too_much((scale, std)) || scale + CONTRADICTED_BY * std < too_little) {
-            return Some(AirspeedContradiction::StillAir);
+            // One kind of increments alone may be contradicted by an accelerometer or a vane.
+            let kinds = slopes.iter().flatten().filter(|slope| is_of_still_air(slope)).count();
+            return Some(if kinds > 1 { AirspeedContradiction::Airspeed } else { AirspeedContradiction::Unknown });
         }
-        scale(self.airspeed_slopes(KinematicSlope::slope), MODEL_STD, tells_scale)
-            .filter(|found| reads_too_much(*found))
-            .map(|_| AirspeedContradiction::MovingAir)
+        scale(slopes, MODEL_STD, tells_scale).filter(|found| reads_too_much(*found)).map(|_| AirspeedContradiction::Unknown)
     }
 
     /// By how much the airspeed reads too much or too little, relative to the truth, where increments in still air show it: the

@@ -40,10 +40,9 @@ const DOUBTED_TESTS: u32 = 5;
 /// Tests for which a suspicion lasts after the last one that has it: between two of them an error is no less there.
 const SUSPECTED_TESTS: u32 = 20;
 
-/// Part of its largest reading at which an instrument that stands still is clipped, and that reading at least: of a gyro, rad/s,
-/// and of an accelerometer, m/s^2.
-const CLIPPED_PART: f64 = 0.9;
-const CLIPPED_LEAST: [f64; 2] = [0.02, 0.3];
+/// Largest reading of a gyro, rad/s, and of an accelerometer, m/s^2, up to which it has not moved yet: one that stands still on
+/// the ground is in order.
+const MOVED_LEAST: [f64; 2] = [0.02, 0.3];
 
 /// Channels whose values are counted: of the motion, then the controls, as in [`Channel::ALL`]. What no equation rests on
 /// silences none.
@@ -92,9 +91,10 @@ pub struct Screening {
     standing: u32,
     /// Controls that have stood, a bit each.
     controls_stood: u32,
-    /// Largest reading of each gyro, rad/s, and accelerometer, m/s^2, by `Channel::INERTIAL`, and whether it has stood there.
+    /// Largest reading of each gyro, rad/s, and accelerometer, m/s^2, by `Channel::INERTIAL`, and whether it has stood since it
+    /// moved.
     largest_reading: [f64; Channel::INERTIAL.len()],
-    clipped: [bool; Channel::INERTIAL.len()],
+    inertial_stood: [bool; Channel::INERTIAL.len()],
     /// Number of the bin in which one of the motion's stood last.
     stood_at: Option<i64>,
     /// Readings, and those beyond the limits.
@@ -123,7 +123,7 @@ impl Screening {
         standing: 0,
         controls_stood: 0,
         largest_reading: [0.0; Channel::INERTIAL.len()],
-        clipped: [false; Channel::INERTIAL.len()],
+        inertial_stood: [false; Channel::INERTIAL.len()],
         stood_at: None,
         readings: [0; SCREENED],
         beyond: [0; SCREENED],
@@ -152,7 +152,7 @@ impl Screening {
             let Some(value) = sample.get(channel) else { continue };
             let mark = 1 << channel.index();
             let stands = self.constant.take(channel, sample.time_s, value);
-            self.clipping(channel, value, stands);
+            self.note_standing(channel, value, stands);
             if stands {
                 if self.standing & mark == 0 {
                     self.standing |= mark;
@@ -195,13 +195,13 @@ impl Screening {
         }
     }
 
-    /// Notes a gyro or an accelerometer that stands still at its largest reading.
-    fn clipping(&mut self, channel: Channel, value: f64, stands: bool) {
-        let least = CLIPPED_LEAST[usize::from(Channel::ACCELEROMETERS.contains(&channel))];
-        let inertial = Channel::INERTIAL.into_iter().zip(self.largest_reading.iter_mut().zip(&mut self.clipped));
-        for (_, (largest, clipped)) in inertial.filter(|(one, _)| *one == channel) {
+    /// Notes a gyro or an accelerometer that stands still after it has moved.
+    fn note_standing(&mut self, channel: Channel, value: f64, stands: bool) {
+        let least = MOVED_LEAST[usize::from(Channel::ACCELEROMETERS.contains(&channel))];
+        let inertial = Channel::INERTIAL.into_iter().zip(self.largest_reading.iter_mut().zip(&mut self.inertial_stood));
+        for (_, (largest, stood)) in inertial.filter(|(one, _)| *one == channel) {
             *largest = largest.max(value.abs());
-            *clipped |= stands && *largest > least && value.abs() >= CLIPPED_PART * *largest;
+            *stood |= stands && *largest > least;
         }
     }
 
@@ -233,7 +233,7 @@ impl Screening {
             (_, Some(channel)) => Some(Doubt::Channel(channel)),
             _ if self.suspected > 0 => Some(Doubt::Unknown),
             _ if self.airspeed_contradicted >= DOUBTED_TESTS => Some(match contradicted {
-                Some(AirspeedContradiction::StillAir) => Doubt::Channel(Channel::Tas),
+                Some(AirspeedContradiction::Airspeed) => Doubt::Channel(Channel::Tas),
                 _ => Doubt::Unknown,
             }),
             _ => None,
@@ -295,10 +295,10 @@ impl Screening {
         Channel::CONTROLS.map(|channel| self.controls_stood & (1 << channel.index()) != 0)
     }
 
-    /// Gyros and accelerometers that have been clipped, in the order of `Channel::INERTIAL`: the readings beside the gap, and the
-    /// rate of change across it, are wrong.
-    pub fn clipped(&self) -> [bool; Channel::INERTIAL.len()] {
-        self.clipped
+    /// Gyros and accelerometers that have stood after they moved, clipped or frozen, in the order of `Channel::INERTIAL`: the
+    /// last readings before it was noticed, and the rate of change across the gap, are wrong.
+    pub fn inertial_stood(&self) -> [bool; Channel::INERTIAL.len()] {
+        self.inertial_stood
     }
 
     /// What is known about sign and unit, by `Confirmation::CHANNELS`; the weight tells those of az.

@@ -66,8 +66,8 @@ impl Recursive {
         }
     }
 
-    /// Why an equation that would have numbers has none after all: a control, a rate or an accelerometer that it rests on was
-    /// clipped; its accelerometer may be reversed or in another unit; or the airspeed, which every velocity is made of, or the
+    /// Why an equation that would have numbers has none after all: a control, a rate or an accelerometer that it rests on has
+    /// stood; its accelerometer may be reversed or in another unit; or the airspeed, which every velocity is made of, or the
     /// incidence. A side force along the sideslip, which no aircraft has, is one of a reversed ay.
     pub(super) fn doubtful(&self, axis: Axis, equation: &EquationRecord, instruments: &Instrumentation) -> Option<Reason> {
         if !equation.terms.iter().any(|term| term.variable.is_some()) {
@@ -89,8 +89,8 @@ impl Recursive {
             Channel::Ay => axis.is_lateral(),
             _ => axis == Axis::Z || axis == Axis::M,
         };
-        let mut clipped = Channel::INERTIAL.into_iter().zip(instruments.clipped);
-        if let Some((channel, _)) = clipped.find(|(channel, clipped)| *clipped && rests_on(*channel)) {
+        let mut inertial = Channel::INERTIAL.into_iter().zip(instruments.inertial_stood);
+        if let Some((channel, _)) = inertial.find(|(channel, stood)| *stood && rests_on(*channel)) {
             return Some(Reason::InstrumentDoubted { channel: Some(channel) });
         }
         let along_sideslip = |term: &TermRecord| term.value > ALONG_SIDESLIP * term.std;
