@@ -14,3 +14,4 @@ mod raw_numbers;
 mod replay;
 mod run_files;
 mod silence;
+mod stopped_analyses;
