@@ -1,7 +1,7 @@
 //! The call of `sideslip diagnose`.
 
 use crate::command::options::flight_condition::FlightCondition;
-use crate::command::options::mapping_input::MapOption;
+use crate::command::options::mapping_input::{CONFIG_HELP, MapOption};
 use crate::command::options::telemetry_source::RecordingSource;
 use std::path::PathBuf;
 
@@ -42,7 +42,7 @@ pub(crate) struct DiagnoseArgs {
     pub(super) causes: usize,
     /// Which message (MAVLink) or measurement (IRIG 106 Chapter 10) carries which channel, or the format of PCM frames in Chapter
     /// 10 packets (TOML)
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", long_help = CONFIG_HELP)]
     pub(super) config: Option<PathBuf>,
     #[command(flatten)]
     pub(super) map: MapOption,

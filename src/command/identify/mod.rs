@@ -14,7 +14,7 @@ mod test_point_text;
 mod trimmed_models;
 
 use super::options::flight_condition::number;
-use super::options::mapping_input::{MapOption, read_mapping};
+use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
 use super::options::telemetry_source::RecordingSource;
 use super::recordings::run_result::RunResult;
 use super::terminal::console::print;
@@ -48,10 +48,10 @@ const EXAMPLE: &str = "\
 Example:
   sideslip identify flight.csv
   sideslip identify rud1.csv ail1.csv --states p,r --inputs aileron,rudder,beta
-  sideslip identify flight.csv --response Cm --candidates 'alpha;qhat;elevator;alpha*elevator'
+  sideslip identify coefficients.csv --response Cm --candidates 'alpha;qhat;elevator;alpha*elevator'
   sideslip identify flight.csv --domain frequency --band 0.1:1.2
   sideslip identify gusty.csv --doubt-instruments --method filter-error
-  sideslip identify monday/*.csv --holdout tuesday.csv --set vane_position_m=[13.1,0,0] --out result
+  sideslip identify monday/*.csv --holdout tuesday.csv --set 'vane_position_m=[13.1,0,0]' --out result
 
 Every run goes through the pipeline of `replay` (smoothed states, stepwise regression); then output error finds one linear
 model over all runs: each has its own trim, initial state and biases, and the kinematics that a linear model leaves out are
@@ -125,7 +125,7 @@ pub(crate) struct IdentifyArgs {
     band: Option<Band>,
     /// Which message (MAVLink) or measurement (IRIG 106 Chapter 10) carries which channel, or the format of PCM frames in Chapter
     /// 10 packets (TOML)
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", long_help = CONFIG_HELP)]
     config: Option<PathBuf>,
     #[command(flatten)]
     map: MapOption,
