@@ -2,6 +2,7 @@
 
 mod convert;
 mod design;
+mod examples;
 mod flight_condition;
 mod hostile_names;
 mod inspect;

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 const EXAMPLE: &str = "\
 Examples:
-  sideslip convert flight.tlog flight.csv
+  sideslip convert flight.tlog from-tlog.csv
   sideslip convert 00000012.BIN flight.mcap --from 30 --to 95
   sideslip convert 'pcm+file://flight.pcm?format=frame.toml' flight.mcap
   sideslip convert flight.ch10 flight.csv --config measurements.toml

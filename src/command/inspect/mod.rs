@@ -22,7 +22,7 @@ const EXAMPLE: &str = "\
 Example:
   sideslip inspect flight.csv
   sideslip inspect flight.csv --json - | jq .estimable.dutch_roll
-  sideslip inspect other.csv --map-template map.toml && sideslip inspect other.csv --map map.toml
+  sideslip inspect theirs.csv --map-template map.toml && sideslip inspect theirs.csv --map map.toml
   sideslip inspect 'ch10+file://flight.ch10?format=frame.toml'
 
 Exit status: 0 done; 1 failed while reading; 2 the file is no recording, or its header is wrong; 3 done, and rows were
