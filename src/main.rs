@@ -11,7 +11,7 @@ mod allocations;
 #[global_allocator]
 static ALLOCATOR: allocations::Counted = allocations::Counted;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use sideslip::io::outputs::words::printable::printable_lines;
 use std::process::ExitCode;
 
@@ -39,6 +39,8 @@ enum Command {
     Diagnose(command::diagnose::DiagnoseArgs),
     Inspect(command::inspect::InspectArgs),
     Convert(command::convert::ConvertArgs),
+    Completions(command::completions::CompletionsArgs),
+    Man(command::man::ManArgs),
 }
 
 fn main() -> ExitCode {
@@ -69,6 +71,8 @@ fn status_of_call() -> ExitCode {
         Command::Diagnose(args) => command::diagnose::run(&args),
         Command::Inspect(args) => command::inspect::run(&args),
         Command::Convert(args) => command::convert::run(&args),
+        Command::Completions(args) => command::completions::run(&args, &mut Call::command()),
+        Command::Man(args) => command::man::run(&args, &Call::command()),
     };
     match ended {
         Ok(outcome) => ExitCode::from(outcome.exit_status()),

@@ -2,6 +2,7 @@
 
 pub(crate) mod check;
 pub(crate) mod compare;
+pub(crate) mod completions;
 pub(crate) mod convert;
 pub(crate) mod demo;
 pub(crate) mod design;
@@ -12,6 +13,7 @@ pub(crate) mod ingest;
 pub(crate) mod inspect;
 pub(crate) mod linearise;
 pub(crate) mod live;
+pub(crate) mod man;
 mod options;
 mod recordings;
 pub(crate) mod replay;

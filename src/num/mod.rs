@@ -15,6 +15,8 @@ pub mod fft;
 #[cfg(feature = "std")]
 pub mod frequency_response;
 pub mod kernel;
+#[cfg(feature = "std")]
+pub(crate) mod parallel_map;
 pub(crate) mod product;
 #[cfg(feature = "std")]
 pub mod random;

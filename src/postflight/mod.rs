@@ -13,3 +13,4 @@ pub mod reconstruction;
 pub mod recorded_run;
 mod start_state;
 pub mod validation;
+pub mod work_progress;

@@ -44,6 +44,18 @@ fn what_is_found_does_not_depend_on_the_length_of_a_gap() {
     assert_eq!(two_test_points(1000.0, &[]).fitness, Fitness::Fit);
 }
 
+/// A clock that jumps to the time since 1970 while the aircraft moves: rows next to the gap are no instrument's error.
+#[test]
+fn a_clock_that_jumps_in_mid_manoeuvre_makes_no_error_of_an_instrument() {
+    for from_s in [3.0, 8.0, 15.0] {
+        let mut run = candidate("flight", &flight(), &[], 1);
+        run.samples.iter_mut().filter(|sample| sample.time_s >= from_s).for_each(|sample| sample.time_s += 1.7e9);
+        let verdict = check(&[run]).remove(0);
+        assert_eq!((verdict.fitness, verdict.corrections.len()), (Fitness::Fit, 0), "{from_s}: {:?}", verdict.corrections);
+        assert_eq!(verdict.long_gaps.len(), 1);
+    }
+}
+
 #[test]
 fn one_wrong_time_stamp_is_refused_in_words_or_does_not_count() {
     let stamped = |place: usize, time_s: f64| {

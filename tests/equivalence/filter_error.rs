@@ -9,8 +9,13 @@ use sideslip::postflight::output_error::filter_error;
 use sideslip::postflight::output_error::filter_error::Disturbances;
 use sideslip::postflight::output_error::{FitSettings, InputOutputRecord, MatrixEntry, RunParameters};
 
-const TIGHT: FitSettings =
-    FitSettings { iterations: 100, tolerance: 1e-9, noise: output_error::NoiseCovariance::Diagonal, delay_grid: true };
+const TIGHT: FitSettings = FitSettings {
+    iterations: 100,
+    tolerance: 1e-9,
+    noise: output_error::NoiseCovariance::Diagonal,
+    delay_grid: true,
+    watch: None,
+};
 const STEP_S: f64 = 0.05;
 const STATES: usize = 2;
 

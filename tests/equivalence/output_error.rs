@@ -9,7 +9,8 @@ use sideslip::postflight::output_error::{
 };
 
 const SUBSTEPS: usize = 24;
-const TIGHT: FitSettings = FitSettings { iterations: 100, tolerance: 1e-9, noise: NoiseModel::Diagonal, delay_grid: true };
+const TIGHT: FitSettings =
+    FitSettings { iterations: 100, tolerance: 1e-9, noise: NoiseModel::Diagonal, delay_grid: true, watch: None };
 
 /// x' and y of the short period, written out.
 fn motion(theta: &[f64], bias: f64, x: [f64; 2], u: f64) -> [f64; 2] {

@@ -43,6 +43,42 @@ fn a_lag_in_the_flight_is_the_answer_and_its_extension_flies() {
     assert!(again.exists());
 }
 
+/// A clock that jumps to the time since 1970, and a gap of three hours: what lies between is diagnosed, at the cost of its rows.
+#[test]
+fn parts_of_a_record_between_gaps_are_runs_however_long_the_gaps_are() {
+    let folder = folder("diagnose-gaps");
+    let model = own("replay/models/puma-like.toml");
+    let lagging = folder.join("lagging.toml");
+    let text = std::fs::read_to_string(&model).unwrap();
+    std::fs::write(&lagging, format!("{text}\n[[effect]]\nkind = \"actuator_lag\"\ncontrol = \"pedal\"\ntau = 0.2\n")).unwrap();
+    let rows = |input: &str, seed: &str, later_s: f64| -> (String, String) {
+        let text = std::fs::read_to_string(flown(&folder, "part.csv", &lagging, input, seed)).unwrap();
+        let (head, rows): (Vec<&str>, Vec<&str>) = text.lines().partition(|line| line.starts_with(['#', 't']));
+        let moved = rows.iter().map(|row| {
+            let (time, rest) = row.split_once(',').unwrap();
+            format!("{:.6},{rest}\n", time.parse::<f64>().unwrap() + later_s)
+        });
+        (head.join("\n") + "\n", moved.collect())
+    };
+    let (head, first) = rows("pedal:3211:0.02:0.7", "1", 0.0);
+    let (joined, json) = (folder.join("joined.csv"), folder.join("answer.json"));
+    for (later_s, scrap_s) in [(1.0e4, 5.0e3), (1.7e9, 1.6e9)] {
+        let second = rows("pedal:doublet:0.02:0.8", "2", later_s).1;
+        // A second of it by itself, which is too short to be used.
+        let scrap: String = rows("pedal:step:0.001", "3", scrap_s).1.split_inclusive('\n').take(64).collect();
+        std::fs::write(&joined, [head.as_str(), &first, &scrap, &second].concat()).unwrap();
+        let args = ["diagnose", "--model", path(&model), "--fit", path(&joined), "--json", path(&json)];
+        let (status, _, said) = ended(&sideslip(&args));
+        assert_eq!(status, 3, "{said}");
+        assert!(said.contains("the longest of 2 gaps: diagnosed as 2 run(s)"), "{said}");
+        assert!(said.contains("1 part(s) between gaps left out, the first from"), "{said}");
+        let answer: Value = serde_json::from_str(&std::fs::read_to_string(&json).unwrap()).unwrap();
+        let verdict = &answer["verdict"];
+        assert_eq!((verdict["kind"].as_str(), verdict["control"].as_str()), (Some("actuator_lag"), Some("pedal")), "{verdict}");
+        assert!((verdict["tau"].as_f64().unwrap() - 0.2).abs() < 0.03, "{verdict}");
+    }
+}
+
 #[test]
 fn a_turned_vane_and_exchanged_gyros_are_the_answer_and_the_extended_model_predicts_the_records() {
     let folder = folder("diagnose-recording");

@@ -124,3 +124,46 @@ fn the_same_flight_gives_the_same_bytes() {
     assert!(one == two && one.len() > 100_000);
     assert!(puma().is_file());
 }
+
+/// The scale of a control, wherever controls are shown: assumed where nobody states it, and known where `--config` does.
+#[test]
+fn the_scale_of_controls_is_said_to_be_assumed_until_it_is_stated() {
+    let file = flown("mavlink-scale", &["--duration", "12"]);
+    let folder = file.parent().unwrap();
+    let (config, csv, json) = (folder.join("scale.toml"), folder.join("run.csv"), folder.join("answer.json"));
+    let names = ["lon_cyclic", "lat_cyclic", "collective", "pedal"];
+    let stated: String = names.iter().map(|name| format!("[controls.{name}]\nfull_us = 500\nfull_deg = 10\n")).collect();
+    std::fs::write(&config, stated).unwrap();
+    let assumed = "per unit of command, scale assumed";
+    for command in ["inspect", "check", "replay", "identify"] {
+        let (status, out, said) = ended(&sideslip(&[command, path(&file), "--json", path(&json)]));
+        assert!(matches!(status, 0 | 3 | 4), "{command}: {said}");
+        assert!((out + &said).contains(assumed), "{command}: {said}");
+        let (_, out, said) = ended(&sideslip(&[command, path(&file), "--config", path(&config), "--json", path(&json)]));
+        assert!(!(out + &said).contains("assumed"), "{command}: {said}");
+    }
+    // Who converts it does not lose it, and may state it there.
+    let (status, _, said) = ended(&sideslip(&["convert", path(&file), path(&csv)]));
+    assert!(status == 0 && said.contains("the scale of lon_cyclic, lat_cyclic, collective, pedal is assumed"), "{said}");
+    let (_, out, said) = ended(&sideslip(&["inspect", path(&csv)]));
+    assert!(out.contains(assumed) && out.contains("scale assumed"), "{out}{said}");
+    let (_, out, said) = ended(&sideslip(&["identify", path(&csv), "--set", "assumed_scale=[]"]));
+    assert!(!(out + &said).contains("assumed"), "{said}");
+}
+
+/// Every key of the file of `--config`, in `--help` and in the guide, whose example is one.
+#[test]
+fn every_key_of_the_configuration_is_documented_and_the_guide_s_example_is_read() {
+    let (status, help, said) = ended(&sideslip(&["check", "--help"]));
+    assert_eq!(status, 0, "{said}");
+    let guide = std::fs::read_to_string(own("src/guide/use.md")).unwrap();
+    let example = guide.split("```toml\n").filter_map(|part| part.split("```").next()).find(|text| text.contains("[controls."));
+    let example = example.unwrap();
+    let keys = ["system", "component", "aircraft", "reorder_ms", "channel", "zero_us", "full_us", "full_deg", "sensor", "ratio"];
+    let sources = ["specific_force", "rates", "attitude", "airspeed", "flow_angles", "altitude", "controls", "rotor_speed"];
+    for key in keys.iter().chain(&sources) {
+        assert!(help.contains(key) && example.contains(key), "{key}");
+    }
+    let read = sideslip::io::telemetry::mavlink::mapping::MavlinkConfig::from_toml(example).unwrap();
+    assert_eq!((read.system, read.rotor_ratio, read.assumed_scale()), (Some(1), 0.1, [true, true, true, false]));
+}

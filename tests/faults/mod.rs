@@ -2,6 +2,7 @@
 
 mod convert;
 mod design;
+mod examples;
 mod flight_condition;
 mod hostile_names;
 mod inspect;
@@ -14,3 +15,4 @@ mod raw_numbers;
 mod replay;
 mod run_files;
 mod silence;
+mod stopped_analyses;

@@ -11,6 +11,7 @@ pub(crate) mod fingerprint;
 #[path = "../../firmware-profile/src/manoeuvre.rs"]
 #[allow(unreachable_pub, reason = "the firmware's own file")]
 pub(crate) mod firmware_manoeuvre;
+pub(crate) mod help_examples;
 pub(crate) mod identified;
 pub(crate) mod manoeuvre;
 pub(crate) mod navion;

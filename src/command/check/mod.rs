@@ -5,7 +5,7 @@ mod json;
 mod read_run;
 mod table;
 
-use super::options::mapping_input::{MapOption, read_mapping};
+use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
 use super::options::telemetry_source::RecordingSource;
 use super::recordings::run_input::screened;
 use super::terminal::console::print;
@@ -16,6 +16,7 @@ use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::file::run_file::RunInfo;
 use sideslip::io::outputs::tables::terminal::Style;
+use sideslip::io::outputs::words::control_scale::assumed_names;
 use sideslip::postflight::reconstruction::verdict::{Fitness, check};
 use sideslip::postflight::recorded_run::RecordedRun;
 use std::io::IsTerminal;
@@ -24,8 +25,8 @@ use std::path::PathBuf;
 const EXAMPLE: &str = "\
 Example:
   sideslip check flight.csv
-  sideslip check monday/*.csv --json - | jq .runs[].verdict
-  sideslip check flight.csv --set vane_position_m=[13.1,0,0]
+  sideslip check monday/*.csv --json - | jq '.runs[].verdict'
+  sideslip check flight.csv --set 'vane_position_m=[13.1,0,0]'
 
 Rates, accelerometers, attitude and air data measure one motion: what contradicts it is an error of an instrument. Samples that no
 instrument measured (spikes, frozen or zeroed stretches) are not used, and counted; a reversed sign, a wrong unit and two
@@ -52,7 +53,7 @@ pub(crate) struct CheckArgs {
     set: Vec<String>,
     /// Which message (MAVLink) or measurement (IRIG 106 Chapter 10) carries which channel, or the format of PCM frames in Chapter
     /// 10 packets (TOML)
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", long_help = CONFIG_HELP)]
     config: Option<PathBuf>,
     #[command(flatten)]
     map: MapOption,
@@ -96,6 +97,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Outcome, Failure> {
         Some(path) => {
             message(format_args!("{}", text.trim_end()));
             let mut document = json::document(&verdicts, controls);
+            document["assumed_scale"] = read.iter().map(|one| assumed_names(&one.info)).collect();
             document["interpretation"] = interpretation::document(&interpreted);
             write_json(path, &format!("{document:#}\n"))?;
         }

@@ -6,7 +6,7 @@ mod overlay_chart;
 mod table;
 
 use super::options::flight_condition::{FlightCondition, read_model};
-use super::options::mapping_input::{MapOption, read_mapping};
+use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
 use super::options::telemetry_source::RecordingSource;
 use super::recordings::run_input::{RunInput, read_run, refuse_two_aircraft};
 use super::terminal::console::print;
@@ -59,7 +59,7 @@ pub(crate) struct CompareArgs {
     still: Vec<String>,
     /// Which message (MAVLink) or measurement (IRIG 106 Chapter 10) carries which channel, or the format of PCM frames in Chapter
     /// 10 packets (TOML)
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", long_help = CONFIG_HELP)]
     config: Option<PathBuf>,
     #[command(flatten)]
     map: MapOption,

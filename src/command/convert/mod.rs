@@ -3,7 +3,7 @@
 mod clock_merge;
 mod row_writer;
 
-use super::options::mapping_input::{MapOption, read_mapping};
+use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
 use super::options::telemetry_source::RecordingSource;
 use super::recordings::run_head::{HeadedRecording, head_of, head_with};
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder};
@@ -11,13 +11,14 @@ use crate::command::message;
 use clock_merge::{ClockOptions, SecondRecording};
 use row_writer::RowWriter;
 use sideslip::error::{Failure, Outcome};
+use sideslip::io::outputs::words::control_scale::assumed_scale;
 use sideslip::io::telemetry::alignment::aligned_recording::AlignedRecording;
 use sideslip::io::telemetry::record::RecordingRow;
 use std::path::{Path, PathBuf};
 
 const EXAMPLE: &str = "\
 Examples:
-  sideslip convert flight.tlog flight.csv
+  sideslip convert flight.tlog from-tlog.csv
   sideslip convert 00000012.BIN flight.mcap --from 30 --to 95
   sideslip convert 'pcm+file://flight.pcm?format=frame.toml' flight.mcap
   sideslip convert flight.ch10 flight.csv --config measurements.toml
@@ -44,7 +45,7 @@ pub(crate) struct ConvertArgs {
     output: PathBuf,
     /// Which message (MAVLink) or measurement (IRIG 106 Chapter 10) carries which channel, or the format of PCM frames in Chapter
     /// 10 packets (TOML)
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", long_help = CONFIG_HELP)]
     config: Option<PathBuf>,
     #[command(flatten)]
     map: MapOption,
@@ -76,6 +77,9 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
     }
     let mapping = read_mapping(args.config.as_deref(), &args.map)?;
     let recording = args.input.open_with_note(&mapping)?;
+    if let Some(note) = assumed_scale(recording.info()) {
+        message(format_args!("note: {}: {note}", args.input.file.display()));
+    }
     let mut second = match args.clock.second(&args.input, &mapping)? {
         SecondRecording::None => None,
         SecondRecording::Related(second) => Some(second),

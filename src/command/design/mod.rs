@@ -161,7 +161,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<Outcome, Failure> {
             (true, false) => message(format_args!("note: {name} left out: {}", no_room(&problem, &judged))),
         }
     }
-    let best = searched(&problem)?;
+    let SearchedInputs { best, cut_short } = searched(&problem)?;
     match best {
         Some(best) => candidates.push(candidate("best found", best)),
         None => message(format_args!("note: no sequence of this control alone gives all of these derivatives")),
@@ -191,13 +191,27 @@ pub(crate) fn run(args: &DesignArgs) -> Result<Outcome, Failure> {
             write_json(path, &text)?;
         }
     }
-    Ok(Outcome::Done)
+    match cut_short {
+        None => Ok(Outcome::Done),
+        Some((tried, all)) => {
+            message(format_args!(
+                "sideslip: stopped by a signal after {tried} of {all} sequences: `best found` is the best of these"
+            ));
+            Ok(Outcome::DataLost)
+        }
+    }
+}
+
+/// What the search came to; where a signal ended it, after how many sequences of how many.
+struct SearchedInputs {
+    best: Option<EvaluatedInput>,
+    cut_short: Option<(u64, u64)>,
 }
 
 /// The best sequence, and how far the search is while it lasts.
-fn searched(problem: &DesignProblem<'_>) -> Result<Option<EvaluatedInput>, Failure> {
+fn searched(problem: &DesignProblem<'_>) -> Result<SearchedInputs, Failure> {
     let stop = stopped_by_signals()?;
-    let (all, mut tried, mut fitting, mut progress) = (problem.sequences(), 0_u64, 0_u64, ProgressLine::new());
+    let (all, mut tried, mut fitting, mut progress) = (problem.sequences() as u64, 0_u64, 0_u64, ProgressLine::new());
     let (mut least, mut leader, mut widest) = (f64::INFINITY, String::new(), None::<EvaluatedInput>);
     let best = problem.search(|judged| {
         tried += 1;
@@ -208,14 +222,13 @@ fn searched(problem: &DesignProblem<'_>) -> Result<Option<EvaluatedInput>, Failu
         if widest.is_none() {
             widest = Some(judged.clone());
         }
-        progress.show(|| format!("{tried} of {all} sequences{leader}"));
+        progress.show_part(tried, all, || format!("{tried} of {all} sequences{leader}"));
         !stop.load(Ordering::Relaxed)
     });
     drop(progress);
-    if stop.load(Ordering::Relaxed) {
-        return Err(Failure::Running(format!("stopped by a signal after {tried} of {all} sequences")));
-    }
+    let cut_short = stop.load(Ordering::Relaxed).then_some((tried, all));
     match widest {
+        _ if cut_short.is_some() => Ok(SearchedInputs { best, cut_short }),
         None => Err(Failure::Input("--clocks: no sequence fits into the record; lengthen --duration".to_owned())),
         Some(judged) if fitting == 0 => Err(Failure::Input(format!("--limit: no input fits: {}", no_room(problem, &judged)))),
         Some(_) => {
@@ -223,7 +236,7 @@ fn searched(problem: &DesignProblem<'_>) -> Result<Option<EvaluatedInput>, Failu
                 "{tried} sequences tried{}",
                 if fitting < tried { format!(", {fitting} fit") } else { String::new() }
             ));
-            Ok(best)
+            Ok(SearchedInputs { best, cut_short })
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::args::DiagnoseArgs;
 use crate::command::terminal::output_file::write_whole;
+use crate::command::terminal::progress_line::watched;
 use sideslip::error::Failure;
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::file::effect_file::DeclaredEffect;
@@ -36,8 +37,15 @@ impl Answer {
         controls: ControlNames,
         losses: &mut Vec<String>,
     ) -> Result<Self, Failure> {
-        let settings = SearchSettings { causes: args.causes, ..SearchSettings::default() };
-        let diagnosis = diagnose(&model, fit, holdout, &settings).map_err(|wrong| Failure::Input(wrong.to_string()))?;
+        let (diagnosed, stopped) = watched("causes searched", |work| {
+            let settings = SearchSettings { causes: args.causes, watch: Some(work), ..SearchSettings::default() };
+            diagnose(&model, fit, holdout, &settings)
+        })?;
+        let diagnosis = diagnosed.map_err(|wrong| Failure::Input(wrong.to_string()))?;
+        if stopped {
+            let what = "stopped by a signal: these are the causes found until then, and what is unexplained may have another";
+            losses.push(what.to_owned());
+        }
         losses.extend(diagnosis.set_aside.iter().map(|(name, why)| format!("{name}: set aside: {}", reason(why))));
         let extension = diagnosis.extension();
         let extended = args.extended.clone().filter(|_| !extension.is_empty());

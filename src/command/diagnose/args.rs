@@ -1,7 +1,7 @@
 //! The call of `sideslip diagnose`.
 
 use crate::command::options::flight_condition::FlightCondition;
-use crate::command::options::mapping_input::MapOption;
+use crate::command::options::mapping_input::{CONFIG_HELP, MapOption};
 use crate::command::options::telemetry_source::RecordingSource;
 use std::path::PathBuf;
 
@@ -16,7 +16,8 @@ derivative free within the model's own tolerance; the best are fitted with their
 accepted the search continues until the remaining residual is noise. Causes that the data do not distinguish are reported
 together. Where no hypothesis explains the residual, the answer is unknown, with the axis and the band. The improvement is that of
 predictions 2 s ahead on hold-out runs; without improvement no model is extended, and a cause that these runs refute is rejected.
-Where runs do not begin in the trim of the model, the difference is reported and is no cause. A Level-1 model
+Where runs do not begin in the trim of the model, the difference is reported and is no cause. A gap of the rates parts a run: what
+lies between gaps is diagnosed as runs, each with its own start. A Level-1 model
 whose airspeed and climb are left open is trimmed where the runs were flown; runs of several test points are diagnosed at each
 test point, and then over the flight path.
 
@@ -41,7 +42,7 @@ pub(crate) struct DiagnoseArgs {
     pub(super) causes: usize,
     /// Which message (MAVLink) or measurement (IRIG 106 Chapter 10) carries which channel, or the format of PCM frames in Chapter
     /// 10 packets (TOML)
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", long_help = CONFIG_HELP)]
     pub(super) config: Option<PathBuf>,
     #[command(flatten)]
     pub(super) map: MapOption,

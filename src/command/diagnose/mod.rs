@@ -23,8 +23,9 @@ use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::file::run_file::RunInfo;
 use sideslip::io::outputs::tables::terminal::Style;
+use sideslip::postflight::diagnosis::record::LENGTH_MIN_S;
 use sideslip::postflight::identification::test_condition::{TestCondition, test_points};
-use sideslip::postflight::recorded_run::RecordedRun;
+use sideslip::postflight::recorded_run::{PartedRun, RecordedRun};
 use sideslip::simulation::flight_model::FlightModel;
 use std::path::{Path, PathBuf};
 
@@ -45,17 +46,19 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome, Failure> {
     let lost: Vec<&String> = fit.iter().chain(&holdout).flat_map(|one| &one.losses).collect();
     lost.iter().for_each(|loss| message(format_args!("sideslip: {loss}")));
     let (any_lost, mut losses) = (!lost.is_empty(), Vec::new());
-    let recorded = |runs: Vec<RunInput>, sources: &[RecordingSource]| -> Vec<RecordedRun> {
+    let mut parted = Vec::new();
+    let mut recorded = |runs: Vec<RunInput>, sources: &[RecordingSource]| -> Vec<RecordedRun> {
         let named = runs.into_iter().zip(sources).map(|(one, source)| RecordedRun {
             name: name_of(&one.name, &source.file),
             geometry: *one.info.geometry(),
             samples: one.samples,
             screened: true,
         });
-        named.collect()
+        named.zip(sources).flat_map(|(run, source)| between_gaps(run, &source.file, &mut parted)).collect()
     };
     refuse_twice(fit.iter().chain(&holdout).zip(args.fit.iter().chain(&args.holdout)))?;
     let (fit, holdout) = (recorded(fit, &args.fit), recorded(holdout, &args.holdout));
+    losses.extend(parted);
     let conditions: Vec<TestCondition> = fit.iter().map(condition_of).collect();
     let groups = test_points(&conditions);
     let left_to_runs = args.condition.is_left_to_runs(&model);
@@ -76,6 +79,25 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome, Failure> {
         message(format_args!("sideslip: {loss}"));
     }
     Ok(if losses.is_empty() && !any_lost { Outcome::Done } else { Outcome::DataLost })
+}
+
+/// The parts of a run between gaps of its rates, which is said; to `left_out` what is too short to be used.
+fn between_gaps(run: RecordedRun, file: &Path, left_out: &mut Vec<String>) -> Vec<RecordedRun> {
+    let PartedRun { parts, gaps, short } = run.parted(LENGTH_MIN_S);
+    let file = file.display();
+    if let Some([from_s, to_s]) = gaps.iter().max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0]))) {
+        let more = if gaps.len() > 1 { format!(", the longest of {} gaps", gaps.len()) } else { String::new() };
+        message(format_args!(
+            "sideslip: {file}: no rates from {from_s:.2} s to {to_s:.2} s{more}: diagnosed as {} run(s), each with its own start",
+            parts.len()
+        ));
+    }
+    left_out.extend(short.first().map(|[from_s, to_s]| {
+        let count = short.len();
+        let first = format!("the first from {from_s:.2} s to {to_s:.2} s");
+        format!("{file}: {count} part(s) between gaps left out, {first}: expected {LENGTH_MIN_S} s or more with rates")
+    }));
+    parts
 }
 
 /// A run by its name, and by its file where that is called otherwise.

@@ -13,6 +13,7 @@ use sideslip::io::bus::payload::{MessageHeader, SamplePayload};
 use sideslip::io::ground_station::station::GroundStation;
 use sideslip::io::outputs::json::derivatives_json::RunEstimates;
 use sideslip::io::outputs::tables::terminal::Style;
+use sideslip::io::outputs::words::control_scale::assumed_scale;
 use sideslip::io::telemetry::mavlink::senders::Sender;
 use sideslip::io::telemetry::record::RecordingRow;
 use sideslip::live::estimate_publisher::EstimatePublisher;
@@ -66,6 +67,9 @@ impl LiveRun {
         let wrong = |what: String| Failure::Running(format!("the head of the run: {what}"));
         let mut info = RunInfo::from_toml(&head.run_toml).map_err(|place| wrong(place.to_string()))?;
         info.set_controls(head.controls);
+        if let Some(note) = assumed_scale(&info) {
+            message(format_args!("note: {note}"));
+        }
         let pipeline = Pipeline::new(config, *info.geometry()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
         let output_error = match output_error.live(*info.geometry()).map(Schedule::thread).transpose() {
             Ok(output_error) => output_error,

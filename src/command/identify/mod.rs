@@ -14,11 +14,12 @@ mod test_point_text;
 mod trimmed_models;
 
 use super::options::flight_condition::number;
-use super::options::mapping_input::{MapOption, read_mapping};
+use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
 use super::options::telemetry_source::RecordingSource;
 use super::recordings::run_result::RunResult;
 use super::terminal::console::print;
 use super::terminal::output_file::{refuse_to_overwrite, write_json, write_whole};
+use super::terminal::progress_line::watched;
 use super::terminal::stop::stopped_by_signals;
 use crate::command::message;
 use equation::Equation;
@@ -47,10 +48,10 @@ const EXAMPLE: &str = "\
 Example:
   sideslip identify flight.csv
   sideslip identify rud1.csv ail1.csv --states p,r --inputs aileron,rudder,beta
-  sideslip identify flight.csv --response Cm --candidates 'alpha;qhat;elevator;alpha*elevator'
+  sideslip identify coefficients.csv --response Cm --candidates 'alpha;qhat;elevator;alpha*elevator'
   sideslip identify flight.csv --domain frequency --band 0.1:1.2
   sideslip identify gusty.csv --doubt-instruments --method filter-error
-  sideslip identify monday/*.csv --holdout tuesday.csv --set vane_position_m=[13.1,0,0] --out result
+  sideslip identify monday/*.csv --holdout tuesday.csv --set 'vane_position_m=[13.1,0,0]' --out result
 
 Every run goes through the pipeline of `replay` (smoothed states, stepwise regression); then output error finds one linear
 model over all runs: each has its own trim, initial state and biases, and the kinematics that a linear model leaves out are
@@ -124,7 +125,7 @@ pub(crate) struct IdentifyArgs {
     band: Option<Band>,
     /// Which message (MAVLink) or measurement (IRIG 106 Chapter 10) carries which channel, or the format of PCM frames in Chapter
     /// 10 packets (TOML)
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", long_help = CONFIG_HELP)]
     config: Option<PathBuf>,
     #[command(flatten)]
     map: MapOption,
@@ -190,7 +191,12 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
     let conditions: Vec<TestCondition> = runs.iter().map(TestCondition::of).collect();
     let groups = test_points(&conditions);
     if groups.len() > 1 || !args.model.is_empty() || !sideslips.is_empty() {
-        let points = by_test_point(args, &runs, &holdout, &sideslips, &groups, &wanted)?;
+        let (points, stopped) = watched("output error", |work| {
+            let settings = FitSettings { watch: Some(work), ..FitSettings::default() };
+            by_test_point(args, (&runs, &holdout, &sideslips), &groups, &wanted, &settings)
+        })?;
+        let points = points?;
+        lost |= stopped && say_stopped();
         let by_run = PipelineResults::of(args, &mapping, band)?;
         let mut document =
             test_point_text::document(&points, &by_run.json()?).map_err(|error| Failure::Running(error.to_string()))?;
@@ -212,7 +218,11 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
         }
         return Ok(if lost { Outcome::DataLost } else { Outcome::Done });
     }
-    let identified = identify(&runs, &holdout, wanted, &FitSettings::default()).map_err(not_identified)?;
+    let (identified, stopped) = watched("output error", |work| {
+        identify(&runs, &holdout, wanted, &FitSettings { watch: Some(work), ..FitSettings::default() })
+    })?;
+    let identified = identified.map_err(not_identified)?;
+    lost |= stopped && say_stopped();
 
     let by_run = PipelineResults::of(args, &mapping, band)?;
     let mut document = json::document(&identified, &by_run.json()?).map_err(|error| Failure::Running(error.to_string()))?;
@@ -274,11 +284,10 @@ fn of_group(group: &[usize], runs: &[Columns]) -> Vec<Columns> {
 /// Each test point identified, beside the model trimmed there.
 fn by_test_point(
     args: &IdentifyArgs,
-    runs: &[Columns],
-    holdout: &[Columns],
-    sideslips: &[Columns],
+    (runs, holdout, sideslips): (&[Columns], &[Columns], &[Columns]),
     groups: &[Vec<usize>],
     wanted: &IdentificationRequest,
+    settings: &FitSettings,
 ) -> Result<Vec<TestPointResult>, Failure> {
     let models = TrimmedModels::new(&args.model, args.density);
     let of = |group: &[usize]| of_group(group, runs);
@@ -299,7 +308,7 @@ fn by_test_point(
         let condition = conditions.get(place).copied().unwrap_or_else(|| TestCondition::mean(&[]));
         let kept: Vec<Columns> = holdout.iter().filter(|run| at(run, place)).cloned().collect();
         let held: Vec<&Columns> = sideslips.iter().filter(|run| at(run, place)).collect();
-        test_point(&of(group), &kept, &held, wanted, models.at(&condition)?)
+        test_point((&of(group), &kept, &held), wanted, models.at(&condition)?, settings)
     };
     groups.iter().enumerate().map(one).collect()
 }
@@ -311,6 +320,12 @@ fn say(text: &str, json_on_standard_output: bool) -> Result<(), Failure> {
         return Ok(());
     }
     print(text)
+}
+
+/// Says that a signal ended the fit.
+fn say_stopped() -> bool {
+    message(format_args!("sideslip: stopped by a signal: the numbers are those of the search until then"));
+    true
 }
 
 /// Whether there are any.

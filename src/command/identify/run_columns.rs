@@ -5,6 +5,7 @@ use crate::command::recordings::recording_losses::losses;
 use crate::command::recordings::run_head::{HeadedRecording, head_of};
 use sideslip::error::Failure;
 use sideslip::flight::file::log_head::ColumnTarget;
+use sideslip::io::outputs::words::control_scale::assumed_names;
 use sideslip::io::telemetry::recording_config::RecordingConfig as Mapping;
 use sideslip::postflight::identification::columns::Columns;
 
@@ -32,5 +33,7 @@ pub(super) fn read_columns(
     let losses = losses(&source.file, &recording, times_s.len());
     let name = info.run().unwrap_or_default().to_owned();
     let columns = Columns::new(name, *info.geometry(), times_s, columns, trim_window_s);
-    Ok((columns.map_err(|wrong| Failure::file(&source.file, wrong))?, losses))
+    let mut columns = columns.map_err(|wrong| Failure::file(&source.file, wrong))?;
+    columns.assumed_scale = assumed_names(&info);
+    Ok((columns, losses))
 }

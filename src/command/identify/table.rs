@@ -2,6 +2,7 @@
 
 use sideslip::io::outputs::number::{Fixed, Power, measured};
 use sideslip::io::outputs::tables::terminal::Style;
+use sideslip::io::outputs::words::control_scale::PER_COMMAND;
 use sideslip::postflight::identification::identification_model::InstrumentParameter;
 use sideslip::postflight::identification::identify::IdentificationResult;
 use sideslip::postflight::identification::roots::IdentifiedRoot;
@@ -38,9 +39,10 @@ pub(super) fn text(identified: &IdentificationResult, style: Style) -> String {
         let bound = at(&fitted.std_cramer_rao);
         let start = at(&identified.starts);
         let told = if fitted.insignificant.contains(&place) { "  not significantly different from zero" } else { "" };
+        let of_command = if linear.assumed_scale.contains(variable) { format!("  {PER_COMMAND}") } else { String::new() };
         let _ = writeln!(
             text,
-            "  {name} {value:>12} {std:>10}   {bound:>10}  {start:>10}{told}",
+            "  {name} {value:>12} {std:>10}   {bound:>10}  {start:>10}{told}{of_command}",
             bound = Power(bound, 2),
             start = Fixed(start, 4)
         );

@@ -135,21 +135,19 @@ fn damping(identified: &IdentificationResult) -> EffectiveDamping {
 }
 
 pub(super) fn test_point(
-    runs: &[Columns],
-    holdout: &[Columns],
-    sideslips: &[&Columns],
+    (runs, holdout, sideslips): (&[Columns], &[Columns], &[&Columns]),
     wanted: &IdentificationRequest,
     simulation: Option<SimulatedModes>,
+    settings: &FitSettings,
 ) -> Result<TestPointResult, Failure> {
-    let settings = FitSettings::default();
-    let identified = identify(runs, holdout, wanted.clone(), &settings).map_err(not_identified)?;
+    let identified = identify(runs, holdout, wanted.clone(), settings).map_err(not_identified)?;
     let conditions: Vec<TestCondition> = runs.iter().map(TestCondition::of).collect();
     let has_tail = runs.iter().all(|run| run.has("tail_pitch"));
     let pedals = |name: &String| matches!(name.as_str(), "pedal" | "rudder");
     let by_tail_pitch = if has_tail && wanted.choice.inputs.iter().any(pedals) {
         let mut other = wanted.clone();
         other.choice.inputs.iter_mut().filter(|name| pedals(name)).for_each(|name| "tail_pitch".clone_into(name));
-        Some(identify(runs, &[], other, &settings).map_err(not_identified)?)
+        Some(identify(runs, &[], other, settings).map_err(not_identified)?)
     } else {
         None
     };

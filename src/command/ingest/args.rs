@@ -1,6 +1,6 @@
 //! The call of `sideslip ingest`.
 
-use crate::command::options::mapping_input::MapOption;
+use crate::command::options::mapping_input::{CONFIG_HELP, MapOption};
 use crate::command::options::telemetry_source::TelemetrySource;
 use ::replay::Pace;
 use std::path::PathBuf;
@@ -8,7 +8,7 @@ use std::path::PathBuf;
 const EXAMPLE: &str = "\
 Example:
   sideslip ingest --source udpin://127.0.0.1:14550
-  sideslip ingest --source serial:///dev/ttyUSB0?baud=921600 --set run=flight-12
+  sideslip ingest --source 'serial:///dev/ttyUSB0?baud=921600' --set run=flight-12
   sideslip ingest --source file://flight.csv --speed 4 --root run/
   sideslip ingest --source udpin://0.0.0.0:14550 --signing-key flight.key
   sideslip ingest --source 'pcm+file://flight.pcm?format=frame.toml'
@@ -32,7 +32,7 @@ pub(crate) struct IngestArgs {
     pub(super) source: TelemetrySource,
     /// Which message (MAVLink) or measurement (IRIG 106 Chapter 10) carries which channel, or the format of PCM frames in Chapter
     /// 10 packets (TOML)
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", long_help = CONFIG_HELP)]
     pub(super) config: Option<PathBuf>,
     #[command(flatten)]
     pub(super) map: MapOption,

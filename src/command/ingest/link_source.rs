@@ -355,6 +355,7 @@ impl LinkIngest<'_> {
         let mut info = RunInfo::from_toml(&text).map_err(|place| wrong(place.to_string()))?;
         let names = self.names.unwrap_or(ControlNames::Rotorcraft);
         info.set_controls(names);
+        info.set_assumed_scale(self.live.config().assumed_scale());
         override_keys(&mut info, &self.args.set)?;
         self.publisher.begin_run(&mut info, 0)?;
         write_head(self.bus.root(), self.bus.incarnation(), &LogHead::every_channel(info.to_toml(), names))?;

@@ -5,6 +5,7 @@ use super::survey::{ColumnSurvey, Survey};
 use super::table::column_name;
 use serde_json::{Map, Value, json};
 use sideslip::flight::file::run_file::RecordingTarget;
+use sideslip::io::outputs::words::control_scale::assumed_names;
 use sideslip::io::telemetry::alignment::dropout::Dropout;
 use sideslip::io::telemetry::alignment::row_alignment::RowAlignment;
 use sideslip::io::telemetry::mavlink::recording::Traffic;
@@ -44,6 +45,7 @@ pub(super) fn document(
         "skipped": {"rows": skipped.rows(), "reasons": reasons},
         "ends_abruptly": recording.ends_abruptly(),
         "found_out": recording.found_out(),
+        "assumed_scale": assumed_names(recording.info()),
         "shortfall": recording.shortfall(),
         "time": {
             "start": times.range_s.map(|(start, _)| start),

@@ -9,7 +9,7 @@ mod survey;
 mod table;
 mod traffic;
 
-use super::options::mapping_input::{MapOption, read_mapping};
+use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
 use super::options::telemetry_source::RecordingSource;
 use super::terminal::console::print;
 use super::terminal::output_file::{refuse_to_overwrite, write_json};
@@ -22,7 +22,7 @@ const EXAMPLE: &str = "\
 Example:
   sideslip inspect flight.csv
   sideslip inspect flight.csv --json - | jq .estimable.dutch_roll
-  sideslip inspect other.csv --map-template map.toml && sideslip inspect other.csv --map map.toml
+  sideslip inspect theirs.csv --map-template map.toml && sideslip inspect theirs.csv --map map.toml
   sideslip inspect 'ch10+file://flight.ch10?format=frame.toml'
 
 Exit status: 0 done; 1 failed while reading; 2 the file is no recording, or its header is wrong; 3 done, and rows were
@@ -38,7 +38,7 @@ pub(crate) struct InspectArgs {
     file: RecordingSource,
     /// Which message (MAVLink) or measurement (IRIG 106 Chapter 10) carries which channel, or the format of PCM frames in Chapter
     /// 10 packets (TOML).
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", long_help = CONFIG_HELP)]
     config: Option<PathBuf>,
     #[command(flatten)]
     map: MapOption,

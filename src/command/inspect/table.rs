@@ -8,6 +8,7 @@ use sideslip::flight::derivative::Axis;
 use sideslip::flight::file::run_file::RecordingColumn;
 use sideslip::flight::unit::factor_to_si;
 use sideslip::io::outputs::number::decimals;
+use sideslip::io::outputs::words::control_scale::{assumed_names, assumed_scale};
 use sideslip::io::telemetry::alignment::dropout::Dropout;
 use sideslip::io::telemetry::alignment::reorder::events::ReorderTally;
 use sideslip::io::telemetry::alignment::row_alignment::RowAlignment;
@@ -140,6 +141,7 @@ fn row_lines(recording: &Recording) -> Vec<String> {
             )
         })
         .collect();
+    lines.extend(assumed_scale(recording.info()).map(|note| format!("  {note}")));
     lines.extend(recording.found_out().iter().map(|found| format!("  {found}")));
     lines.extend(recording.shortfall().map(|shortfall| format!("  {shortfall}")));
     if recording.ends_abruptly() && recording.format() == "CSV" {
@@ -204,6 +206,9 @@ fn note(recording: &Recording, survey: &ColumnSurvey) -> String {
         Some(_) if survey.samples == 0 => "never sampled".into(),
         Some(_) if survey.range.is_none() => "no finite value".into(),
         Some(_) if !survey.moves() => "never moves".into(),
+        Some(channel) if assumed_names(recording.info()).iter().any(|name| name == channel.name(controls)) => {
+            "scale assumed".into()
+        }
         Some(_) => String::new(),
     }
 }

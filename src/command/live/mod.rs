@@ -7,7 +7,7 @@
 mod supervised_process;
 
 use super::options::estimation_options::EstimationOptions;
-use super::options::mapping_input::MapOption;
+use super::options::mapping_input::{CONFIG_HELP, MapOption};
 use super::options::mavlink_out_options::MavlinkOutOptions;
 use super::options::signing_input::read_key;
 use super::options::telemetry_source::TelemetrySource;
@@ -61,7 +61,7 @@ pub(crate) struct LiveArgs {
     source: String,
     /// Which message (MAVLink) or measurement (IRIG 106 Chapter 10) carries which channel, or the format of PCM frames in Chapter
     /// 10 packets (TOML)
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", long_help = CONFIG_HELP)]
     config: Option<PathBuf>,
     #[command(flatten)]
     map: MapOption,

@@ -1,5 +1,6 @@
 //! What of a recording was lost on the way in, a sentence each, for commands that read it whole.
 
+use sideslip::io::outputs::words::control_scale::assumed_scale;
 use sideslip::io::telemetry::alignment::aligned_recording::AlignedRecording;
 use std::fmt::Write;
 use std::path::Path;
@@ -17,6 +18,7 @@ pub(crate) fn recording_notes(aligned: &AlignedRecording, read: u64, interrupted
     let mut notes = detailed_losses(aligned, read);
     let losses = notes.len();
     notes.extend(aligned.tally().unwrap_or_default().notes());
+    notes.extend(assumed_scale(aligned.recording.info()));
     notes.extend(aligned.longest_gap().map(|[from_s, to_s]| format!("no samples from {from_s:.2} to {to_s:.2} s")));
     if aligned.recording.ends_abruptly() && losses == 0 && !interrupted {
         let note = "the last line has no end: the file may have been cut short, and the last value with it";

@@ -1,12 +1,14 @@
 //! Recordings read whole, a run each, as commands on samples take them.
 
 use super::recording_losses::losses;
+use crate::command::message;
 use crate::command::options::telemetry_source::RecordingSource;
 use crate::command::recordings::run_head::{HeadedRecording, head_of};
 use sideslip::error::Failure;
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::file::run_file::RunInfo;
 use sideslip::flight::sample::Sample;
+use sideslip::io::outputs::words::control_scale::assumed_scale;
 use sideslip::io::telemetry::recording_config::RecordingConfig as Mapping;
 use sideslip::postflight::reconstruction::screening::{Screened, screen};
 use std::path::Path;
@@ -23,6 +25,9 @@ pub(crate) struct RunInput {
 pub(crate) fn read_run(source: &RecordingSource, overrides: &[String], mapping: &Mapping) -> Result<RunInput, Failure> {
     let file = &source.file;
     let HeadedRecording { mut recording, info, .. } = head_of(file, source.open_with_note(mapping)?, overrides)?;
+    if let Some(note) = assumed_scale(&info) {
+        message(format_args!("note: {}: {note}", file.display()));
+    }
     let mut samples = Vec::new();
     while let Some(row) = recording.next_row()? {
         samples.push(row.sample);

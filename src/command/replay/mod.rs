@@ -6,7 +6,7 @@ mod replayed_run;
 mod smoothed_file;
 
 use super::options::estimation_options::{EstimationOptions, OutputErrorSchedule};
-use super::options::mapping_input::{MapOption, read_mapping};
+use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
 use super::options::telemetry_source::RecordingSource;
 use super::terminal::console::print;
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, same_place, write_json};
@@ -23,10 +23,10 @@ use std::sync::atomic::Ordering;
 const EXAMPLE: &str = "\
 Example:
   sideslip replay flight.csv
-  sideslip replay flight.csv --set vane_position_m=[13.08,0,0] --out flight.mcap --json flight.json
+  sideslip replay flight.csv --set 'vane_position_m=[13.08,0,0]' --out flight.mcap --json flight.json
   sideslip replay flight.csv --smoothed states.csv
   sideslip replay flight.csv --bus
-  sideslip replay monday/*.csv --out logs/ --json - | jq .runs[].modes.dutch_roll
+  sideslip replay monday/*.csv --out logs/ --json - | jq '.runs[].modes.dutch_roll'
 
 Every FILE is a run of its own, with its own trim: the mean over its first second. A log holds the keys of the run as
 they were in effect, so that replaying it without --set gives the same numbers; --trim-window is no such key. Smoothed states
@@ -62,7 +62,7 @@ pub(crate) struct ReplayArgs {
     json: Option<PathBuf>,
     /// Which message (MAVLink) or measurement (IRIG 106 Chapter 10) carries which channel, or the format of PCM frames in Chapter
     /// 10 packets (TOML)
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", long_help = CONFIG_HELP)]
     config: Option<PathBuf>,
     #[command(flatten)]
     map: MapOption,

@@ -47,6 +47,11 @@ pub(crate) fn stopped_by_signals() -> Result<Arc<AtomicBool>, Failure> {
     Ok(stop)
 }
 
+/// The flag of [`stopped_by_signals`], which is asked for once: a signal that came stays known to what follows.
+pub(crate) fn stop_flag() -> Result<Arc<AtomicBool>, Failure> {
+    STOP.get().map_or_else(stopped_by_signals, |stop| Ok(Arc::clone(stop)))
+}
+
 /// In a process that another started: stop where standard input ends.
 pub(crate) fn supervised(is: bool, stop: &Arc<AtomicBool>) -> Result<(), Failure> {
     if is {

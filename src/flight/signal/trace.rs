@@ -117,6 +117,21 @@ impl Trace {
         0.1f64.max(2.0 * self.interval_s) * (1.0 + 1e-9)
     }
 
+    /// Times `from_s` + k `step_s` up to `to_s` about which there may be a local line: none in gaps, whatever they last.
+    pub fn line_times(&self, from_s: f64, to_s: f64, step_s: f64) -> Vec<f64> {
+        let (half_s, most) = (self.half_window_s(), libm::floor((to_s - from_s) / step_s));
+        let (mut next, mut times) = (0.0f64, Vec::new());
+        for (time_s, _) in self.within(from_s - half_s, to_s + half_s) {
+            let last = libm::floor((time_s + half_s - from_s) / step_s).min(most);
+            next = next.max(libm::ceil((time_s - half_s - from_s) / step_s));
+            while next <= last {
+                times.push(from_s + step_s * next);
+                next += 1.0;
+            }
+        }
+        times
+    }
+
     /// The straight line of least squares through the readings about a time; `None` near ends and gaps.
     pub fn line(&self, time_s: f64) -> Option<LocalLine> {
         let half_s = self.half_window_s();
@@ -189,6 +204,10 @@ mod tests {
         let line = trace.line(1.0).unwrap();
         assert!((line.value - 4.0).abs() < 1e-12 && (line.slope - 3.0).abs() < 1e-10);
         assert!(trace.line(3.0).is_none() && trace.at(3.0).is_none());
+        let by_clock: Vec<f64> = (0..=700).map(|k| 0.01 * f64::from(k)).filter(|t| trace.line(*t).is_some()).collect();
+        let times = trace.line_times(0.0, 7.0, 0.01);
+        assert!(times.len() < 450 && times.array_windows().all(|[before, after]| before < after), "{}", times.len());
+        assert_eq!(times.into_iter().filter(|t| trace.line(*t).is_some()).collect::<Vec<_>>(), by_clock);
         assert!((trace.at(1.01).unwrap() - 4.03).abs() < 1e-12);
         assert!(Trace::through([(0.0, 1.0)]).is_none());
     }

@@ -235,7 +235,7 @@ fn search_with_observed_noise(
 ) -> Option<SearchOutcome> {
     let (searched, unknown) = search_causes(&problem, known, settings)?;
     // What many derivatives leave is the model's, and no noise of instruments.
-    match if searched.is_joint() { None } else { with_observed_noise(&problem, &searched.point) } {
+    match if searched.is_joint() || settings.is_stopped() { None } else { with_observed_noise(&problem, &searched.point) } {
         Some(noisier) => {
             let (searched, _) = search_causes(&noisier, known, settings)?;
             let unknown = unknown
@@ -254,6 +254,9 @@ fn search_causes(
 ) -> Option<(SearchResult, Option<UnexplainedAxis>)> {
     let searched = search(problem, known, settings)?;
     let unknown = unknown_of(problem, &searched);
+    if settings.is_stopped() {
+        return Some((searched, unknown));
+    }
     if problem.models_all_axes() && known.is_empty() && (unknown.is_some() || searched.rivals.len() >= settings.causes) {
         let most = MANY_LEAVE * searched.before.iter().sum::<f64>();
         let better = |many: &SearchResult| {

@@ -17,6 +17,8 @@ pub struct Columns {
     pub geometry: RunGeometry,
     /// Times of the rows, s, increasing.
     pub times_s: Vec<f64>,
+    /// Controls that are commands by a scale that nobody stated.
+    pub assumed_scale: Vec<String>,
     names: Vec<String>,
     /// As recorded, by column; NaN where not sampled.
     values: Vec<Vec<f64>>,
@@ -62,7 +64,7 @@ impl Columns {
             }
         }
         let (names, values) = columns.into_iter().unzip();
-        Ok(Columns { run, geometry, times_s, names, values, trim_window_s })
+        Ok(Columns { run, geometry, times_s, assumed_scale: Vec::new(), names, values, trim_window_s })
     }
 
     /// Names of the columns.

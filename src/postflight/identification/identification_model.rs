@@ -56,6 +56,8 @@ pub struct IdentificationModel {
     pub structure: ModelStructure,
     /// Axis and variable of each parameter.
     pub derivatives: Vec<(char, String)>,
+    /// Inputs that are commands by a scale that nobody stated: derivatives by them are per unit of command.
+    pub assumed_scale: Vec<String>,
     /// Errors of instruments, estimated together with the derivatives.
     pub instrument_parameters: Vec<InstrumentParameter>,
     /// States whose nonlinear kinematics are known further inputs, appended to the chosen ones.
@@ -151,8 +153,11 @@ impl IdentificationModel {
         notes.sort();
         notes.dedup();
         let reference_trim_std = ReferenceTrim::std(runs);
+        let assumed = |input: &&String| runs.iter().any(|run| run.assumed_scale.contains(*input));
+        let assumed_scale = choice.inputs.iter().filter(assumed).cloned().collect();
         Ok(IdentificationModel {
             choice,
+            assumed_scale,
             reference_trim,
             reference_trim_std,
             structure,

@@ -55,8 +55,8 @@ pub(crate) fn couplings(
         let std = libm::sqrt(off.std * off.std / (main.value * main.value) + ratio * ratio * relative * relative);
         let level = (COUPLING_LEVEL * highest.change.value.abs()).max(4.0 * rest.deviation_std());
         let step_s = trace.interval_s().max(0.01);
-        let times = (0..((to_s - from_s) / step_s) as usize).map(|i| from_s + step_s * i as f64);
-        let mut beyond = times.filter(|t| trace.line(*t).is_some_and(|line| (line.value - rest.mean).abs() > level));
+        let times = trace.line_times(from_s, to_s - step_s, step_s);
+        let mut beyond = times.into_iter().filter(|t| trace.line(*t).is_some_and(|line| (line.value - rest.mean).abs() > level));
         Some(Coupling {
             channel,
             ratio: Measured { value: ratio, std },

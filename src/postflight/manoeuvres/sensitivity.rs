@@ -51,8 +51,7 @@ pub(crate) fn first_stretch(flown: &Flown) -> Option<(f64, f64)> {
 /// The local lines over a stretch at the trace's own interval, at most 100 a second.
 fn lines(trace: &Trace, from_s: f64, to_s: f64) -> Vec<(f64, crate::flight::signal::trace::LocalLine)> {
     let step_s = trace.interval_s().max(0.01);
-    let count = ((to_s - from_s) / step_s).max(0.0) as usize + 1;
-    let times = (0..count).map(|i| from_s + step_s * i as f64);
+    let times = trace.line_times(from_s, to_s, step_s).into_iter();
     times.filter_map(|time_s| Some((time_s, trace.line(time_s)?))).collect()
 }
 

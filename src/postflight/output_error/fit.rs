@@ -25,6 +25,7 @@ use super::run_parameters::RunParameters;
 use super::schur::SchurComplement;
 use super::settings::FitSettings;
 use crate::num::dense::Dense;
+use crate::postflight::work_progress::is_stopped;
 
 const HALVINGS: usize = 3;
 /// Damping to begin with, and the least after a step that did not lower the cost.
@@ -51,6 +52,7 @@ pub fn fit(
     settings: &FitSettings,
 ) -> Result<FitResult, OutputErrorFitError> {
     let mut problem = OutputErrorProblem::new(structure, parameters, delays, records, settings.noise)?;
+    problem.watch = settings.watch;
     let layout = problem.prepared.layout.clone();
     let theta: Vec<f64> = parameters.iter().map(|parameter| parameter.start).collect();
     let mut place = problem.at(theta, vec![RunParameters::zero(&layout); records.len()])?;
@@ -62,6 +64,7 @@ pub fn fit(
         if asked {
             begin = problem.try_delays(begin).ok()?;
         }
+        problem.watch = settings.watch;
         problem.search(begin, settings.iterations, THINNED_TOLERANCE, &[]).ok()
     });
     match led.map(|led| problem.at(led.place.theta, led.place.run_parameters)) {
@@ -86,6 +89,9 @@ impl OutputErrorProblem<'_> {
         let mut damping = DAMPING_FIRST;
         let mut length_before = f64::INFINITY;
         let mut iterations = 0;
+        if let Some(work) = self.watch {
+            work.plan(most);
+        }
         loop {
             let information = self.information(&place);
             let reduced = self.reduced(&place, &information, held)?;
@@ -100,7 +106,10 @@ impl OutputErrorProblem<'_> {
                 // Below this the cost cannot tell a better place from a worse one: steps are taken while they still shrink.
                 let told = 0.5 * length * length > COST_RESOLUTION * place.cost.abs().max(1.0);
                 let converged = length < tolerance || (!told && length > 0.9 * length_before);
-                if converged || iterations == most || damping > DAMPING_MOST {
+                if converged || iterations == most || damping > DAMPING_MOST || is_stopped(self.watch) {
+                    if let Some(work) = self.watch {
+                        work.advance(most - iterations);
+                    }
                     return Ok(OutputErrorSearch { place, information, iterations, converged });
                 }
                 length_before = length;
@@ -115,6 +124,9 @@ impl OutputErrorProblem<'_> {
             place = next;
             damping *= 0.1;
             iterations += 1;
+            if let Some(work) = self.watch {
+                work.advance(1);
+            }
         }
     }
 

@@ -12,6 +12,7 @@ use super::run_parameters::RunParameters;
 use super::settings::NoiseCovariance;
 use super::simulated_outputs::{PreparedRun, SimulatedOutputs, simulate};
 use crate::num::dense::Dense;
+use crate::postflight::work_progress::Watch;
 
 /// Least standard deviation of the noise, over the spread of an output.
 const LEAST_NOISE: f64 = 1e-9;
@@ -26,6 +27,8 @@ pub(crate) struct OutputErrorProblem<'a> {
     pub(crate) floors: Vec<f64>,
     /// By output.
     pub(crate) counts: Vec<f64>,
+    /// Who watches the search.
+    pub(crate) watch: Watch,
 }
 
 /// One point of the search, with its residuals, R and cost.
@@ -117,7 +120,7 @@ impl<'a> OutputErrorProblem<'a> {
         }
         let floors = (0..layout.outputs).map(|o| LEAST_NOISE * LEAST_NOISE * spread(records, o).max(1e-200)).collect();
         let output_lines = prepared.output_lines();
-        Ok(OutputErrorProblem { prepared, output_lines, parameters, runs, noise, floors, counts })
+        Ok(OutputErrorProblem { prepared, output_lines, parameters, runs, noise, floors, counts, watch: None })
     }
 
     /// The model with these values; refused where its outputs run away.

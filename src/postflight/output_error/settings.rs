@@ -1,5 +1,7 @@
 //! Settings of a fit by output error or filter error.
 
+use crate::postflight::work_progress::Watch;
+
 /// Form of the covariance R of the output noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum NoiseCovariance {
@@ -21,10 +23,12 @@ pub struct FitSettings {
     pub noise: NoiseCovariance,
     /// Whether delays are first tried from 0 to 200 ms; else they begin at their start.
     pub delay_grid: bool,
+    /// Who watches the search, and may end it: `iterations` steps each time. One that was ended has not converged.
+    pub watch: Watch,
 }
 
 impl Default for FitSettings {
     fn default() -> Self {
-        FitSettings { iterations: 60, tolerance: 1e-3, noise: NoiseCovariance::Diagonal, delay_grid: true }
+        FitSettings { iterations: 60, tolerance: 1e-3, noise: NoiseCovariance::Diagonal, delay_grid: true, watch: None }
     }
 }

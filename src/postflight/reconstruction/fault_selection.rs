@@ -14,10 +14,10 @@
 use super::filter::KinematicNoise;
 use super::fit::{FitLinearisation, ParameterPoint, ROUGH, Released, RunWithNoise, SHARED, minimise, minimise_to, parameter_at};
 use super::noise::{first_guess, improve};
-use super::parallel_map::parallel_map;
 use super::parameter::{PER_RUN, SHARED_BIAS, TIMING};
 use super::record::InstrumentErrorKind;
 use crate::flight::signal::series::Series;
+use crate::num::parallel_map::parallel_map;
 
 /// F of (1) above which one of `ENTER_CANDIDATES` enters: by chance one in 250 runs.
 pub(crate) const ENTER: f64 = 16.0;

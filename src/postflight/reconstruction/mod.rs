@@ -16,7 +16,6 @@ pub mod motion;
 pub mod noise;
 pub(crate) mod observability;
 pub(crate) mod outlier_runs;
-pub(crate) mod parallel_map;
 pub mod parameter;
 #[cfg(test)]
 mod reconstruction_tests;

@@ -16,9 +16,9 @@ use super::fault_selection::{FaultSearch, candidates, penalty, select};
 use super::filter::{Prepared, pass};
 use super::fit::{FitLinearisation, ParameterPoint, RunWithNoise, SHARED, linearise, parameter_at};
 use super::noise::{first_guess, improve, prior};
-use super::parallel_map::parallel_map;
 use super::record::InstrumentErrorKind;
 use super::single_run::{SingleRunFit, separate};
+use crate::num::parallel_map::parallel_map;
 
 /// Normalised (1): healthy runs have -2.5 to 0, one with r or beta 1.15 times the truth in a lateral manoeuvre 20.
 const ODD: f64 = 6.0;

@@ -2,8 +2,9 @@
 //!
 //! Consumes samples and where instruments stand; produces the mesh (`gyro_coverage` at [`MESH_RATE_HZ`]), and for
 //! given time skews each output's readings, those that fall to one node averaged. A stretch without rates longer than
-//! [`GAP_S`] parts the run: nothing is carried over it. Stretches without any sample are shortened (`shortened_gaps`): times
-//! here are not the record's own after one.
+//! [`GAP_S`] parts the run: nothing is carried over it, and as at both ends no output is compared within [`EDGE_S`] of it, where
+//! a skew would take its reading, or an input's, out of the gap. Stretches without any sample are shortened (`shortened_gaps`):
+//! times here are not the record's own after one.
 
 use super::motion::STATES;
 use super::parameter::{INPUT_CHANNELS, INPUTS, OUTPUT_CHANNELS, OUTPUTS, SCALE, Theta};
@@ -20,7 +21,7 @@ use crate::postflight::start_state::{start_reading, start_velocity};
 /// Rate of the mesh, Hz: the motion of a rigid aircraft is slower, and what is faster (vibration, filters of
 /// the instruments) is left to the average.
 pub(crate) const MESH_RATE_HZ: f64 = 12.5;
-/// Outputs are not compared so near to both ends, so that a skew moves none of them out of the run, s.
+/// Outputs are not compared so near to both ends and to gaps, so that a skew moves none of them out of the run, s.
 const EDGE_S: f64 = 0.4;
 /// Fewer readings of a channel are none.
 const READINGS_MIN: usize = 20;
@@ -47,6 +48,8 @@ pub struct RunChannels {
     /// Shortened gaps in the record's own time: the last sample before and the first after, s.
     pub long_gaps: Vec<[f64; 2]>,
     anew: Vec<bool>,
+    /// Gaps of the inputs in order, those that overlap as one: last sample before and first after, s.
+    gaps: Vec<(f64, f64)>,
     groups: Groups<OUTPUTS>,
 }
 
@@ -113,7 +116,17 @@ impl RunChannels {
             // Not at both ends, so that a skew moves none out of the run.
             let (from_s, to_s) = (self.mesh.first_s, self.mesh.time_s(self.mesh.nodes.saturating_sub(1)));
             let margin_s = EDGE_S.min(0.05 * (to_s - from_s));
-            self.groups = Groups::of(&self.outputs, &self.mesh, (from_s + margin_s, to_s - margin_s));
+            let within = (from_s + margin_s, to_s - margin_s);
+            self.groups = if self.gaps.is_empty() {
+                Groups::of(&self.outputs, &self.mesh, within)
+            } else {
+                let beside = |series: &Series| {
+                    let near = |time_s: f64| self.gaps.iter().any(|(a, b)| time_s >= a - EDGE_S && time_s <= b + EDGE_S);
+                    Series::of(series.samples().filter(|(time_s, _)| !near(*time_s)))
+                };
+                let outputs = core::array::from_fn(|output| self.outputs[output].as_ref().map(beside));
+                Groups::of(&outputs, &self.mesh, within)
+            };
         }
     }
 
@@ -128,14 +141,27 @@ impl RunChannels {
         self.sample_s = interval_s;
         self.mesh = coverage.mesh(MESH_RATE_HZ, FirstNode::FirstSample);
         self.anew = vec![false; self.mesh.nodes];
-        for series in self.inputs.iter().flatten() {
-            for (_, time_s) in series.gaps(first_s, GAP_S.max(3.0 * self.mesh.step_s)) {
-                let node = ((time_s - first_s) / self.mesh.step_s).ceil() as usize;
-                if let Some(anew) = self.anew.get_mut(node) {
-                    *anew = true;
-                }
+        let of_input = |series: &Series| series.gaps(first_s, GAP_S.max(3.0 * self.mesh.step_s)).collect::<Vec<_>>();
+        let mut gaps: Vec<(f64, f64)> = self.inputs.iter().flatten().flat_map(of_input).collect();
+        gaps.sort_by(|one, other| one.0.total_cmp(&other.0));
+        gaps.dedup_by(|next, kept| {
+            let overlap = next.0 < kept.1;
+            if overlap {
+                kept.1 = kept.1.max(next.1);
             }
+            overlap
+        });
+        // Meanwhile nothing is followed: each node is a start, and the last of them is where the record goes on.
+        for (from_s, to_s) in &gaps {
+            let place = |time_s: f64| ((time_s - first_s) / self.mesh.step_s).max(0.0);
+            let (from, to) = (place(*from_s) as usize, libm::ceil(place(to_s + EDGE_S)) as usize);
+            self.anew
+                .iter_mut()
+                .enumerate()
+                .filter(|(node, _)| (from + 1..=to).contains(node))
+                .for_each(|(_, anew)| *anew = true);
         }
+        self.gaps = gaps;
     }
 
     /// A channel, where it is there.
@@ -152,7 +178,7 @@ impl RunChannels {
 
     /// How many gaps part the run.
     pub fn gaps(&self) -> usize {
-        self.anew.iter().filter(|anew| **anew).count()
+        self.gaps.len()
     }
 
     /// A first guess of the state at a node, by what is measured there.

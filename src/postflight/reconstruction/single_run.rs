@@ -5,9 +5,9 @@
 //! joint estimate into each run's. A bias shared by all runs becomes the run's own bias. `None` where the filter fails on a run.
 
 use super::fit::{FitLinearisation, ParameterPoint, RunWithNoise, minimise, parameter_at, place_of};
-use super::parallel_map::parallel_map;
 use super::parameter::{BIAS, InstrumentError, PARAMETERS, SHARED_BIAS};
 use super::record::InstrumentErrorKind;
+use crate::num::parallel_map::parallel_map;
 
 /// A run fitted by itself: parameters and normal equations at its minimum.
 #[derive(Clone, Debug)]

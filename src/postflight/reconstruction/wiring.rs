@@ -11,11 +11,11 @@
 use super::fault_selection::{FaultSearch, RIVAL, run_of, select, with_no_fault};
 use super::fit::RunWithNoise;
 use super::outlier_runs::single_run_evidence;
-use super::parallel_map::parallel_map;
 use super::record::{WiringError, WiringFinding};
 use super::run_channels::RunChannels;
 use crate::flight::channel::Channel;
 use crate::flight::signal::series::Series;
+use crate::num::parallel_map::parallel_map;
 
 /// Channels whose signs are turned in practice, and whose errors others answer for.
 const SIGNED: [Channel; 6] = [Channel::Phi, Channel::Theta, Channel::Alpha, Channel::Beta, Channel::Ax, Channel::Ay];

@@ -10,19 +10,19 @@
 //! flow angles and airspeed are linearised; all at the centre of mass.
 //! Source: Maine and Iliff, Application of Parameter Estimation to Aircraft Stability and Control, NASA RP 1168 (1986), ch. 5;
 //! Padfield et al. 1987, section 2.1, names the criterion.
-//! Numerics: (1), (2) by Runge-Kutta of fourth order from bend to bend of the controls, steps of 20 ms at most.
+//! Numerics: (1), (2) by Runge-Kutta of fourth order from bend to bend of the controls, steps of 20 ms at most (`response`).
+//! Derivatives of what the controls do not reach are left out of the sums: their rows and columns of F are zero.
 
-use crate::dynamics::linear::{AXIS_ROWS, INPUTS, VARIABLE_STATES, input_matrix, state_matrix};
+use super::response::{Controls, LinearResponse, ManoeuvreNode, STATES, State, StepMatrices, nodes, sample_count};
+use crate::dynamics::linear::{AXIS_ROWS, INPUTS, VARIABLE_STATES};
 use crate::flight::channel::Channel;
 use crate::flight::control::CONTROLS;
 use crate::flight::derivative::{Axis, Variable};
 use crate::flight::model::LinearModel;
 use crate::flight::signal::piecewise_linear::History;
 use crate::simulation::instrument::InstrumentSet;
-use nalgebra::{SMatrix, SVector};
-
-/// The longest step of (1) and (2), s.
-const STEP_S: f64 = 0.02;
+use core::cell::RefCell;
+use nalgebra::SVector;
 
 /// A derivative by its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,16 +103,53 @@ pub struct InputInformation {
     pub excursion: [f64; 8],
 }
 
-struct Slopes {
-    a: SMatrix<f64, 8, 8>,
-    b: SMatrix<f64, 8, 4>,
+/// What a derivative is multiplied by: a state or a control by its place.
+#[derive(Clone, Copy, Debug)]
+enum Regressor {
+    State(usize),
+    Control(usize),
 }
 
-/// Variable's value in states and controls.
-fn value(variable: Variable, x: &SVector<f64, 8>, c: &SVector<f64, 4>) -> f64 {
-    let state = VARIABLE_STATES.iter().find(|(of, _)| *of == variable).map(|&(_, place)| x[place]);
-    let control = || INPUTS.iter().position(|input| input.variable() == variable).map(|place| c[place]);
-    state.or_else(control).unwrap_or(0.0)
+impl Regressor {
+    fn of(variable: Variable) -> Option<Self> {
+        let state = VARIABLE_STATES.iter().find(|(of, _)| *of == variable).map(|&(_, place)| Regressor::State(place));
+        state.or_else(|| INPUTS.iter().position(|input| input.variable() == variable).map(Regressor::Control))
+    }
+
+    fn value(self, x: &State, c: &Controls) -> f64 {
+        match self {
+            Regressor::State(place) => x[place],
+            Regressor::Control(place) => c[place],
+        }
+    }
+}
+
+/// A derivative that this manoeuvre shows: where it stands among all, the state that it drives, what it is multiplied by.
+#[derive(Clone, Copy, Debug)]
+struct MovedParameter {
+    place: usize,
+    axis: Axis,
+    row: usize,
+    regressor: Regressor,
+}
+
+/// An output's reading by the states, divided by its noise, without zeros.
+struct OutputRow {
+    by_state: Vec<(usize, f64)>,
+    axis: Option<Axis>,
+    per_noise: f64,
+}
+
+impl OutputRow {
+    fn of(model: &LinearModel, output: &MeasuredOutput) -> Self {
+        let mut states = output.states;
+        if let Some(axis) = output.axis {
+            VARIABLE_STATES.iter().for_each(|&(variable, place)| states[place] += model.derivative(axis, variable));
+        }
+        let per_noise = 1.0 / output.noise_std;
+        let by_state = states.iter().enumerate().filter(|(_, by)| **by != 0.0).map(|(place, by)| (place, by * per_noise));
+        OutputRow { by_state: by_state.collect(), axis: output.axis, per_noise }
+    }
 }
 
 impl InputInformation {
@@ -123,137 +160,132 @@ impl InputInformation {
         outputs: &[MeasuredOutput],
         manoeuvre: &DesignManoeuvre,
     ) -> Self {
-        let (a, b) = (state_matrix(model), input_matrix(model, &[]));
-        let slopes: Vec<Slopes> = parameters.iter().map(slopes).collect();
-        let n = parameters.len();
-        let count = sample_count(manoeuvre);
-        let mut times: Vec<(f64, bool)> = (0..count).map(|k| (k as f64 / manoeuvre.rate_hz, true)).collect();
-        let last_s = times.last().map_or(0.0, |(time_s, _)| *time_s);
-        let bends = manoeuvre.controls.iter().flat_map(History::times);
-        times.extend(bends.filter(|time_s| (0.0..last_s).contains(time_s)).map(|time_s| (time_s, false)));
-        times.sort_by(|one, other| one.0.total_cmp(&other.0));
-        let mut x = vec![SVector::<f64, 8>::zeros(); n + 1];
-        let mut sums = vec![0.0; outputs.len() * n];
-        let mut fisher = vec![vec![0.0; n]; n];
-        let mut excursion = [0.0_f64; 8];
-        let mut now_s = 0.0;
-        let controls = |time_s: f64| SVector::<f64, 4>::from(INPUTS.map(|input| manoeuvre.controls[input.index()].at(time_s)));
-        for (time_s, is_sample) in times {
-            let steps = libm::ceil((time_s - now_s) / STEP_S).max(0.0);
-            let h = (time_s - now_s) / steps.max(1.0);
-            for k in 0..steps as usize {
-                step(&mut x, now_s + h * k as f64, h, &a, &b, &slopes, &controls);
-            }
-            now_s = time_s;
-            if !is_sample {
-                continue;
-            }
-            let c = controls(time_s);
-            if let Some(state) = x.first() {
-                excursion.iter_mut().zip(state.iter()).for_each(|(most, now)| *most = most.max(now.abs()));
-            }
-            for (output, sums) in outputs.iter().zip(sums.chunks_mut(n.max(1))) {
-                let s: Vec<f64> = sensitivities(model, output, parameters, &x, &c);
-                for (i, (row, si)) in fisher.iter_mut().zip(&s).enumerate() {
-                    row.iter_mut().zip(&s).take(i + 1).for_each(|(entry, sj)| *entry += si * sj);
-                }
-                sums.iter_mut().zip(&s).for_each(|(sum, s)| *sum += s);
-            }
-        }
-        // The mean of each channel is its bias's.
-        for sums in sums.chunks(n.max(1)) {
-            for (i, (row, si)) in fisher.iter_mut().zip(sums).enumerate() {
-                row.iter_mut().zip(sums).take(i + 1).for_each(|(entry, sj)| *entry -= si * sj / count as f64);
-            }
-        }
-        mirror(&mut fisher);
-        InputInformation { parameters: parameters.to_vec(), fisher, excursion }
-    }
-}
-
-/// Copies the lower triangle into the upper.
-#[expect(clippy::needless_range_loop, reason = "indices are those of the matrix")]
-fn mirror(matrix: &mut [Vec<f64>]) {
-    for i in 0..matrix.len() {
-        for j in 0..i {
-            matrix[j][i] = matrix[i][j];
-        }
-    }
-}
-
-fn sample_count(manoeuvre: &DesignManoeuvre) -> usize {
-    let count = libm::floor(manoeuvre.duration_s * manoeuvre.rate_hz + 1e-9) + 1.0;
-    if count.is_finite() && count >= 1.0 { count.min(1e7) as usize } else { 1 }
-}
-
-fn slopes(parameter: &DesignParameter) -> Slopes {
-    let (mut a, mut b) = (SMatrix::zeros(), SMatrix::zeros());
-    let row = AXIS_ROWS.iter().find(|(axis, _)| *axis == parameter.axis).map(|&(_, row)| row);
-    let column = VARIABLE_STATES.iter().find(|(variable, _)| *variable == parameter.variable).map(|&(_, column)| column);
-    let input = INPUTS.iter().position(|input| input.variable() == parameter.variable);
-    match (row, column, input) {
-        (Some(row), Some(column), _) => a[(row, column)] = 1.0,
-        (Some(row), None, Some(input)) => b[(row, input)] = 1.0,
-        _ => {}
-    }
-    Slopes { a, b }
-}
-
-/// (3) for one output.
-fn sensitivities(
-    model: &LinearModel,
-    output: &MeasuredOutput,
-    parameters: &[DesignParameter],
-    x: &[SVector<f64, 8>],
-    c: &SVector<f64, 4>,
-) -> Vec<f64> {
-    let Some((state, slopes)) = x.split_first() else { return Vec::new() };
-    let none = SVector::<f64, 4>::zeros();
-    let force = |axis: Axis, of: &SVector<f64, 8>| -> f64 {
-        let terms = VARIABLE_STATES.iter().map(|&(variable, _)| model.derivative(axis, variable) * value(variable, of, &none));
-        terms.sum()
-    };
-    let one = |(parameter, slope): (&DesignParameter, &SVector<f64, 8>)| {
-        let through_states = match output.axis {
-            None => output.states.dot(slope),
-            Some(axis) => force(axis, slope),
+        let (response, nodes) = (LinearResponse::of(model, manoeuvre.rate_hz), nodes(manoeuvre));
+        let (states, controls) = response.moved_states(&nodes);
+        let moved = |(place, parameter): (usize, &DesignParameter)| {
+            let &(_, row) = AXIS_ROWS.iter().find(|(axis, _)| *axis == parameter.axis)?;
+            let regressor = Regressor::of(parameter.variable).filter(|regressor| match regressor {
+                Regressor::State(place) => states[*place],
+                Regressor::Control(place) => controls[*place],
+            })?;
+            Some(MovedParameter { place, axis: parameter.axis, row, regressor })
         };
-        let direct = if output.axis == Some(parameter.axis) { value(parameter.variable, state, c) } else { 0.0 };
-        (through_states + direct) / output.noise_std
-    };
-    parameters.iter().zip(slopes).map(one).collect()
+        let moved: Vec<MovedParameter> = parameters.iter().enumerate().filter_map(moved).collect();
+        let sums = measured(model, &response, &nodes, &moved, outputs);
+        let (n, width, count) = (parameters.len(), sums.width, sample_count(manoeuvre) as f64);
+        let mut fisher = vec![vec![0.0; n]; n];
+        for (i, one) in moved.iter().enumerate() {
+            for (j, other) in moved.iter().enumerate().take(i + 1) {
+                // The mean of each channel is its bias's.
+                let means: f64 = sums.outputs.chunks_exact(width).map(|sums| sums[i] * sums[j]).sum();
+                let entry = sums.products[i * width + j] - means / count;
+                fisher[one.place][other.place] = entry;
+                fisher[other.place][one.place] = entry;
+            }
+        }
+        InputInformation { parameters: parameters.to_vec(), fisher, excursion: sums.excursion }
+    }
+
+    /// Largest deviation of each state, u w q theta v p phi r, of one manoeuvre: what [`InputInformation::of`] has too, sooner.
+    pub fn excursion(model: &LinearModel, manoeuvre: &DesignManoeuvre) -> [f64; 8] {
+        LinearResponse::of(model, manoeuvre.rate_hz).excursion(&nodes(manoeuvre))
+    }
 }
 
-/// One step of (1) and (2).
-fn step(
-    x: &mut [SVector<f64, 8>],
-    from_s: f64,
-    h: f64,
-    a: &SMatrix<f64, 8, 8>,
-    b: &SMatrix<f64, 8, 4>,
-    slopes: &[Slopes],
-    controls: &impl Fn(f64) -> SVector<f64, 4>,
-) {
-    let c = [controls(from_s), controls(from_s + 0.5 * h), controls(from_s + h)];
-    let rate = |x: &SVector<f64, 8>, drive: SVector<f64, 8>| a * x + drive;
-    let Some((state, sensitivities)) = x.split_first_mut() else { return };
-    // The states at the stages drive the sensitivities at theirs.
-    let x1 = *state;
-    let k1 = rate(&x1, b * c[0]);
-    let x2 = x1 + k1 * (0.5 * h);
-    let k2 = rate(&x2, b * c[1]);
-    let x3 = x1 + k2 * (0.5 * h);
-    let k3 = rate(&x3, b * c[1]);
-    let x4 = x1 + k3 * h;
-    let k4 = rate(&x4, b * c[2]);
-    *state = x1 + (k1 + k2 * 2.0 + k3 * 2.0 + k4) * (h / 6.0);
-    for (s, slope) in sensitivities.iter_mut().zip(slopes) {
-        let s1 = *s;
-        let k1 = rate(&s1, slope.a * x1 + slope.b * c[0]);
-        let k2 = rate(&(s1 + k1 * (0.5 * h)), slope.a * x2 + slope.b * c[1]);
-        let k3 = rate(&(s1 + k2 * (0.5 * h)), slope.a * x3 + slope.b * c[1]);
-        let k4 = rate(&(s1 + k3 * h), slope.a * x4 + slope.b * c[2]);
-        *s = s1 + (k1 + k2 * 2.0 + k3 * 2.0 + k4) * (h / 6.0);
+/// Sums over the samples of a manoeuvre, of derivatives padded to `width`.
+struct MeasuredSums {
+    width: usize,
+    /// s_i s_j over outputs and samples, lower triangle [width x width].
+    products: Vec<f64>,
+    /// s_i of each output over the samples [outputs x width].
+    outputs: Vec<f64>,
+    excursion: [f64; 8],
+}
+
+/// So many sensitivities are worked on at once.
+const LANES: usize = 4;
+/// So many rows of sensitivities are gathered before their products are summed.
+const ROWS: usize = 64;
+
+/// (2), (3) and the sums of (4).
+fn measured(
+    model: &LinearModel,
+    response: &LinearResponse,
+    nodes: &[ManoeuvreNode],
+    moved: &[MovedParameter],
+    outputs: &[MeasuredOutput],
+) -> MeasuredSums {
+    let width = moved.len().next_multiple_of(LANES).max(LANES);
+    let output_rows: Vec<OutputRow> = outputs.iter().map(|output| OutputRow::of(model, output)).collect();
+    // Sensitivities of the states [8 x width].
+    let (sensitivities, mut next) = (RefCell::new(vec![0.0; STATES * width]), vec![0.0; STATES * width]);
+    let mut sums = MeasuredSums {
+        width,
+        products: vec![0.0; width * width],
+        outputs: vec![0.0; outputs.len() * width],
+        excursion: [0.0; 8],
+    };
+    let mut rows: Vec<f64> = Vec::with_capacity((ROWS + outputs.len()) * width);
+    let step = |matrices: &StepMatrices, x: &State, controls: &[Controls; 3]| {
+        let stages = response.stages(matrices.step_s, x, controls);
+        let [begin, middle, end] = controls;
+        let controls = [begin, middle, middle, end];
+        let mut sensitivities = sensitivities.borrow_mut();
+        for (i, row) in next.chunks_exact_mut(width).enumerate() {
+            row.fill(0.0);
+            for (k, from) in sensitivities.chunks_exact(width).enumerate() {
+                let by = matrices.phi[(i, k)];
+                if by != 0.0 {
+                    row.iter_mut().zip(from).for_each(|(to, from)| *to += by * from);
+                }
+            }
+        }
+        for (j, parameter) in moved.iter().enumerate() {
+            let drive: [f64; 4] = core::array::from_fn(|stage| parameter.regressor.value(&stages[stage], controls[stage]));
+            for (i, row) in next.chunks_exact_mut(width).enumerate() {
+                let by = |stage: usize| matrices.by_drive[stage][(i, parameter.row)] * drive[stage];
+                row[j] += by(0) + by(1) + by(2) + by(3);
+            }
+        }
+        core::mem::swap(&mut *sensitivities, &mut next);
+    };
+    let sample = |x: &State, c: &Controls| {
+        sums.excursion.iter_mut().zip(x.iter()).for_each(|(most, now)| *most = most.max(now.abs()));
+        let sensitivities = sensitivities.borrow();
+        for (output, sum) in output_rows.iter().zip(sums.outputs.chunks_exact_mut(width)) {
+            let from = rows.len();
+            rows.resize(from + width, 0.0);
+            let Some(row) = rows.get_mut(from..) else { continue };
+            for &(place, by) in &output.by_state {
+                let of_state = sensitivities.chunks_exact(width).nth(place).unwrap_or_default();
+                row.iter_mut().zip(of_state).for_each(|(to, from)| *to += by * from);
+            }
+            for (to, parameter) in row.iter_mut().zip(moved).filter(|(_, parameter)| output.axis == Some(parameter.axis)) {
+                *to += parameter.regressor.value(x, c) * output.per_noise;
+            }
+            sum.iter_mut().zip(&*row).for_each(|(sum, s)| *sum += s);
+        }
+        if rows.len() >= ROWS * width {
+            add_products(&mut sums.products, &rows, width);
+            rows.clear();
+        }
+    };
+    response.follow(nodes, step, sample);
+    add_products(&mut sums.products, &rows, width);
+    sums
+}
+
+/// Adds the products of all pairs in each row, of which the lower triangle counts.
+fn add_products(products: &mut [f64], rows: &[f64], width: usize) {
+    for (i, of_i) in products.chunks_exact_mut(width).enumerate() {
+        for (block, entries) in of_i.chunks_exact_mut(LANES).enumerate().take(i / LANES + 1) {
+            let mut sums = [0.0; LANES];
+            for row in rows.chunks_exact(width) {
+                let (own, others) = (row[i], &row[block * LANES..(block + 1) * LANES]);
+                sums.iter_mut().zip(others).for_each(|(sum, other)| *sum += own * other);
+            }
+            entries.iter_mut().zip(sums).for_each(|(entry, sum)| *entry += sum);
+        }
     }
 }
 

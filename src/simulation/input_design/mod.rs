@@ -8,5 +8,6 @@
 
 pub mod dispersion;
 pub mod information;
+pub(crate) mod response;
 pub mod search;
 pub mod spectrum;

@@ -15,7 +15,11 @@ use super::information::{DesignManoeuvre, DesignParameter, InputInformation, Mea
 use crate::flight::control::{CONTROLS, Control};
 use crate::flight::model::LinearModel;
 use crate::flight::signal::piecewise_linear::History;
+use crate::num::parallel_map::parallel_map;
 use crate::simulation::input::InputSpec;
+
+/// Sequences that are judged before the next look at whether to go on.
+const AT_ONCE: usize = 64;
 
 /// How often an amplitude is lowered at most.
 const MOST_TRIES: u32 = 8;
@@ -96,19 +100,19 @@ impl DesignProblem<'_> {
             start_s: Some(self.limits.lead_s),
         };
         let mut chosen = spec(self.limits.amplitude);
-        let mut information = self.information(&chosen);
-        // The hand's edges get shorter with the amplitude, so that the response is not quite proportional to it.
-        let mut room = self.room(&information);
+        // The hand's edges get shorter with the amplitude, so that the response is not quite proportional to it. The states alone
+        // say how large it may be; what it brings is worked out once.
+        let mut room = self.room(&InputInformation::excursion(self.model, &self.manoeuvre(&chosen)));
         for _ in 0..MOST_TRIES {
             let amplitude = rounded_down(0.998 * room * chosen.amplitude);
             if room >= 1.0 || !(amplitude >= LEAST_AMPLITUDE) {
                 break;
             }
             chosen = spec(amplitude);
-            information = self.information(&chosen);
-            room = self.room(&information);
+            room = self.room(&InputInformation::excursion(self.model, &self.manoeuvre(&chosen)));
         }
         let fits = room >= 1.0;
+        let information = self.information(&chosen);
         let all = match self.known {
             Some(known) => information.clone().plus(known),
             None => information.clone(),
@@ -118,8 +122,8 @@ impl DesignProblem<'_> {
     }
 
     /// The limits as multiples of what was reached: the least of them.
-    fn room(&self, information: &InputInformation) -> f64 {
-        let room = information.excursion.iter().zip(self.limits.excursion).map(|(most, limit)| limit / most);
+    fn room(&self, excursion: &[f64; 8]) -> f64 {
+        let room = excursion.iter().zip(self.limits.excursion).map(|(most, limit)| limit / most);
         room.fold(f64::INFINITY, |least, room| if room < least || room.is_nan() { room } else { least })
     }
 
@@ -153,14 +157,18 @@ impl DesignProblem<'_> {
         }
     }
 
-    fn information(&self, spec: &InputSpec) -> InputInformation {
+    fn manoeuvre(&self, spec: &InputSpec) -> DesignManoeuvre {
         let mut controls = [const { None }; CONTROLS].map(|_: Option<()>| History::constant(0.0));
         if let Some(history) = controls.get_mut(self.control.index()) {
             *history = spec.deviation(self.limits.lead_s);
         }
         let DesignLimits { duration_s, rate_hz, .. } = *self.limits;
+        DesignManoeuvre { controls, duration_s, rate_hz }
+    }
+
+    fn information(&self, spec: &InputSpec) -> InputInformation {
         let parameters = [self.free, self.parameters].concat();
-        InputInformation::of(self.model, &parameters, self.outputs, &DesignManoeuvre { controls, duration_s, rate_hz })
+        InputInformation::of(self.model, &parameters, self.outputs, &self.manoeuvre(spec))
     }
 
     /// How many sequences [`DesignProblem::search`] judges.
@@ -182,23 +190,25 @@ impl DesignProblem<'_> {
         self.limits.lead_s + f64::from(length) * clock_s
     }
 
-    /// Every pattern and clock that fits into the record, each judged once by `each`; stops early where that says `false`.
+    /// Every pattern and clock that fits into the record, each judged once, several at a time; `each` sees them in order, and
+    /// they stop early where that says `false`.
     pub fn search(&self, mut each: impl FnMut(&EvaluatedInput) -> bool) -> Option<EvaluatedInput> {
+        let lengths = |clock_s: f64| {
+            (1..=self.limits.longest).take_while(move |&length| self.ends_s(length, clock_s) <= self.limits.duration_s)
+        };
+        let of_clock = |&clock_s: &f64| {
+            let cuts = lengths(clock_s).flat_map(|length| (0..1_u32 << (length - 1)).map(move |cuts| (length, cuts)));
+            cuts.filter_map(move |(length, cuts)| Some((pulses(length, cuts)?, clock_s)))
+        };
+        let all: Vec<(Vec<u32>, f64)> = self.limits.clocks_s.iter().flat_map(of_clock).collect();
         let mut best: Option<EvaluatedInput> = None;
-        for &clock_s in &self.limits.clocks_s {
-            for length in 1..=self.limits.longest {
-                if self.ends_s(length, clock_s) > self.limits.duration_s {
-                    break;
+        for some in all.chunks(AT_ONCE) {
+            for judged in parallel_map(some, |(pattern, clock_s)| self.judge(pattern, *clock_s)) {
+                if !each(&judged) {
+                    return best;
                 }
-                for cuts in 0..1_u32 << (length - 1) {
-                    let Some(pattern) = pulses(length, cuts) else { continue };
-                    let judged = self.judge(&pattern, clock_s);
-                    if !each(&judged) {
-                        return best;
-                    }
-                    if judged.cost.is_finite() && best.as_ref().is_none_or(|best| judged.cost < best.cost) {
-                        best = Some(judged);
-                    }
+                if judged.cost.is_finite() && best.as_ref().is_none_or(|best| judged.cost < best.cost) {
+                    best = Some(judged);
                 }
             }
         }

@@ -7,6 +7,7 @@
 use super::error::{RunFileError, quoted};
 use super::latency::{self, ChannelLatencies};
 use crate::flight::channel::ControlNames;
+use crate::flight::control::{CONTROLS, Control};
 use crate::flight::run::RunGeometry;
 use toml::de::DeTable;
 use toml::{Table, Value};
@@ -18,13 +19,17 @@ enum Kind {
     Position,
     Blades,
     Latencies,
+    AssumedScale,
 }
 
 const LATENCY: &str = "latency_s";
 /// What the rows of a recording have had subtracted, for a reader; it has no effect.
 const LATENCY_SUBTRACTED: &str = "latency_subtracted_s";
 
-const KNOWN: [(&str, Kind); 8] = [
+/// Controls whose angles are commands by a scale that nobody stated.
+const ASSUMED_SCALE: &str = "assumed_scale";
+
+const KNOWN: [(&str, Kind); 9] = [
     ("run", Kind::Text),
     ("aircraft", Kind::Text),
     ("manoeuvre", Kind::Text),
@@ -33,6 +38,7 @@ const KNOWN: [(&str, Kind); 8] = [
     ("vane_position_m", Kind::Position),
     ("blades", Kind::Blades),
     (LATENCY, Kind::Latencies),
+    (ASSUMED_SCALE, Kind::AssumedScale),
 ];
 
 /// More blades than any rotor has.
@@ -43,6 +49,7 @@ const BLADES_MAX: u32 = 32;
 pub struct RunInfo {
     geometry: RunGeometry,
     latencies: Option<Box<ChannelLatencies>>,
+    assumed_scale: [bool; CONTROLS],
     document: Table,
 }
 
@@ -116,6 +123,13 @@ impl RunInfo {
                 self.geometry.blades = Some(blades.ok_or_else(wrong)?);
             }
             Some(Kind::Latencies) => self.latencies = Some(Box::new(ChannelLatencies::from_value(&value)?)),
+            Some(Kind::AssumedScale) => {
+                let named = |value: &Value| Control::from_name(value.as_str()?);
+                let controls = value.as_array().and_then(|all| all.iter().map(named).collect::<Option<Vec<Control>>>());
+                let wrong = || format!("{key}: expected names of controls, [\"pedal\"], found {}", described(&value));
+                let controls = controls.ok_or_else(wrong)?;
+                self.assumed_scale = Control::ALL.map(|control| controls.contains(&control));
+            }
             Some(Kind::Text) | None => {}
         }
         self.document.insert(key.into(), value);
@@ -137,6 +151,24 @@ impl RunInfo {
     /// Where instruments stand and how the controls are called.
     pub fn geometry(&self) -> &RunGeometry {
         &self.geometry
+    }
+
+    /// Controls, by place, whose angles are commands by a scale that nobody stated.
+    pub fn assumed_scale(&self) -> [bool; CONTROLS] {
+        self.assumed_scale
+    }
+
+    /// Says of which controls, by place, the scale is assumed; under the names that they have here.
+    pub fn set_assumed_scale(&mut self, assumed: [bool; CONTROLS]) {
+        self.assumed_scale = assumed;
+        let naming = self.geometry.controls;
+        let named = Control::ALL.into_iter().zip(assumed).filter(|(_, assumed)| *assumed);
+        let names: Vec<Value> = named.map(|(control, _)| Value::String(control.name(naming).to_owned())).collect();
+        if names.is_empty() {
+            self.document.remove(ASSUMED_SCALE);
+        } else {
+            self.document.insert(ASSUMED_SCALE.into(), Value::Array(names));
+        }
     }
 
     /// How late channels were stamped; `None` where the run does not say, and rows are taken as they stand.
@@ -260,6 +292,19 @@ mod tests {
         let expected = RunGeometry { vane_position_m: [13.08, 0.0, -0.5], blades: Some(4), ..RunGeometry::default() };
         assert_eq!(info.geometry(), &expected);
         assert_eq!(RunInfo::from_toml(&info.to_toml()), Ok(info));
+    }
+
+    #[test]
+    fn controls_of_assumed_scale_stand_in_the_document_and_are_read_back() {
+        let mut info = RunInfo::default();
+        info.set_controls(ControlNames::FixedWing);
+        info.set_assumed_scale([true, false, false, true]);
+        assert_eq!(info.to_toml(), "assumed_scale = [\"elevator\", \"rudder\"]\n");
+        let mut again = RunInfo::from_toml(&info.to_toml()).unwrap();
+        assert_eq!(again.assumed_scale(), [true, false, false, true]);
+        again.set("assumed_scale=[]").unwrap();
+        assert_eq!(again.assumed_scale(), [false; CONTROLS]);
+        assert!(again.set("assumed_scale=[\"rudr\"]").unwrap_err().contains("names of controls"));
     }
 
     #[test]

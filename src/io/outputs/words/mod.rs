@@ -1,6 +1,7 @@
 //! Words for people, made from data: one sentence for each event, status, reason and cause.
 
 pub mod cause_sentence;
+pub mod control_scale;
 pub(crate) mod estimation_sentence;
 pub mod event_text;
 pub mod finding_text;

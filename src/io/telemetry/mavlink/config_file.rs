@@ -17,7 +17,7 @@
 //! [controls.rudder]                # or pedal: output or input number, scale
 //! channel = 4
 //! zero_us = 1500
-//! full_us = 500
+//! full_us = 500                    # where neither full_us nor full_deg is given the scale is assumed, and said to be
 //! full_deg = -20
 //! [rpm]
 //! sensor = 1
@@ -143,6 +143,7 @@ fn change(place: &mut ControlScale, scale: &Scale) -> Result<(), Wrong> {
     if let Some(zero) = &scale.zero_us {
         place.zero_us = within("zero_us", zero, 0.0, 65_535.0)?;
     }
+    place.stated |= scale.full_us.is_some() || scale.full_deg.is_some();
     if let Some(full) = &scale.full_us {
         place.full_us = within("full_us", full, 1.0, 65_535.0)?;
     }
@@ -198,7 +199,7 @@ mod tests {
         };
         expected.sources[ChannelGroup::Airspeed as usize] = vec![MessageKind::VfrHud];
         expected.sources[ChannelGroup::Altitude as usize] = Vec::new();
-        expected.controls[3] = ControlScale { number: 12, full_deg: -20.0, ..ControlScale::of(4) };
+        expected.controls[3] = ControlScale { number: 12, full_deg: -20.0, stated: true, ..ControlScale::of(4) };
         assert_eq!(MavlinkConfig::from_toml(text), Ok(expected));
         assert_eq!(MavlinkConfig::from_toml(""), Ok(MavlinkConfig::default()));
     }

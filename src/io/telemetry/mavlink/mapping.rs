@@ -96,12 +96,14 @@ pub struct ControlScale {
     pub full_us: f64,
     /// The full angle, degrees; negative where a wider pulse means less.
     pub full_deg: f64,
+    /// Whether somebody stated the angle; else it is the default, and assumed.
+    pub stated: bool,
 }
 
 impl ControlScale {
     /// The default of the output or input of that number.
     pub const fn of(number: usize) -> Self {
-        ControlScale { number, zero_us: 1500.0, full_us: 500.0, full_deg: 10.0 }
+        ControlScale { number, zero_us: 1500.0, full_us: 500.0, full_deg: 10.0, stated: false }
     }
 
     /// rad.
@@ -153,6 +155,11 @@ impl Default for MavlinkConfig {
 }
 
 impl MavlinkConfig {
+    /// Controls, by place, of whose angles nobody stated the scale.
+    pub fn assumed_scale(&self) -> [bool; 4] {
+        self.controls.map(|scale| !scale.stated)
+    }
+
     /// The same, and the choice of sources that it begins with.
     pub fn mapping(self) -> Mapping {
         Mapping { config: self, giving: [None; GROUPS] }

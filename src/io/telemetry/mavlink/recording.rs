@@ -100,6 +100,9 @@ impl MavlinkRecording {
         let mut info =
             RunInfo::from_toml(&format!("source = \"{}\"\n", vehicle.as_source())).map_err(|place| whole(place.to_string()))?;
         info.set_controls(controls);
+        let came = Channel::CONTROLS.map(|channel| (found.channels | directed) & (1 << channel.index()) != 0);
+        let assumed = config.assumed_scale();
+        info.set_assumed_scale(core::array::from_fn(|place| came[place] && assumed[place]));
         file.seek(SeekFrom::Start(0)).map_err(io)?;
         Ok(MavlinkRecording {
             path: path.into(),

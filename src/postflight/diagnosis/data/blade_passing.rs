@@ -25,9 +25,13 @@ const STANDS_OUT: f64 = 5.0;
 pub(crate) fn blades_of(series: &Series, rotor: &Series) -> Option<u32> {
     let (first_s, last_s) = series.range_s()?;
     let samples = turned(series, rotor);
-    let windows = ((last_s - first_s) / WINDOW_S) as usize;
+    let windows = libm::floor((last_s - first_s) / WINDOW_S);
+    // Those that hold samples: a gap costs nothing, however long it is.
+    let mut held: Vec<f64> = samples.iter().map(|(time_s, ..)| libm::floor((time_s - first_s) / WINDOW_S)).collect();
+    held.dedup();
+    held.retain(|window| *window < windows);
     let power = |order: f64| {
-        let lines = (0..windows).map(|k| line_at(&samples, order, first_s + WINDOW_S * (k as f64 + 0.5)));
+        let lines = held.iter().map(|window| line_at(&samples, order, first_s + WINDOW_S * (window + 0.5)));
         is_below_nyquist(series, rotor, order).then(|| lines.map(|[a, b]| a * a + b * b).sum::<f64>())
     };
     let contrast = |blades: u32| {
@@ -40,18 +44,22 @@ pub(crate) fn blades_of(series: &Series, rotor: &Series) -> Option<u32> {
 
 /// The channel without (1).
 pub(crate) fn removed(series: &Series, rotor: &Series, blades: f64) -> Series {
-    let Some((first_s, last_s)) = series.range_s().filter(|_| is_below_nyquist(series, rotor, blades)) else {
+    let Some((first_s, _)) = series.range_s().filter(|_| is_below_nyquist(series, rotor, blades)) else {
         return series.clone();
     };
     let samples = turned(series, rotor);
-    let windows = ((last_s - first_s) / HOP_S) as usize + 1;
-    let lines: Vec<[f64; 2]> = (0..=windows).map(|k| line_at(&samples, blades, first_s + HOP_S * k as f64)).collect();
+    let line = |hop: f64| line_at(&samples, blades, first_s + HOP_S * hop);
+    // The lines about the newest sample: before and after it.
+    let (mut hop, mut lines) = (f64::NEG_INFINITY, [[0.0; 2]; 2]);
     Series::of(samples.iter().map(|&(time_s, value, angle)| {
         let place = (time_s - first_s) / HOP_S;
-        let before = place as usize;
-        let part = place - before as f64;
-        let at = |k: usize| lines.get(k).copied().unwrap_or([0.0; 2]);
-        let ([a0, b0], [a1, b1]) = (at(before), at(before + 1));
+        let before = libm::floor(place);
+        if before > hop {
+            let shared = if before - hop <= 1.0 { lines[1] } else { line(before) };
+            (hop, lines) = (before, [shared, line(before + 1.0)]);
+        }
+        let part = place - before;
+        let [[a0, b0], [a1, b1]] = lines;
         let (sin, cos) = libm::sincos(blades * angle);
         (time_s, value - (a0 + part * (a1 - a0)) * cos - (b0 + part * (b1 - b0)) * sin)
     }))

@@ -80,6 +80,25 @@ fn span(series: &Series) -> f64 {
     most - least
 }
 
+/// The time that the rates cover, without a gap.
+fn gyros_of(gyros: &[Option<Series>]) -> Result<GyroCoverage, Unusable> {
+    if let Some((_, name)) = gyros.iter().zip(["p", "q", "r"]).find(|(series, _)| series.is_none()) {
+        return Err(Unusable::NoRates(name));
+    }
+    let coverage = GyroCoverage::of(gyros.iter().flatten());
+    let GyroCoverage { first_s, last_s, interval_s } = coverage;
+    if !(last_s - first_s >= LENGTH_MIN_S) {
+        return Err(Unusable::Short((last_s - first_s).max(0.0)));
+    }
+    if !(interval_s <= 0.126) {
+        return Err(Unusable::Seldom(interval_s));
+    }
+    match gyros.iter().flatten().find_map(|series| series.gaps(first_s, GAP_S).next()) {
+        Some((before_s, time_s)) => Err(Unusable::Gap(before_s, time_s)),
+        None => Ok(coverage),
+    }
+}
+
 /// A run.
 #[derive(Clone, Debug)]
 pub struct RunData {
@@ -117,6 +136,7 @@ impl RunData {
         }
         let line = |channel: Channel| Series::of_channel(samples, channel, READINGS_MIN);
         let mut outputs = OUTPUT_CHANNELS.map(line);
+        let gyros = gyros_of(&outputs[RATE_OUTPUT..ATTITUDE_OUTPUT])?;
         let mut inputs = core::array::from_fn(|input| if input < MEASURED_FORCE { line(input_channel(input)) } else { None });
         let noise = |series: &Option<Series>| series.as_ref().map_or(0.0, Series::noise_std);
         let mut input_noise = core::array::from_fn(|i| noise(&inputs[i]));
@@ -134,7 +154,7 @@ impl RunData {
             }
         }
         let output_noise = core::array::from_fn(|c| noise(&outputs[c]).max(NOISE_FLOOR[c]));
-        let record = RunData {
+        let mut record = RunData {
             name: name.to_owned(),
             geometry,
             outputs,
@@ -144,10 +164,11 @@ impl RunData {
             input_noise,
             rotor_rate_density,
             mesh: Mesh::default(),
-            gyros: GyroCoverage::default(),
+            gyros,
             groups: Groups::default(),
         };
-        record.on_mesh()
+        record.lay_mesh(MESH_RATE_HZ);
+        Ok(record)
     }
 
     /// Whether an input goes through more than its noise.
@@ -197,29 +218,6 @@ impl RunData {
         *input = output.take();
         self.input_noise[MEASURED_FORCE + axis] = self.output_noise[axis];
         self.regroup();
-    }
-
-    /// Lays the mesh over the time that the gyros cover.
-    fn on_mesh(mut self) -> Result<Self, Unusable> {
-        let gyros = &self.outputs[RATE_OUTPUT..ATTITUDE_OUTPUT];
-        if let Some((_, name)) = gyros.iter().zip(["p", "q", "r"]).find(|(series, _)| series.is_none()) {
-            return Err(Unusable::NoRates(name));
-        }
-        self.gyros = GyroCoverage::of(gyros.iter().flatten());
-        let GyroCoverage { first_s, last_s, interval_s } = self.gyros;
-        if !(last_s - first_s >= LENGTH_MIN_S) {
-            return Err(Unusable::Short((last_s - first_s).max(0.0)));
-        }
-        if !(interval_s <= 0.126) {
-            return Err(Unusable::Seldom(interval_s));
-        }
-        for series in self.outputs[RATE_OUTPUT..ATTITUDE_OUTPUT].iter().flatten() {
-            if let Some((before_s, time_s)) = series.gaps(first_s, GAP_S).next() {
-                return Err(Unusable::Gap(before_s, time_s));
-            }
-        }
-        self.lay_mesh(MESH_RATE_HZ);
-        Ok(self)
     }
 
     /// Lays the mesh anew at this rate, Hz.

@@ -76,7 +76,13 @@ pub(crate) fn forward_search(
     let mut known = rivals.len();
     // What is known stands where motion is taken as it was measured: a model that is silent there has nothing to say against it.
     let stand = if problem.models_all_axes() { stand } else { known };
-    while rivals.len() < known + settings.causes + small_causes(problem, &point).min(SMALL_MOST) {
+    settings.plan(settings.causes + 1);
+    let mut searched = 0;
+    while rivals.len() < known + settings.causes + small_causes(problem, &point).min(SMALL_MOST) && !settings.is_stopped() {
+        if searched > settings.causes {
+            settings.plan(1);
+        }
+        searched += 1;
         let (taken, ranked) = next_cause(problem, &point, &local, settings)?;
         let Some(next) = taken else {
             refused = ranked;
@@ -86,8 +92,9 @@ pub(crate) fn forward_search(
         rivals.push(ranked);
         (point, local) = drop_redundant(problem, (point, local), &mut rivals, (stand, &mut known), settings);
     }
+    settings.advance((settings.causes + 1).saturating_sub(searched) * settings.steps());
     // Where motion is taken as it was measured, what one cause leaves is hardly another's.
-    if problem.models_all_axes() {
+    if problem.models_all_axes() && !settings.is_stopped() {
         (point, local) = retest(problem, (point, local), &mut rivals, (stand, known), settings);
     }
     let local = linearise(problem, &point, &[], Detail::Traces).unwrap_or(local);

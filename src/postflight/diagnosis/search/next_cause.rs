@@ -14,6 +14,7 @@ use crate::postflight::diagnosis::likelihood::maximise::{Effort, maximise, resum
 use crate::postflight::diagnosis::likelihood::normal_equations::{Detail, Linearisation, linearise};
 use crate::postflight::diagnosis::likelihood::parameter_set::{Hypothesis, ParameterSet};
 use crate::postflight::diagnosis::likelihood::problem::DiagnosisProblem;
+use crate::postflight::work_progress::{Watch, is_stopped};
 
 /// Rounds that every start has.
 const HEAT: usize = 2;
@@ -41,11 +42,39 @@ pub struct SearchSettings {
     pub rounds: usize,
     /// Twice the logarithm of the odds against any cause beforehand.
     pub odds_against: f64,
+    /// Who watches the search, and may end it: each cause is [`SearchSettings::steps`] steps.
+    pub watch: Watch,
 }
 
 impl Default for SearchSettings {
     fn default() -> Self {
-        SearchSettings { causes: 3, fitted: 6, rounds: 6, odds_against: 10.0 }
+        SearchSettings { causes: 3, fitted: 6, rounds: 6, odds_against: 10.0, watch: None }
+    }
+}
+
+impl SearchSettings {
+    /// Steps of the search for one cause: the screening, its best fitted, and the settling of what is left of these.
+    pub(crate) fn steps(&self) -> usize {
+        self.fitted + 2
+    }
+
+    /// Whether the search was asked to end.
+    pub(crate) fn is_stopped(&self) -> bool {
+        is_stopped(self.watch)
+    }
+
+    /// Steps made of it, for who watches.
+    pub(crate) fn advance(&self, steps: usize) {
+        if let Some(work) = self.watch {
+            work.advance(steps);
+        }
+    }
+
+    /// Causes that will be searched for.
+    pub(crate) fn plan(&self, causes: usize) {
+        if let Some(work) = self.watch {
+            work.plan(causes * self.steps());
+        }
     }
 }
 
@@ -98,7 +127,7 @@ impl PriorOdds {
 /// The next cause, where one is worth its penalty, and all candidates that were tested.
 pub(crate) type NextCause = (Option<(ParameterSet, Linearisation)>, Vec<Rival>);
 
-/// The best cause besides those that are there, where it is worth it.
+/// The best cause besides those that are there, where it is worth it; none where the search was asked to end.
 pub(crate) fn next_cause(
     problem: &DiagnosisProblem,
     point: &ParameterSet,
@@ -134,7 +163,14 @@ pub(crate) fn next_cause(
     // A few rounds for every start, and all for those that are still in the running, by the evidence reached or by what the
     // screening made of them.
     let mut fits: Vec<(ParameterSet, Linearisation, f64, f64)> = Vec::new();
+    settings.advance(1);
+    let (mut left, stopped) = (settings.steps() - 1, (None, Vec::new()));
     for (entry, score) in chosen {
+        if settings.is_stopped() {
+            return Some(stopped);
+        }
+        settings.advance(1);
+        left -= 1;
         let promised = hoped(&score, &entry.effect);
         if promised < HOPELESS {
             others.push(Rival { effect: effect_at_estimate(entry, score.size), std: score.std, odds: promised, fitted: false });
@@ -154,6 +190,9 @@ pub(crate) fn next_cause(
     let mut best: Option<(ParameterSet, Linearisation, f64)> = None;
     let (mut ranked, mut fitted) = (Vec::new(), Vec::new());
     for (mut there, mut local, mut found, hoped) in fits {
+        if settings.is_stopped() {
+            return Some(stopped);
+        }
         if found.max(hoped) > leading - (0.5 * leading).max(IN_THE_RUNNING) {
             let Some(settled) = resume(problem, (there, local), Effort::some(settings.rounds)) else { continue };
             (there, local) = settled;
@@ -170,6 +209,7 @@ pub(crate) fn next_cause(
         }
         fitted.push((there, found));
     }
+    settings.advance(left);
     // What gusts would explain is noise of forces until they are there: where a cause has left next to none they explain nothing.
     let calm = best.as_ref().is_some_and(|(there, _, odds)| {
         let left = || unexplained(problem, there).map_or(f64::INFINITY, |left| left.iter().sum());

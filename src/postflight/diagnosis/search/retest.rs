@@ -114,6 +114,7 @@ fn replacement(
     let mut without = point.clone();
     without.hypotheses.remove(number);
     let (without, there) = maximise(problem, without, Effort::some(settings.rounds))?;
+    settings.plan(1);
     let (taken, ranked) = next_cause(problem, &without, &there, settings)?;
     let (taken, first) = taken.zip(ranked.first().copied())?;
     if same_cause(&first.effect, &own) {

@@ -21,6 +21,7 @@ use crate::postflight::output_error::run_parameters::RunParameters;
 use crate::postflight::output_error::schur::SchurComplement;
 use crate::postflight::output_error::settings::{FitSettings, NoiseCovariance};
 use crate::postflight::output_error::simulated_outputs::simulate;
+use crate::postflight::work_progress::is_stopped;
 
 /// Strengths that are tried at first, of a state's rms in a second.
 const STRENGTHS: [f64; 6] = [1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3];
@@ -144,7 +145,7 @@ impl FilterErrorLikelihood<'_> {
                 };
                 let told = 0.5 * length * length > COST_RESOLUTION * stand.cost.abs().max(1.0);
                 let converged = length < settings.tolerance || (!told && length > 0.9 * length_before);
-                if converged || iterations == settings.iterations || damping > DAMPING_MOST {
+                if converged || iterations == settings.iterations || damping > DAMPING_MOST || is_stopped(settings.watch) {
                     return Ok(FilterErrorSearch { stand, iterations, converged });
                 }
                 length_before = length;
