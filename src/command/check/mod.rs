@@ -97,7 +97,9 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Outcome, Failure> {
         Some(path) => {
             message(format_args!("{}", text.trim_end()));
             let mut document = json::document(&verdicts, controls);
-            document["assumed_scale"] = read.iter().map(|one| assumed_names(&one.info)).collect();
+            if read.iter().any(|one| !assumed_names(&one.info).is_empty()) {
+                document["assumed_scale"] = read.iter().map(|one| assumed_names(&one.info)).collect();
+            }
             document["interpretation"] = interpretation::document(&interpreted);
             write_json(path, &format!("{document:#}\n"))?;
         }

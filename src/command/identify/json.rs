@@ -13,7 +13,9 @@ pub(super) fn document(identified: &IdentificationResult, by_run: &str) -> Resul
     document["modes"] = modes(identified);
     document["holdout"] = identified.holdout.iter().map(|flown| prediction(identified, flown)).collect();
     document["notes"] = json!(identified.linear.notes);
-    document["assumed_scale"] = json!(identified.linear.assumed_scale);
+    if !identified.linear.assumed_scale.is_empty() {
+        document["assumed_scale"] = json!(identified.linear.assumed_scale);
+    }
     Ok(document)
 }
 

@@ -37,7 +37,7 @@ pub(super) fn document(
         state.insert("aids".into(), json!(estimable.aids));
         state.insert("aids_missing".into(), json!(estimable.aids_missing));
     }
-    json!({
+    let mut document = json!({
         "file": file.display().to_string(),
         "format": recording.format(),
         "run": from_toml(&toml::Value::Table(recording.info().document().clone())),
@@ -45,7 +45,6 @@ pub(super) fn document(
         "skipped": {"rows": skipped.rows(), "reasons": reasons},
         "ends_abruptly": recording.ends_abruptly(),
         "found_out": recording.found_out(),
-        "assumed_scale": assumed_names(recording.info()),
         "shortfall": recording.shortfall(),
         "time": {
             "start": times.range_s.map(|(start, _)| start),
@@ -61,7 +60,12 @@ pub(super) fn document(
         "channels": survey.columns.iter().map(channel).collect::<Vec<_>>(),
         "messages": recording.traffic().map(messages),
         "estimable": {"state": state, "axes": axes, "by": by, "dutch_roll": answer(&estimable.dutch_roll)},
-    })
+    });
+    let assumed = assumed_names(recording.info());
+    if !assumed.is_empty() {
+        document["assumed_scale"] = json!(assumed);
+    }
+    document
 }
 
 /// How the samples are put in order of time, counted by single channels, and what is missing at their own rates.

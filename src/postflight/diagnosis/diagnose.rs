@@ -254,9 +254,6 @@ fn search_causes(
 ) -> Option<(SearchResult, Option<UnexplainedAxis>)> {
     let searched = search(problem, known, settings)?;
     let unknown = unknown_of(problem, &searched);
-    if settings.is_stopped() {
-        return Some((searched, unknown));
-    }
     if problem.models_all_axes() && known.is_empty() && (unknown.is_some() || searched.rivals.len() >= settings.causes) {
         let most = MANY_LEAVE * searched.before.iter().sum::<f64>();
         let better = |many: &SearchResult| {

@@ -13,13 +13,12 @@
 //! Numerics: (1), (2) by Runge-Kutta of fourth order from bend to bend of the controls, steps of 20 ms at most (`response`).
 //! Derivatives of what the controls do not reach are left out of the sums: their rows and columns of F are zero.
 
-use super::response::{Controls, LinearResponse, ManoeuvreNode, STATES, State, StepMatrices, nodes, sample_count};
+pub use super::response::DesignManoeuvre;
+use super::response::{Controls, LinearResponse, ManoeuvreNode, STATES, StateDeviations, StepMatrices, nodes, sample_count};
 use crate::dynamics::linear::{AXIS_ROWS, INPUTS, VARIABLE_STATES};
 use crate::flight::channel::Channel;
-use crate::flight::control::CONTROLS;
 use crate::flight::derivative::{Axis, Variable};
 use crate::flight::model::LinearModel;
-use crate::flight::signal::piecewise_linear::History;
 use crate::simulation::instrument::InstrumentSet;
 use core::cell::RefCell;
 use nalgebra::SVector;
@@ -81,17 +80,6 @@ pub fn outputs(model: &LinearModel, instruments: &InstrumentSet) -> Vec<Measured
     read.collect()
 }
 
-/// A manoeuvre: the controls' deviations from trim, and when it is measured.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DesignManoeuvre {
-    /// By place of the control.
-    pub controls: [History; CONTROLS],
-    /// Length of the record, s.
-    pub duration_s: f64,
-    /// Samples a second.
-    pub rate_hz: f64,
-}
-
 /// What a manoeuvre brings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InputInformation {
@@ -105,21 +93,21 @@ pub struct InputInformation {
 
 /// What a derivative is multiplied by: a state or a control by its place.
 #[derive(Clone, Copy, Debug)]
-enum Regressor {
+enum DesignRegressor {
     State(usize),
     Control(usize),
 }
 
-impl Regressor {
+impl DesignRegressor {
     fn of(variable: Variable) -> Option<Self> {
-        let state = VARIABLE_STATES.iter().find(|(of, _)| *of == variable).map(|&(_, place)| Regressor::State(place));
-        state.or_else(|| INPUTS.iter().position(|input| input.variable() == variable).map(Regressor::Control))
+        let state = VARIABLE_STATES.iter().find(|(of, _)| *of == variable).map(|&(_, place)| DesignRegressor::State(place));
+        state.or_else(|| INPUTS.iter().position(|input| input.variable() == variable).map(DesignRegressor::Control))
     }
 
-    fn value(self, x: &State, c: &Controls) -> f64 {
+    fn value(self, x: &StateDeviations, c: &Controls) -> f64 {
         match self {
-            Regressor::State(place) => x[place],
-            Regressor::Control(place) => c[place],
+            DesignRegressor::State(place) => x[place],
+            DesignRegressor::Control(place) => c[place],
         }
     }
 }
@@ -130,7 +118,7 @@ struct MovedParameter {
     place: usize,
     axis: Axis,
     row: usize,
-    regressor: Regressor,
+    regressor: DesignRegressor,
 }
 
 /// An output's reading by the states, divided by its noise, without zeros.
@@ -164,9 +152,9 @@ impl InputInformation {
         let (states, controls) = response.moved_states(&nodes);
         let moved = |(place, parameter): (usize, &DesignParameter)| {
             let &(_, row) = AXIS_ROWS.iter().find(|(axis, _)| *axis == parameter.axis)?;
-            let regressor = Regressor::of(parameter.variable).filter(|regressor| match regressor {
-                Regressor::State(place) => states[*place],
-                Regressor::Control(place) => controls[*place],
+            let regressor = DesignRegressor::of(parameter.variable).filter(|regressor| match regressor {
+                DesignRegressor::State(place) => states[*place],
+                DesignRegressor::Control(place) => controls[*place],
             })?;
             Some(MovedParameter { place, axis: parameter.axis, row, regressor })
         };
@@ -226,7 +214,7 @@ fn measured(
         excursion: [0.0; 8],
     };
     let mut rows: Vec<f64> = Vec::with_capacity((ROWS + outputs.len()) * width);
-    let step = |matrices: &StepMatrices, x: &State, controls: &[Controls; 3]| {
+    let step = |matrices: &StepMatrices, x: &StateDeviations, controls: &[Controls; 3]| {
         let stages = response.stages(matrices.step_s, x, controls);
         let [begin, middle, end] = controls;
         let controls = [begin, middle, middle, end];
@@ -249,7 +237,7 @@ fn measured(
         }
         core::mem::swap(&mut *sensitivities, &mut next);
     };
-    let sample = |x: &State, c: &Controls| {
+    let sample = |x: &StateDeviations, c: &Controls| {
         sums.excursion.iter_mut().zip(x.iter()).for_each(|(most, now)| *most = most.max(now.abs()));
         let sensitivities = sensitivities.borrow();
         for (output, sum) in output_rows.iter().zip(sums.outputs.chunks_exact_mut(width)) {
@@ -292,8 +280,9 @@ fn add_products(products: &mut [f64], rows: &[f64], width: usize) {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::flight::control::Control;
+    use crate::flight::control::{CONTROLS, Control};
     use crate::flight::file::model_file::ModelFile;
+    use crate::flight::signal::piecewise_linear::History;
     use crate::simulation::fly::{Flight, Inputs, uniform_times};
     use crate::simulation::input::InputSpec;
 

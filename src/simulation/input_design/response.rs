@@ -9,21 +9,32 @@
 //! the same for the states (d = B c) and for each of their sensitivities, so that most steps, of one length, share the matrices.
 //! Before the first control moves nothing does, and no step is made.
 
-use super::information::DesignManoeuvre;
 use crate::dynamics::linear::{INPUTS, input_matrix, state_matrix};
+use crate::flight::control::CONTROLS;
 use crate::flight::model::LinearModel;
+use crate::flight::signal::piecewise_linear::History;
 use nalgebra::{SMatrix, SVector};
 
 pub(super) const STATES: usize = 8;
-pub(super) const CONTROLS: usize = 4;
-pub(super) type State = SVector<f64, STATES>;
+pub(super) type StateDeviations = SVector<f64, STATES>;
 pub(super) type Controls = SVector<f64, CONTROLS>;
-type Square = SMatrix<f64, STATES, STATES>;
+type SystemMatrix = SMatrix<f64, STATES, STATES>;
 
 /// The longest step, s.
 const STEP_S: f64 = 0.02;
 /// Times nearer to each other than this are one, s.
 const SAME_S: f64 = 1e-9;
+
+/// A manoeuvre: the controls' deviations from trim, and when it is measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DesignManoeuvre {
+    /// By place of the control.
+    pub controls: [History; CONTROLS],
+    /// Length of the record, s.
+    pub duration_s: f64,
+    /// Samples a second.
+    pub rate_hz: f64,
+}
 
 /// A time at which the manoeuvre is measured or a control bends.
 #[derive(Clone, Copy, Debug)]
@@ -66,14 +77,14 @@ pub(super) fn nodes(manoeuvre: &DesignManoeuvre) -> Vec<ManoeuvreNode> {
 #[derive(Clone, Debug)]
 pub(super) struct StepMatrices {
     pub(super) step_s: f64,
-    pub(super) phi: Square,
-    pub(super) by_drive: [Square; 4],
+    pub(super) phi: SystemMatrix,
+    pub(super) by_drive: [SystemMatrix; 4],
     /// W1 B, (W2 + W3) B, W4 B.
     by_controls: [SMatrix<f64, STATES, CONTROLS>; 3],
 }
 
 impl StepMatrices {
-    fn advance(&self, x: &State, [begin, middle, end]: &[Controls; 3]) -> State {
+    fn advance(&self, x: &StateDeviations, [begin, middle, end]: &[Controls; 3]) -> StateDeviations {
         let [first, between, last] = &self.by_controls;
         self.phi * x + first * begin + between * middle + last * end
     }
@@ -82,7 +93,7 @@ impl StepMatrices {
 /// A linear aircraft, and its steps between samples.
 #[derive(Clone, Debug)]
 pub(super) struct LinearResponse {
-    a: Square,
+    a: SystemMatrix,
     b: SMatrix<f64, STATES, CONTROLS>,
     usual: StepMatrices,
 }
@@ -98,10 +109,10 @@ impl LinearResponse {
     pub(super) fn follow(
         &self,
         nodes: &[ManoeuvreNode],
-        mut step: impl FnMut(&StepMatrices, &State, &[Controls; 3]),
-        mut sample: impl FnMut(&State, &Controls),
+        mut step: impl FnMut(&StepMatrices, &StateDeviations, &[Controls; 3]),
+        mut sample: impl FnMut(&StateDeviations, &Controls),
     ) {
-        let (mut x, mut now_s, mut before, mut still) = (State::zeros(), 0.0, Controls::zeros(), true);
+        let (mut x, mut now_s, mut before, mut still) = (StateDeviations::zeros(), 0.0, Controls::zeros(), true);
         for node in nodes {
             still = still && before == Controls::zeros() && node.controls == Controls::zeros();
             let length_s = node.time_s - now_s;
@@ -130,8 +141,8 @@ impl LinearResponse {
     }
 
     /// The states at the four stages of a step.
-    pub(super) fn stages(&self, h: f64, x: &State, [begin, middle, _]: &[Controls; 3]) -> [State; 4] {
-        let rate = |x: &State, controls: &Controls| self.a * x + self.b * controls;
+    pub(super) fn stages(&self, h: f64, x: &StateDeviations, [begin, middle, _]: &[Controls; 3]) -> [StateDeviations; 4] {
+        let rate = |x: &StateDeviations, controls: &Controls| self.a * x + self.b * controls;
         let second = x + rate(x, begin) * (0.5 * h);
         let third = x + rate(&second, middle) * (0.5 * h);
         let fourth = x + rate(&third, middle) * h;
@@ -141,7 +152,7 @@ impl LinearResponse {
     /// Largest deviation of each state at the samples.
     pub(super) fn excursion(&self, nodes: &[ManoeuvreNode]) -> [f64; STATES] {
         let mut excursion = [0.0_f64; STATES];
-        let most = |x: &State, _: &Controls| {
+        let most = |x: &StateDeviations, _: &Controls| {
             excursion.iter_mut().zip(x.iter()).for_each(|(most, now)| *most = most.max(now.abs()));
         };
         self.follow(nodes, |_, _, _| (), most);
@@ -166,8 +177,8 @@ fn step_count(length_s: f64) -> f64 {
 }
 
 /// (1) for this step, s.
-fn step_matrices(a: &Square, b: &SMatrix<f64, STATES, CONTROLS>, step_s: f64) -> StepMatrices {
-    let one = Square::identity();
+fn step_matrices(a: &SystemMatrix, b: &SMatrix<f64, STATES, CONTROLS>, step_s: f64) -> StepMatrices {
+    let one = SystemMatrix::identity();
     let ha = a * step_s;
     let (second, sixth) = (ha * ha, step_s / 6.0);
     let third = second * ha;
@@ -197,8 +208,8 @@ mod tests {
         response.follow(&nodes, |_, _, _| (), |x, _| states.push(*x));
         assert_eq!(states.len(), sample_count(&flown));
         let controls = |time_s: f64| Controls::from_fn(|k, _| flown.controls[INPUTS[k].index()].at(time_s));
-        let rate = |x: &State, time_s: f64| response.a * x + response.b * controls(time_s);
-        let (mut x, h) = (State::zeros(), 0.0005);
+        let rate = |x: &StateDeviations, time_s: f64| response.a * x + response.b * controls(time_s);
+        let (mut x, h) = (StateDeviations::zeros(), 0.0005);
         let per_sample = (1.0 / flown.rate_hz / h).round() as usize;
         for (place, expected) in states.iter().enumerate() {
             assert!(

@@ -19,8 +19,8 @@ pub fn assumed_scale(info: &RunInfo) -> Option<String> {
     let first = names.first()?;
     Some(format!(
         "the scale of {} is assumed (500 us of pulse width, or a full stick, is 10 deg): their angles are commands, and a \
-         derivative by one of them is {PER_COMMAND}; where the true scale is known, state it in the file of --config, `[controls.{first}]` \
-         with full_us and full_deg",
+         derivative by one of them is {PER_COMMAND}; where the true scale is known, state it in the file of --config, \
+         `[controls.{first}]` with full_us and full_deg",
         names.join(", ")
     ))
 }

@@ -34,6 +34,9 @@ const PROMISING: f64 = 0.3;
 
 /// The causes, where many derivatives are wrong; `None` where no fit of all of them settles.
 pub fn joint_derivatives(problem: &DiagnosisProblem, from: &SearchResult, settings: &SearchSettings) -> Option<SearchResult> {
+    if settings.is_stopped() {
+        return None;
+    }
     let mut point = problem.null_hypothesis();
     point.force_density = from.point.force_density;
     point.hypotheses = significant_derivatives(problem, &point)?;
