@@ -96,7 +96,8 @@ mod tests {
     fn run(rows: impl Iterator<Item = (f64, bool)>) -> RecordedRun {
         let samples = rows.map(|(time_s, with_q)| {
             let mut sample = Sample::new(time_s);
-            [Channel::P, Channel::R].map(|channel| sample.set(channel, 0.1));
+            sample.set(Channel::P, 0.1);
+            sample.set(Channel::R, 0.1);
             if with_q {
                 sample.set(Channel::Q, 0.2);
             }
