@@ -7,8 +7,8 @@
 //! `background_study` scores the diagnosis there.
 //! `found` lets the diagnosis look, and scores it; `matched_filter` looks at the same cases by the nearest published method;
 //! `live` looks while the flight goes on; `options` hides what the Level-1 simulation can leave out of itself; `real_spoilt`
-//! spoils real flights, `real_pairs` holds the model of one against another. Nothing else here imports what looks for causes: the generator shares the vocabulary of models and
-//! effects only.
+//! spoils real flights, `real_pairs` holds the model of one against another. Nothing else here imports what looks for causes: the
+//! generator shares the vocabulary of models and effects only.
 
 mod background;
 mod background_study;
