@@ -42,7 +42,7 @@ pub struct SearchSettings {
     pub rounds: usize,
     /// Twice the logarithm of the odds against any cause beforehand.
     pub odds_against: f64,
-    /// Who watches the search, and may end it: each cause is [`SearchSettings::steps`] steps.
+    /// Who watches the search, and may end it: each cause is as many steps as the search has for one.
     pub watch: Watch,
 }
 
