@@ -73,15 +73,16 @@ fn lacking(derivatives: &DerivativesRecord) -> Option<Reason> {
     Some(Reason::NotExcited { axis, variable })
 }
 
-/// The status of the least advanced of the three lateral equations; `exciting` hides no other where the modes have their
-/// derivatives all the same: an equation without a resolved one is `exciting`, and its doubt is part of the modes' standard
+/// The status of the least advanced of the three lateral equations; `exciting` and `waiting` hide no other where the modes have
+/// their derivatives all the same: an equation without a resolved one is that, and its doubt is part of the modes' standard
 /// errors.
 fn least(derivatives: &DerivativesRecord) -> Status {
     let equations = [Axis::L, Axis::N, Axis::Y].map(|axis| &derivatives.equations[axis.index()]);
-    let complete = derivatives.lateral.is_some() && equations.iter().any(|equation| equation.status != Status::Exciting);
+    let is_unresolved = |status: Status| matches!(status, Status::Exciting | Status::Waiting);
+    let complete = derivatives.lateral.is_some() && equations.iter().any(|equation| !is_unresolved(equation.status));
     let mut least = Status::Converged;
     for equation in equations {
-        if equation.status.rank() < least.rank() && !(complete && equation.status == Status::Exciting) {
+        if equation.status.rank() < least.rank() && !(complete && is_unresolved(equation.status)) {
             least = match equation.status {
                 // Which of the three it is says more than its condition index; of other reasons the reason itself does.
                 Status::NotIdentifiable(Reason::Collinear { .. }) => {
