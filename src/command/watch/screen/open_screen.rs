@@ -8,9 +8,7 @@ use ratatui::crossterm::style::ResetColor;
 use ratatui::crossterm::terminal::{
     DisableLineWrap, EnableLineWrap, EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode,
 };
-use rustix::event::{PollFd, PollFlags, poll};
-use rustix::io::Errno;
-use std::io::{BufWriter, Result, Stdout, stdin, stdout};
+use std::io::{BufWriter, Result, Stdout, stdout};
 use std::panic::{set_hook, take_hook};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -28,7 +26,6 @@ impl OpenScreen {
     /// # Errors
     /// The system's, where there is no terminal to read keys from or it does not take what is written.
     pub(crate) fn open() -> Result<Self> {
-        end_with_terminal()?;
         enable_raw_mode()?;
         OPEN.store(true, Ordering::SeqCst);
         let before = take_hook();
@@ -46,22 +43,6 @@ impl OpenScreen {
             }
         }
     }
-}
-
-/// Ends the program where its terminal hangs up, with or without a signal: who waits for keys there is woken again and again, and
-/// never given one.
-fn end_with_terminal() -> Result<()> {
-    let wait = || {
-        let keyboard = stdin();
-        loop {
-            match poll(&mut [PollFd::new(&keyboard, PollFlags::empty())], None) {
-                Ok(_) => std::process::exit(0),
-                Err(Errno::INTR) => {}
-                Err(_) => return,
-            }
-        }
-    };
-    std::thread::Builder::new().name("sideslip-hang-up".to_owned()).spawn(wait).map(drop)
 }
 
 impl Drop for OpenScreen {
