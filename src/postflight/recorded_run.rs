@@ -8,6 +8,7 @@ use crate::flight::channel::Channel;
 use crate::flight::run::RunGeometry;
 use crate::flight::sample::Sample;
 use crate::flight::signal::GAP_S;
+use crate::flight::signal::gap_union::gap_union;
 
 /// A recorded run.
 #[derive(Clone, Debug)]
@@ -77,15 +78,7 @@ impl RecordedRun {
                 before_s = Some(time_s);
             }
         }
-        gaps.sort_by(|[one, _], [other, _]| one.total_cmp(other));
-        gaps.dedup_by(|next, kept| {
-            let overlap = next[0] < kept[1];
-            if overlap {
-                kept[1] = kept[1].max(next[1]);
-            }
-            overlap
-        });
-        gaps
+        gap_union(gaps)
     }
 }
 

@@ -55,6 +55,20 @@ impl PartialEq for WorkProgress {
     }
 }
 
+/// So many steps more will be made, at most; for who watches.
+pub(crate) fn plan(watch: Watch, steps: usize) {
+    if let Some(work) = watch {
+        work.plan(steps);
+    }
+}
+
+/// So many of them were made, or turned out not to be needed; for who watches.
+pub(crate) fn advance(watch: Watch, steps: usize) {
+    if let Some(work) = watch {
+        work.advance(steps);
+    }
+}
+
 /// Whether the analysis that is watched so was asked to end.
 pub(crate) fn is_stopped(watch: Watch) -> bool {
     watch.is_some_and(WorkProgress::is_stopped)

@@ -5,11 +5,11 @@ use super::flights::fly;
 use super::outside;
 use super::written::write_case;
 use crate::support::manoeuvre::over_seeds;
+use crate::support::recorded_samples::samples_of;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::effect::{Effect, EffectKind};
 use sideslip::flight::file::effect_file::parse_effects;
 use sideslip::flight::file::model_file::ModelFile;
-use sideslip::io::telemetry::recording::Recording;
 use std::path::Path;
 
 fn sorts() -> Vec<Sort> {
@@ -96,11 +96,7 @@ fn a_case_as_files_is_the_case() {
     let case = case(Sort::Single(FAMILIES[5]), 53);
     write_case(&case, &folder);
     for recorded in case.fit.iter().chain(&case.holdout) {
-        let mut recording = Recording::open(&folder.join(format!("{}.csv", recorded.name))).unwrap();
-        let mut samples = Vec::new();
-        while let Some(row) = recording.next_row().unwrap() {
-            samples.push(row.sample);
-        }
+        let samples = samples_of(&folder.join(format!("{}.csv", recorded.name)));
         assert_eq!(samples, recorded.samples);
     }
     let text = std::fs::read_to_string(folder.join("truth.toml")).unwrap();

@@ -12,6 +12,7 @@
 
 use crate::support::manoeuvre::over_seeds;
 use crate::support::program::{ended, folder, path, real, sideslip};
+use crate::support::recorded_samples::remaining_samples;
 use crate::support::wilson::proportion;
 use sideslip::flight::channel::{Channel, ControlNames};
 use sideslip::flight::control::Control;
@@ -103,10 +104,7 @@ impl Flown {
             let mut geometry = *recording.info().geometry();
             geometry.vane_position_m = VANE_M;
             geometry.accelerometer_position_m = ACCELEROMETER_M;
-            let mut samples = Vec::new();
-            while let Some(row) = recording.next_row().unwrap() {
-                samples.push(row.sample);
-            }
+            let samples = remaining_samples(&mut recording);
             RecordedRun { name: path(&file).to_owned(), samples, geometry, screened: false }
         });
         Some(Flown { runs: runs.to_vec(), model: std::fs::read_to_string(folder.join("model.toml")).unwrap() })

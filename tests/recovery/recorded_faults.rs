@@ -9,6 +9,7 @@ use super::instrument_faults::spoil;
 use super::pilot::KNOT;
 use crate::support::manoeuvre::over_seeds;
 use crate::support::program::real;
+use crate::support::recorded_samples::remaining_samples;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::run::RunGeometry;
@@ -119,10 +120,7 @@ impl Healthy {
             geometry.vane_position_m = [13.08, -0.01, -0.027];
             geometry.accelerometer_position_m = [-1.01, 0.886, 0.103];
         }
-        let mut samples = Vec::new();
-        while let Some(row) = recording.next_row().unwrap() {
-            samples.push(row.sample);
-        }
+        let samples = remaining_samples(&mut recording);
         let mut pipeline = Box::new(Pipeline::new(&PipelineConfig::default(), geometry).unwrap());
         samples.iter().for_each(|sample| {
             pipeline.step(sample);

@@ -21,6 +21,7 @@ pub(crate) mod processor_clock;
 pub(crate) mod program;
 pub(crate) mod pseudo_terminal;
 pub(crate) mod puma;
+pub(crate) mod recorded_samples;
 pub(crate) mod short_period;
 pub(crate) mod transport;
 pub(crate) mod uniform;

@@ -8,6 +8,7 @@ use super::pcm_flight::kept;
 use super::pcm_link::{Guard, flown, format, words};
 use crate::support::chapter10::{Recorder, Storage, in_setup_words, setup, setup_packet, time_packet};
 use crate::support::program::{ended, folder, path, sideslip};
+use crate::support::recorded_samples::remaining_samples;
 use serde_json::Value;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::sample::Sample;
@@ -69,10 +70,7 @@ pub(super) fn with_setup(text: &str, count: usize) -> Vec<u8> {
 /// The rows of a recording, and what of it was lost.
 fn read(file: &Path) -> (Vec<Sample>, Option<String>) {
     let mut recording = Recording::open(file).unwrap();
-    let mut samples = Vec::new();
-    while let Some(row) = recording.next_row().unwrap() {
-        samples.push(row.sample);
-    }
+    let samples = remaining_samples(&mut recording);
     (samples, recording.shortfall())
 }
 

@@ -2,12 +2,12 @@
 
 use super::clock_pairs::{MOTION, recorder};
 use crate::support::program::real;
+use crate::support::recorded_samples::samples_of;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::sample::Sample;
 use sideslip::flight::signal::series::Series;
 use sideslip::io::telemetry::alignment::clock_estimation::estimate_clock_relation;
 use sideslip::io::telemetry::alignment::clock_estimation::record::{ClockSearch, ClockUnknown};
-use sideslip::io::telemetry::recording::Recording;
 use sideslip::num::random::NormalNoise;
 
 #[test]
@@ -55,12 +55,7 @@ fn a_periodic_manoeuvre_a_still_channel_and_a_short_record_are_not_answered() {
 
 /// The samples of a real recording.
 fn samples(name: &str) -> Option<Vec<Sample>> {
-    let mut recording = Recording::open(&real(name)?).unwrap();
-    let mut samples: Vec<Sample> = Vec::new();
-    while let Some(row) = recording.next_row().unwrap() {
-        samples.push(row.sample);
-    }
-    Some(samples)
+    Some(samples_of(&real(name)?))
 }
 
 /// A channel of them.

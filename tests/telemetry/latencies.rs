@@ -3,8 +3,7 @@
 
 use super::derivatives::{apart, derivatives};
 use crate::support::program::{ended, folder, path, sideslip};
-use sideslip::flight::sample::Sample;
-use sideslip::io::telemetry::recording::Recording;
+use crate::support::recorded_samples::samples_of;
 use std::path::{Path, PathBuf};
 
 /// At 100 Hz whole rows.
@@ -41,31 +40,22 @@ fn flown(folder: &Path, head: &str) -> [PathBuf; 3] {
     [straight, late, shortened]
 }
 
-fn samples(file: &Path) -> Vec<Sample> {
-    let mut recording = Recording::open(file).unwrap();
-    let mut samples = Vec::new();
-    while let Some(row) = recording.next_row().unwrap() {
-        samples.push(row.sample);
-    }
-    samples
-}
-
 #[test]
 fn with_latencies_the_derivatives_are_those_of_the_flight_without_lateness() {
     let folder = folder("latencies");
     let [_, late, shortened] = flown(&folder, "");
-    let as_flown = derivatives(&samples(&shortened));
+    let as_flown = derivatives(&samples_of(&shortened));
     let set = format!("latency_s={LATENCIES}");
     let aligned = folder.join("aligned.csv");
     for ending in ["csv", "mcap"] {
         let out = folder.join(format!("aligned.{ending}"));
         let (status, _, said) = ended(&sideslip(&["convert", path(&late), path(&out), "--set", &set]));
         assert_eq!(status, 0, "{said}");
-        let found = apart(&as_flown, &derivatives(&samples(&out)));
+        let found = apart(&as_flown, &derivatives(&samples_of(&out)));
         eprintln!("aligned, {ending}: {found:?}");
         assert!(found.compared > 12 && found.largest < 0.1 && found.different.is_empty(), "{found:?}");
     }
-    let left = apart(&as_flown, &derivatives(&samples(&late)));
+    let left = apart(&as_flown, &derivatives(&samples_of(&late)));
     eprintln!("late: {left:?}");
     assert!(left.largest > 3.0, "{left:?}");
     // What was subtracted is not subtracted again: the rows of the output are taken as they stand.
@@ -165,8 +155,8 @@ fn disordered_rows_are_counted_by_inspect_and_put_in_order_by_convert() {
     let call = ["convert", path(&mixed), path(&ordered), "--set", "latency_s={}"];
     let (status, _, said) = ended(&sideslip(&call));
     assert_eq!(status, 0, "{said}");
-    let whole = samples(&straight);
-    let found = samples(&ordered);
+    let whole = samples_of(&straight);
+    let found = samples_of(&ordered);
     assert_eq!(found.len(), whole.len() - 30);
     assert!(found.iter().all(|sample| whole.contains(sample)) && found.is_sorted_by(|one, other| one.time_s < other.time_s));
 }

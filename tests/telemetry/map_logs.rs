@@ -1,11 +1,11 @@
 //! MCAP logs of other programs, messages in JSON, read by a map of topics and fields.
 
 use crate::support::program::{ended, folder, path, puma, sideslip};
+use crate::support::recorded_samples::samples_of;
 use mcap::records::MessageHeader;
 use serde_json::json;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::sample::Sample;
-use sideslip::io::telemetry::recording::Recording;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -18,15 +18,6 @@ const MAP: &str = "[[topic]]\nname = \"/imu\"\n[topic.channels]\n\
     ay = { field = \"acceleration[1]\", unit = \"g\" }\naz = { field = \"acceleration[2]\", unit = \"g\" }\n\
     [[topic]]\nname = \"/air\"\ntime = { field = \"stamp\", format = \"iso8601\" }\n[topic.channels]\ntas = \"airspeed_kts\"\n\
     [run]\naircraft = \"Puma\"\n";
-
-fn samples(file: &Path) -> Vec<Sample> {
-    let mut recording = Recording::open(file).unwrap();
-    let mut samples = Vec::new();
-    while let Some(row) = recording.next_row().unwrap() {
-        samples.push(row.sample);
-    }
-    samples
-}
 
 /// A log of axes forward, left, up, as robots have them, with the airspeed under a time stamp of its own.
 fn write(file: &Path, samples: &[Sample], encoding: &str) {
@@ -60,14 +51,14 @@ fn topics_and_fields_give_the_samples_that_they_were_made_of() {
     let (log, map, out) = (folder.join("robot.mcap"), folder.join("map.toml"), folder.join("ours.csv"));
     let motion: Vec<Channel> = Channel::INERTIAL.into_iter().chain([Channel::Tas]).collect();
     let whole = |sample: &Sample| motion.iter().all(|channel| sample.get(*channel).is_some());
-    let expected: Vec<Sample> = samples(&puma()).into_iter().filter(whole).take(500).collect();
+    let expected: Vec<Sample> = samples_of(&puma()).into_iter().filter(whole).take(500).collect();
     write(&log, &expected, "json");
     std::fs::write(&map, MAP).unwrap();
     let (status, _, said) = ended(&sideslip(&["convert", path(&log), path(&out)]));
     assert!(status == 2 && said.contains("`/imu`") || said.contains("/imu") && said.contains("read by a map"), "{said}");
     let (status, _, said) = ended(&sideslip(&["convert", path(&log), path(&out), "--map", path(&map)]));
     assert_eq!(status, 0, "{said}");
-    let read = samples(&out);
+    let read = samples_of(&out);
     assert_eq!(read.len(), expected.len());
     for (read, expected) in read.iter().zip(&expected) {
         // 09:30 of that day.
@@ -83,7 +74,7 @@ fn topics_and_fields_give_the_samples_that_they_were_made_of() {
 fn what_a_log_lacks_or_writes_otherwise_is_said() {
     let folder = folder("maps-mcap-refused");
     let (log, map) = (folder.join("robot.mcap"), folder.join("map.toml"));
-    let expected: Vec<Sample> = samples(&puma()).into_iter().take(3).collect();
+    let expected: Vec<Sample> = samples_of(&puma()).into_iter().take(3).collect();
     let refused = |text: &str| {
         std::fs::write(&map, text).unwrap();
         let (status, _, said) = ended(&sideslip(&["inspect", path(&log), "--map", path(&map)]));

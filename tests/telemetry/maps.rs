@@ -1,11 +1,11 @@
 //! Tables of other programs, read by a map, against the run file that they were made from.
 
 use crate::support::program::{ended, folder, path, puma, sideslip};
+use crate::support::recorded_samples::samples_of;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::sample::Sample;
-use sideslip::io::telemetry::recording::Recording;
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 const DEG: f64 = 180.0 / std::f64::consts::PI;
 
@@ -30,21 +30,12 @@ const EUROPEAN: [(Channel, &str, f64); 17] = [
     (Channel::Collective, "Collective [mrad]", 1e3),
 ];
 
-/// The map that goes with it; the pedal's percent are of 0.4 rad.
+/// The map of that table; the pedal's percent are of 0.4 rad.
 const MAP: &str = "time = \"Zeit\"\n[channels]\np = \"Roll Rate [deg/s]\"\nq = \"Pitch Rate\"\nr = \"yaw_rate_dps\"\n\
     ax = \"nx [g]\"\nay = \"ny, g\"\naz = { column = \"nz [g]\", sign = -1 }\nphi = \"Bank Angle\"\n\
     theta = { column = \"Pitch\", unit = \"degrees\" }\npsi = \"Heading [deg]\"\ntas = \"True Airspeed\"\nalpha = \"AoA [deg]\"\n\
     beta = \"AoS [deg]\"\naltitude = \"Alt [feet]\"\npedal = { column = \"Pedal Position [%]\", unit = \"rad\", scale = 0.004 }\n\
     lon_cyclic = \"Lon Cyclic [rad]\"\nlat_cyclic = \"Lat Cyclic [rad]\"\ncollective = \"Collective\"\n[run]\naircraft = \"Puma\"\n";
-
-fn samples(file: &Path) -> Vec<Sample> {
-    let mut recording = Recording::open(file).unwrap();
-    let mut samples = Vec::new();
-    while let Some(row) = recording.next_row().unwrap() {
-        samples.push(row.sample);
-    }
-    samples
-}
 
 /// A table with `;`, decimal commas, quoted headers with spaces, times by `time`, and a column of words.
 fn european(samples: &[Sample], time: impl Fn(f64) -> String) -> String {
@@ -69,7 +60,7 @@ fn milliseconds(time_s: f64) -> String {
 fn written(name: &str, time: impl Fn(f64) -> String) -> (PathBuf, PathBuf, Vec<Sample>) {
     let folder = folder(name);
     let (table, map) = (folder.join("flug 12.csv"), folder.join("map.toml"));
-    let samples = samples(&puma());
+    let samples = samples_of(&puma());
     std::fs::write(&table, european(&samples, time)).unwrap();
     std::fs::write(&map, MAP).unwrap();
     (table, map, samples)
@@ -99,7 +90,7 @@ fn a_european_spreadsheet_gives_the_samples_of_the_run_file() {
     for found in ["cells are parted by `;`", "the decimal sign is a comma", "the time is in ms: neither header nor map"] {
         assert!(said.contains(found), "{found} is not in {said}");
     }
-    assert_same(&samples(&out), &expected, 0.0, &EUROPEAN.map(|(channel, ..)| channel));
+    assert_same(&samples_of(&out), &expected, 0.0, &EUROPEAN.map(|(channel, ..)| channel));
 }
 
 #[test]
@@ -134,8 +125,8 @@ fn dates_are_seconds_of_their_day() {
     let (status, _, said) = ended(&sideslip(&["convert", path(&table), path(&out), "--map", path(&map)]));
     assert!(status == 0 && said.contains("the time is a date and time"), "{said}");
     let begin_s = 9.0 * 3600.0 + 30.0 * 60.0 + 59.5;
-    assert!((samples(&out)[0].time_s - begin_s).abs() < 1e-9);
-    assert_eq!(samples(&out).len(), expected.len());
+    assert!((samples_of(&out)[0].time_s - begin_s).abs() < 1e-9);
+    assert_eq!(samples_of(&out).len(), expected.len());
     assert!(std::fs::read_to_string(&out).unwrap().contains("recorded_at = \"2024-05-17T09:30:59Z\""));
 }
 
@@ -193,13 +184,13 @@ fn the_template_is_a_map_of_its_file() {
     std::fs::write(&map, said).unwrap();
     let (status, _, said) = ended(&sideslip(&["convert", path(&table), path(&out), "--map", path(&map)]));
     assert_eq!(status, 0, "{said}");
-    assert_same(&samples(&out), &expected, 0.0, &EUROPEAN.map(|(channel, ..)| channel));
+    assert_same(&samples_of(&out), &expected, 0.0, &EUROPEAN.map(|(channel, ..)| channel));
 }
 
 #[test]
 fn tables_in_several_files_are_one_recording() {
     let folder = folder("maps-files");
-    let expected = samples(&puma());
+    let expected = samples_of(&puma());
     let file = |topic: &str, header: &str, row: &dyn Fn(&Sample) -> Option<String>| {
         let mut text = format!("timestamp,{header}\n");
         for sample in &expected {
@@ -251,7 +242,7 @@ fn tables_in_several_files_are_one_recording() {
         let out = folder.join(name);
         let (status, _, said) = ended(&sideslip(&["convert", path(&given), path(&out), "--map", path(&map)]));
         assert_eq!(status, 0, "{said}");
-        assert_same(&samples(&out), &expected, 0.0, &channels);
+        assert_same(&samples_of(&out), &expected, 0.0, &channels);
     }
     std::fs::write(folder.join("other_airspeed_0.csv"), "timestamp,true_airspeed_m_s\n0,1\n").unwrap();
     let (status, _, said) = ended(&sideslip(&["inspect", path(&folder), "--map", path(&map)]));

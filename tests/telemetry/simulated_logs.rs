@@ -2,6 +2,7 @@
 
 use super::derivatives::{Apart, apart, derivatives};
 use crate::support::program::{ended, folder, own, path, sideslip};
+use crate::support::recorded_samples::remaining_samples;
 use sideslip::flight::sample::Sample;
 use sideslip::io::telemetry::recording::Recording;
 use sideslip::realtime::regression::record::DerivativesRecord;
@@ -28,10 +29,7 @@ fn samples(file: &Path) -> Vec<Sample> {
     } else {
         Recording::open(file).unwrap()
     };
-    let mut samples = Vec::new();
-    while let Some(row) = recording.next_row().unwrap() {
-        samples.push(row.sample);
-    }
+    let samples = remaining_samples(&mut recording);
     // Dropouts are words that are no number.
     assert!(recording.shortfall().is_none_or(|what| what.ends_with("samples without a value left out")));
     samples

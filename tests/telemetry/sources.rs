@@ -2,8 +2,8 @@
 
 use super::chapter10_flight::{setup_of, with_setup};
 use crate::support::program::{ended, folder, own, path, sideslip};
+use crate::support::recorded_samples::{remaining_samples, samples_of};
 use sideslip::flight::channel::Channel;
-use sideslip::flight::sample::Sample;
 use sideslip::io::telemetry::logs::encode::ulog::UlogWriter;
 use sideslip::io::telemetry::recording::Recording;
 use std::path::{Path, PathBuf};
@@ -24,14 +24,6 @@ fn flown(name: &str, rate: &str) -> (PathBuf, PathBuf) {
 
 fn url(pcm: &Path) -> String {
     format!("pcm+file://{0}?format={0}.toml", pcm.display())
-}
-
-fn samples(mut recording: Recording) -> Vec<Sample> {
-    let mut samples = Vec::new();
-    while let Some(row) = recording.next_row().unwrap() {
-        samples.push(row.sample);
-    }
-    samples
 }
 
 #[test]
@@ -72,9 +64,9 @@ fn every_command_reads_the_url_of_a_recording() {
 fn at_slow_rates_the_words_of_an_instant_are_one_row_of_pcm() {
     for rate in ["10", "50"] {
         let (csv, pcm) = flown(&format!("sources-slow-{rate}"), rate);
-        let sent = samples(Recording::open(&csv).unwrap());
+        let sent = samples_of(&csv);
         let format = pcm.with_extension("pcm.toml");
-        let got = samples(Recording::open_pcm(&pcm, &format).unwrap());
+        let got = remaining_samples(&mut Recording::open_pcm(&pcm, &format).unwrap());
         assert_eq!(got.len(), sent.len(), "{rate} Hz");
         for (sent, got) in sent.iter().zip(&got) {
             assert!(sent.present == got.present && (0.0..0.5e-3).contains(&(got.time_s - sent.time_s)), "{rate} Hz: {got:?}");

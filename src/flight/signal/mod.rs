@@ -3,6 +3,7 @@
 //! In: samples in order of time. Out: series, readings at given times, piecewise linear functions.
 //! Refused: times that do not increase.
 
+pub mod gap_union;
 pub mod gyro_coverage;
 pub mod piecewise_linear;
 pub mod readings;

@@ -25,7 +25,7 @@ use super::run_parameters::RunParameters;
 use super::schur::SchurComplement;
 use super::settings::FitSettings;
 use crate::num::dense::Dense;
-use crate::postflight::work_progress::is_stopped;
+use crate::postflight::work_progress::{advance, is_stopped, plan};
 
 const HALVINGS: usize = 3;
 /// Damping to begin with, and the least after a step that did not lower the cost.
@@ -89,9 +89,7 @@ impl OutputErrorProblem<'_> {
         let mut damping = DAMPING_FIRST;
         let mut length_before = f64::INFINITY;
         let mut iterations = 0;
-        if let Some(work) = self.watch {
-            work.plan(most);
-        }
+        plan(self.watch, most);
         loop {
             let information = self.information(&place);
             let reduced = self.reduced(&place, &information, held)?;
@@ -107,9 +105,7 @@ impl OutputErrorProblem<'_> {
                 let told = 0.5 * length * length > COST_RESOLUTION * place.cost.abs().max(1.0);
                 let converged = length < tolerance || (!told && length > 0.9 * length_before);
                 if converged || iterations == most || damping > DAMPING_MOST || is_stopped(self.watch) {
-                    if let Some(work) = self.watch {
-                        work.advance(most - iterations);
-                    }
+                    advance(self.watch, most - iterations);
                     return Ok(OutputErrorSearch { place, information, iterations, converged });
                 }
                 length_before = length;
@@ -124,9 +120,7 @@ impl OutputErrorProblem<'_> {
             place = next;
             damping *= 0.1;
             iterations += 1;
-            if let Some(work) = self.watch {
-                work.advance(1);
-            }
+            advance(self.watch, 1);
         }
     }
 

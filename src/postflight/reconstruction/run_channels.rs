@@ -13,6 +13,7 @@ use crate::flight::channel::Channel;
 use crate::flight::run::RunGeometry;
 use crate::flight::sample::Sample;
 use crate::flight::signal::GAP_S;
+use crate::flight::signal::gap_union::gap_union;
 use crate::flight::signal::gyro_coverage::{FirstNode, GyroCoverage};
 use crate::flight::signal::readings::{Groups, Mesh, Readings};
 use crate::flight::signal::series::Series;
@@ -49,7 +50,7 @@ pub struct RunChannels {
     pub long_gaps: Vec<[f64; 2]>,
     anew: Vec<bool>,
     /// Gaps of the inputs in order, those that overlap as one: last sample before and first after, s.
-    gaps: Vec<(f64, f64)>,
+    gaps: Vec<[f64; 2]>,
     groups: Groups<OUTPUTS>,
 }
 
@@ -121,7 +122,7 @@ impl RunChannels {
                 Groups::of(&self.outputs, &self.mesh, within)
             } else {
                 let beside = |series: &Series| {
-                    let near = |time_s: f64| self.gaps.iter().any(|(a, b)| time_s >= a - EDGE_S && time_s <= b + EDGE_S);
+                    let near = |time_s: f64| self.gaps.iter().any(|[a, b]| time_s >= a - EDGE_S && time_s <= b + EDGE_S);
                     Series::of(series.samples().filter(|(time_s, _)| !near(*time_s)))
                 };
                 let outputs = core::array::from_fn(|output| self.outputs[output].as_ref().map(beside));
@@ -141,27 +142,15 @@ impl RunChannels {
         self.sample_s = interval_s;
         self.mesh = coverage.mesh(MESH_RATE_HZ, FirstNode::FirstSample);
         self.anew = vec![false; self.mesh.nodes];
-        let of_input = |series: &Series| series.gaps(first_s, GAP_S.max(3.0 * self.mesh.step_s)).collect::<Vec<_>>();
-        let mut gaps: Vec<(f64, f64)> = self.inputs.iter().flatten().flat_map(of_input).collect();
-        gaps.sort_by(|one, other| one.0.total_cmp(&other.0));
-        gaps.dedup_by(|next, kept| {
-            let overlap = next.0 < kept.1;
-            if overlap {
-                kept.1 = kept.1.max(next.1);
-            }
-            overlap
-        });
+        let longest_s = GAP_S.max(3.0 * self.mesh.step_s);
+        let of_inputs = self.inputs.iter().flatten().flat_map(|series| series.gaps(first_s, longest_s));
+        self.gaps = gap_union(of_inputs.map(|(from_s, to_s)| [from_s, to_s]).collect());
         // Meanwhile nothing is followed: each node is a start, and the last of them is where the record goes on.
-        for (from_s, to_s) in &gaps {
+        for [from_s, to_s] in &self.gaps {
             let place = |time_s: f64| ((time_s - first_s) / self.mesh.step_s).max(0.0);
             let (from, to) = (place(*from_s) as usize, libm::ceil(place(to_s + EDGE_S)) as usize);
-            self.anew
-                .iter_mut()
-                .enumerate()
-                .filter(|(node, _)| (from + 1..=to).contains(node))
-                .for_each(|(_, anew)| *anew = true);
+            self.anew.iter_mut().take(to.saturating_add(1)).skip(from.saturating_add(1)).for_each(|anew| *anew = true);
         }
-        self.gaps = gaps;
     }
 
     /// A channel, where it is there.

@@ -15,7 +15,6 @@ pub(super) struct CountingWriter<W> {
 }
 
 impl<W: Write> CountingWriter<W> {
-    /// Counts there.
     pub(super) fn new(inner: W, count: &Arc<AtomicU64>) -> Self {
         CountingWriter { inner, count: Arc::clone(count) }
     }

@@ -81,8 +81,8 @@ impl TimeColumn {
         FoundClock { clock, said: Some(said.to_owned()), started: self.first_stamp.and_then(TimeStamp::iso) }
     }
 
-    /// Of a run file: s where the header states no unit. A file that says nothing of its run is another program's, and in ms, us
-    /// or ns where every row is far too late for s.
+    /// Of a run file: s where the header states no unit. A file without a preamble is another program's, and in ms, us or ns
+    /// where every row is far too late for s.
     pub(crate) fn of_run_file(&self, factor: f64, unit: Option<&str>, has_preamble: bool) -> FoundClock {
         if self.first_stamp.is_some() {
             return self.stamps();

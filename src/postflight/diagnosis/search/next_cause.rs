@@ -14,7 +14,7 @@ use crate::postflight::diagnosis::likelihood::maximise::{Effort, maximise, resum
 use crate::postflight::diagnosis::likelihood::normal_equations::{Detail, Linearisation, linearise};
 use crate::postflight::diagnosis::likelihood::parameter_set::{Hypothesis, ParameterSet};
 use crate::postflight::diagnosis::likelihood::problem::DiagnosisProblem;
-use crate::postflight::work_progress::{Watch, is_stopped};
+use crate::postflight::work_progress::{Watch, advance, is_stopped, plan};
 
 /// Rounds that every start has.
 const HEAT: usize = 2;
@@ -65,16 +65,12 @@ impl SearchSettings {
 
     /// Steps made of it, for who watches.
     pub(crate) fn advance(&self, steps: usize) {
-        if let Some(work) = self.watch {
-            work.advance(steps);
-        }
+        advance(self.watch, steps);
     }
 
     /// Causes that will be searched for.
     pub(crate) fn plan(&self, causes: usize) {
-        if let Some(work) = self.watch {
-            work.plan(causes * self.steps());
-        }
+        plan(self.watch, causes * self.steps());
     }
 }
 
