@@ -119,7 +119,9 @@ impl LiveOutputError {
         let (open, excited_s) = (open_for_s.is_some(), self.longest_s.max(open_for_s.unwrap_or(0.0)));
         match live_fit::fit(&self.manoeuvres.runs(), self.geometry, &self.regression, &starts, excited_s, &self.config) {
             Err(reason) => {
-                self.record.progress = OutputErrorProgress::Failed;
+                // Estimates of the fit before are still those of `fitted_s`.
+                let has_before = !self.record.parameters.is_empty();
+                self.record.progress = if has_before { OutputErrorProgress::Stale } else { OutputErrorProgress::Failed };
                 self.record.explain(&reason);
             }
             Ok(found) => {
@@ -157,7 +159,8 @@ impl LiveOutputError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::flight::derivative::AXES;
+    use crate::flight::derivative::{AXES, Axis, Variable};
+    use crate::postflight::output_error::record::ParameterRecord;
 
     fn report(time_s: f64, excited: bool) -> RegressionReport {
         RegressionReport { time_s, excited, ..RegressionReport::NONE }
@@ -183,6 +186,18 @@ mod tests {
         assert_eq!(record.progress, OutputErrorProgress::Failed);
         assert!(!record.reason.is_empty() && record.parameters.is_empty());
         assert!(!live.is_due());
+    }
+
+    #[test]
+    fn a_fit_that_fails_leaves_the_estimates_of_the_one_before_as_stale() {
+        let mut live = LiveOutputError::new(LiveOutputErrorConfig::default(), RunGeometry::DEFAULT);
+        let before = ParameterRecord { axis: Axis::N, variable: Variable::V, value: 0.04, std: 0.003, std_cramer_rao: 0.003 };
+        let _ = live.record.parameters.push(before);
+        fly(&mut live, 0, 60, true);
+        fly(&mut live, 60, 61, false);
+        let record = live.refit();
+        assert_eq!(record.progress, OutputErrorProgress::Stale);
+        assert!(!record.reason.is_empty() && record.parameters.first() == Some(&before));
     }
 
     #[test]

@@ -5,6 +5,7 @@
 use super::estimation::config::{ConfigError, EstimationConfig};
 use super::estimation::estimator::{EVENTS as ESTIMATION_EVENTS, Estimator};
 use super::estimation::record::{AIDS, EstimationEvent, Innovation, LaggedRecord, StateRecord};
+use super::modes::persistence::Persistence;
 use super::modes::record::ModesRecord;
 use super::modes::stage;
 use super::regression::config::RegressionConfig;
@@ -85,6 +86,7 @@ impl Tick {
 pub struct Pipeline {
     estimator: Estimator,
     recursive: Recursive,
+    persistence: Persistence,
     published_s: Option<f64>,
     /// Time of the sample before, s.
     before_s: f64,
@@ -106,6 +108,7 @@ impl Pipeline {
         Pipeline {
             estimator: Estimator::of(config.estimation, geometry),
             recursive: Recursive::of(config.regression),
+            persistence: Persistence::START,
             published_s: None,
             before_s: 0.0,
             tick: Tick::EMPTY,
@@ -181,7 +184,9 @@ impl Pipeline {
         self.published_s = Some(time_s);
         let derivatives = self.recursive.record(time_s, elapsed_s, &self.estimator.instrumentation());
         self.tick.regression_events = self.recursive.take_events();
-        self.tick.modes = Some(stage::step(&derivatives, self.recursive.six_axis()));
+        let mut modes = stage::step(&derivatives, self.recursive.six_axis());
+        self.persistence.step(&mut modes);
+        self.tick.modes = Some(modes);
         self.tick.derivatives = Some(derivatives);
     }
 }

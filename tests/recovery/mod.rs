@@ -5,6 +5,7 @@ mod instrument_faults;
 mod instruments;
 mod larger_motion;
 mod live_output_error;
+mod other_plane;
 mod pilot;
 mod puma_100kn;
 mod recorded_faults;

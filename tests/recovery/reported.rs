@@ -18,6 +18,8 @@ pub(super) struct Reported {
     pub converged_and_wrong: usize,
     /// Numbers of any kind under that status.
     pub converged: usize,
+    /// Errors beyond four standard errors under any status, of any derivative.
+    pub beyond_four: usize,
     /// Unstable modes of the stable aircraft.
     pub unstable: usize,
     /// Numbers of any kind.
@@ -62,6 +64,7 @@ pub(super) fn watched(flight: &Flight, model: &LinearModel) -> Reported {
                 let Some(variable) = term.variable else { continue };
                 let score = (term.value - model.derivative(equation.axis, variable)) / term.std;
                 found.numbers += 1;
+                found.beyond_four += usize::from(score.abs() > 4.0);
                 found.converged += usize::from(equation.status == Status::Converged);
                 if equation.status == Status::Converged && score.abs() > 4.0 {
                     found.converged_and_wrong += 1;

@@ -13,6 +13,7 @@ pub(crate) mod fingerprint;
 pub(crate) mod firmware_manoeuvre;
 pub(crate) mod help_examples;
 pub(crate) mod identified;
+pub(crate) mod invented;
 pub(crate) mod manoeuvre;
 pub(crate) mod navion;
 pub(crate) mod paper_cases;

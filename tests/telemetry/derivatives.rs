@@ -3,7 +3,10 @@
 use sideslip::flight::run::RunGeometry;
 use sideslip::flight::sample::Sample;
 use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
-use sideslip::realtime::regression::record::DerivativesRecord;
+use sideslip::realtime::regression::record::{DerivativesRecord, TermRecord};
+
+/// How near a standard error is to its value, as part of it, where rounding decides whether the derivative is resolved.
+const ON_THE_LIMIT: f64 = 0.05;
 
 /// What the pipeline says last.
 pub(crate) fn derivatives<'a>(samples: impl IntoIterator<Item = &'a Sample>) -> DerivativesRecord {
@@ -25,7 +28,8 @@ pub(crate) struct Apart {
     pub(crate) whose: String,
     /// Geometric mean of the second's standard errors over the first's.
     pub(crate) std_ratio: f64,
-    /// Derivatives that one has and the other has not, and equations with another status.
+    /// Derivatives that one has and the other has not, but for those on the limit of resolution, and equations with another
+    /// status.
     pub(crate) different: Vec<String>,
 }
 
@@ -33,16 +37,20 @@ pub(crate) struct Apart {
 pub(crate) fn apart(one: &DerivativesRecord, other: &DerivativesRecord) -> Apart {
     let mut apart = Apart::default();
     let mut logarithms = 0.0;
+    let is_clear = |term: &TermRecord| (term.std / term.value.abs() - 1.0).abs() > ON_THE_LIMIT;
     for (first, second) in one.equations.iter().zip(&other.equations) {
         if first.status != second.status {
             apart.different.push(format!("{:?}: {:?}, {:?}", first.axis, first.status, second.status));
         }
-        let missing = second.terms.iter().filter_map(|term| term.variable).filter(|variable| first.term(*variable).is_none());
+        let clear = second.terms.iter().filter(|term| is_clear(term)).filter_map(|term| term.variable);
+        let missing = clear.filter(|variable| first.term(*variable).is_none());
         apart.different.extend(missing.map(|variable| format!("{:?}_{variable:?} of the second alone", first.axis)));
         for term in first.terms.iter() {
             let Some(variable) = term.variable else { continue };
             let Some(found) = second.term(variable) else {
-                apart.different.push(format!("{:?}_{variable:?} of the first alone", first.axis));
+                if is_clear(term) {
+                    apart.different.push(format!("{:?}_{variable:?} of the first alone", first.axis));
+                }
                 continue;
             };
             let difference = (found.value - term.value).abs() / term.std;

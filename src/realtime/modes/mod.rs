@@ -9,5 +9,6 @@ pub mod coupled;
 pub mod lateral;
 #[cfg(feature = "std")]
 pub mod naming;
+pub mod persistence;
 pub mod record;
 pub mod stage;

@@ -46,7 +46,7 @@ const LEFT_OVER: f64 = 1.0;
 /// Independent samples in which a variable has to have moved before its term can be selected: with fewer it explains whatever
 /// else happened meanwhile.
 const MOVING_SAMPLES: f64 = 2.0;
-/// Excited time after which the instruments of the equations are computed anew, s.
+/// Period of excited time in which the instruments of the equations are computed once, s.
 const INSTRUMENTS_S: f64 = 0.5;
 
 /// The regression stage.
@@ -263,7 +263,8 @@ impl Recursive {
                 continue;
             }
             for (equation, fit) in equations.iter_mut().zip(&mut fits).filter(|(one, _)| one.axis.is_lateral() == lateral) {
-                if !equation.terms.is_empty() {
+                let has_not_moved = matches!(equation.status, Status::NotIdentifiable(Reason::NotExcited { .. }));
+                if has_not_moved || !equation.terms.is_empty() {
                     let status = Status::NotIdentifiable(Reason::NoInput);
                     (*equation, *fit) = (EquationRecord::empty(equation.axis, status), None);
                 }
@@ -329,8 +330,17 @@ impl Recursive {
         self.six_axis.as_ref()
     }
 
-    fn offer(&self, axis: Axis, instruments: &Instrumentation) -> Offer {
+    /// The terms of an equation.
+    ///
+    /// Without an input of its own a plane follows a few motions of the other, which many terms explain alike: the selection
+    /// among them is arbitrary, so each that it leaves out counts as one that hardly moved does.
+    ///
+    /// # Errors
+    /// Of such a plane an equation has no numbers where a motion of the fast modes (all but u) which belongs to it hardly moved:
+    /// in a slow response other terms take its place.
+    fn offer(&self, axis: Axis, instruments: &Instrumentation) -> Result<Offer, Reason> {
         let mut offer = Offer::NONE;
+        let follows = self.excitation.response_s(axis.is_lateral()).is_none();
         for variable in Variable::ALL {
             let place = regressor(variable);
             let deviation = self.information.deviation(place);
@@ -340,16 +350,16 @@ impl Recursive {
             }
             let belongs = is_primary(axis, variable);
             let primary = belongs && deviation > still;
-            let moving = endogeneity::independent_samples(self.information.moving_samples(place), self.interval_s);
-            if primary {
-                offer.primary[place] = true;
-            } else if deviation > UNMOVED * still && moving >= MOVING_SAMPLES {
-                offer.optional[place] = true;
-            } else {
-                offer.unmoved[place] = belongs;
+            if follows && belongs && !primary && !variable.is_control() && variable != Variable::U {
+                return Err(Reason::NotExcited { axis, variable });
             }
+            let moving = endogeneity::independent_samples(self.information.moving_samples(place), self.interval_s);
+            let optional = !primary && deviation > UNMOVED * still && moving >= MOVING_SAMPLES;
+            offer.primary[place] = primary;
+            offer.optional[place] = optional;
+            offer.unmoved[place] = !primary && (follows || belongs && !optional);
         }
-        offer
+        Ok(offer)
     }
 
     /// The status of an equation whose motion was excited for too short a time yet: of its own plane, where an input has moved
@@ -370,7 +380,10 @@ impl Recursive {
         if !(self.information.deviation(response(axis)) > 0.0) {
             return (EquationRecord::empty(axis, Status::Exciting), None);
         }
-        let offer = self.offer(axis, instruments);
+        let offer = match self.offer(axis, instruments) {
+            Ok(offer) => offer,
+            Err(reason) => return (EquationRecord::empty(axis, Status::NotIdentifiable(reason)), None),
+        };
         let samples = self.information.effective_samples();
         let independent = endogeneity::independent_samples(samples, self.interval_s);
         let small_sample = |parameters: usize| coloured_errors::small_sample_factor(samples, independent, parameters as f64);
@@ -418,7 +431,9 @@ impl Recursive {
     fn account_for_disturbance(&mut self, axis: Axis, fit: &mut Fit, residual_var: f64, noise: &[f64; SIGNALS]) {
         let disturbance_var =
             endogeneity::disturbance_variance(fit, residual_var, noise, self.information.effective_samples(), self.interval_s);
-        if disturbance_var > 0.0 && self.excited_s - self.instruments_of_s >= INSTRUMENTS_S {
+        // At the same times whichever equation asks first.
+        let period = |excited_s: f64| libm::floor(excited_s / INSTRUMENTS_S);
+        if disturbance_var > 0.0 && period(self.excited_s) > period(self.instruments_of_s) {
             self.instruments = Instruments::new(&self.information);
             self.instruments_of_s = self.excited_s;
         }

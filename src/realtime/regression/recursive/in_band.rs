@@ -36,7 +36,10 @@ impl Recursive {
             if let Some(status) = self.too_short(axis) {
                 return EquationRecord::empty(axis, status);
             }
-            let offer = self.offer(axis, instruments);
+            let offer = match self.offer(axis, instruments) {
+                Ok(offer) => offer,
+                Err(reason) => return EquationRecord::empty(axis, Status::NotIdentifiable(reason)),
+            };
             let order = self.selected(&shared, axis, &offer, samples);
             let Some(fit) = shared.fit_in_full(&self.transforms, axis, &order) else {
                 let condition_index = condition_index(shared.gram(), &order);

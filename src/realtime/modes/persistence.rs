@@ -1,0 +1,88 @@
+//! Persistence: an unstable mode is published once it has been unstable for a while.
+//!
+//! Consumes the modes of every publication; withholds an unstable root until it was unstable, beyond the standard errors that
+//! [`OscillatoryMode::is_resolved`] and [`RealRoot::is_resolved`] ask for, at every publication of the last `PERSISTS_S`. One
+//! reading in some ten thousand of a stable aircraft in gusts is beyond those standard errors, while the first seconds of a
+//! response are being taken up; an aircraft that is unstable stays so.
+
+use super::record::{ModesRecord, OscillatoryMode, RealRoot};
+use crate::realtime::regression::record::Status;
+
+/// Time for which a mode has to have been unstable, s.
+const PERSISTS_S: f64 = 2.0;
+/// Dutch roll, coupled Dutch roll, lateral phugoid, roll, spiral.
+const MODES: usize = 5;
+
+/// Since when each mode has been unstable.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Persistence {
+    unstable_since_s: [Option<f64>; MODES],
+}
+
+impl Persistence {
+    /// Before the first publication.
+    pub const START: Persistence = Persistence { unstable_since_s: [None; MODES] };
+
+    /// Takes up the modes of one publication and withholds what has not been unstable for long enough.
+    pub fn step(&mut self, modes: &mut ModesRecord) {
+        let time_s = modes.time_s;
+        let grows = |pair: Option<OscillatoryMode>| pair.is_some_and(|pair| pair.real > 0.0);
+        let diverges = |root: Option<RealRoot>| root.is_some_and(|root| root.value > 0.0);
+        let unstable = [
+            grows(modes.dutch_roll),
+            grows(modes.coupled),
+            grows(modes.lateral_phugoid),
+            diverges(modes.roll),
+            diverges(modes.spiral),
+        ];
+        let mut is_new = [false; MODES];
+        for ((since_s, unstable), is_new) in self.unstable_since_s.iter_mut().zip(unstable).zip(&mut is_new) {
+            // A clock that was set back starts anew.
+            *since_s = if unstable { since_s.filter(|since_s| *since_s <= time_s).or(Some(time_s)) } else { None };
+            *is_new = since_s.is_some_and(|since_s| time_s - since_s < PERSISTS_S);
+        }
+        let [dutch_roll, coupled, lateral_phugoid, roll, spiral] = is_new;
+        if dutch_roll && modes.status == Status::Converged {
+            modes.status = Status::Converging;
+        }
+        modes.dutch_roll = modes.dutch_roll.filter(|_| !dutch_roll);
+        modes.coupled = modes.coupled.filter(|_| !coupled);
+        modes.lateral_phugoid = modes.lateral_phugoid.filter(|_| !lateral_phugoid);
+        modes.roll = modes.roll.filter(|_| !roll);
+        modes.spiral = modes.spiral.filter(|_| !spiral);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn published(persistence: &mut Persistence, time_s: f64, real: f64) -> ModesRecord {
+        let pair = OscillatoryMode { real, imag: 1.4, omega: 1.4, zeta: -real / 1.4, std_omega: 0.01, std_zeta: 0.001 };
+        let root = RealRoot { value: real, std: 0.001 };
+        let mut modes = ModesRecord {
+            dutch_roll: Some(pair),
+            roll: Some(RealRoot { value: -1.0, std: 0.1 }),
+            spiral: Some(root),
+            ..ModesRecord::empty(time_s, Status::Converged)
+        };
+        persistence.step(&mut modes);
+        modes
+    }
+
+    #[test]
+    fn an_instability_is_published_after_two_seconds_without_interruption() {
+        let mut persistence = Persistence::START;
+        for tenth in 0..20 {
+            let modes = published(&mut persistence, 0.1 * f64::from(tenth), 0.2);
+            assert_eq!((modes.dutch_roll, modes.spiral, modes.status), (None, None, Status::Converging));
+            assert!(modes.roll.is_some(), "what is stable is published at once");
+        }
+        let modes = published(&mut persistence, 2.0, 0.2);
+        assert!(modes.dutch_roll.is_some() && modes.spiral.is_some() && modes.status == Status::Converged);
+        assert!(published(&mut persistence, 2.1, -0.2).dutch_roll.is_some());
+        assert!(published(&mut persistence, 2.2, 0.2).dutch_roll.is_none(), "counted anew");
+        assert!(published(&mut persistence, 0.0, 0.2).dutch_roll.is_none(), "a clock that was set back");
+        assert!(published(&mut persistence, 2.0, 0.2).dutch_roll.is_some());
+    }
+}

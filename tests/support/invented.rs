@@ -1,0 +1,108 @@
+//! Two aircraft as linear models, invented, with derivatives of a usual size: a slow light aircraft with strong adverse yaw, and
+//! a helicopter with weak weathercock stability whose planes are coupled.
+
+use sideslip::flight::file::model_file::ModelFile;
+use sideslip::flight::model::LinearModel;
+
+const LIGHT_AIRCRAFT: &str = r#"
+name = "light aircraft"
+kind = "linear"
+[trim]
+u = 31.8
+w = 3.5
+theta = 0.11
+[trim.controls]
+elevator = -0.04
+throttle = 0.5
+[derivatives.X]
+u = -0.06
+w = 0.18
+throttle = 2.5
+[derivatives.Y]
+v = -0.19
+r = 0.25
+rudder = 2.2
+[derivatives.Z]
+u = -0.58
+w = -2.3
+q = -1.0
+elevator = -3.0
+[derivatives.L]
+v = -0.11
+p = -7.5
+r = 2.6
+aileron = -11.0
+rudder = 0.4
+[derivatives.M]
+w = -0.16
+q = -3.8
+elevator = -9.0
+[derivatives.N]
+v = 0.075
+p = -0.75
+r = -0.95
+aileron = 1.9
+rudder = -3.2
+"#;
+
+const HELICOPTER: &str = r#"
+name = "helicopter"
+kind = "linear"
+[trim]
+u = 30.8
+w = -0.3
+phi = -0.02
+theta = -0.01
+rotor_speed = 40.0
+[trim.controls]
+collective = 0.2
+pedal = 0.1
+[derivatives.X]
+u = -0.03
+w = 0.03
+q = 0.6
+lon_cyclic = -8.0
+collective = 2.0
+[derivatives.Y]
+v = -0.07
+p = -0.6
+r = 0.2
+lat_cyclic = 8.0
+pedal = 2.5
+[derivatives.Z]
+u = -0.05
+w = -0.6
+lon_cyclic = -10.0
+collective = -70.0
+[derivatives.L]
+v = -0.05
+p = -3.4
+q = 0.9
+r = 0.15
+lat_cyclic = 55.0
+pedal = -1.5
+[derivatives.M]
+u = 0.01
+w = 0.008
+p = -0.25
+q = -1.6
+lon_cyclic = 25.0
+collective = 4.0
+[derivatives.N]
+v = 0.007
+p = -0.12
+r = -0.45
+lat_cyclic = 3.0
+pedal = -6.0
+collective = 3.0
+"#;
+
+/// The light aircraft.
+pub(crate) fn light_aircraft() -> LinearModel {
+    ModelFile::parse(LIGHT_AIRCRAFT).unwrap().linear
+}
+
+/// The helicopter.
+pub(crate) fn helicopter() -> LinearModel {
+    ModelFile::parse(HELICOPTER).unwrap().linear
+}
