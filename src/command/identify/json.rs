@@ -1,19 +1,41 @@
 //! The answer as a JSON document: what each run says by itself, and what output error says of all.
 
 use serde_json::{Map, Value, json};
+use sideslip::flight::run::ReferenceDimensions;
 use sideslip::postflight::identification::identify::IdentificationResult;
+use sideslip::postflight::identification::nondimensional::NondimensionalDerivatives;
 use sideslip::postflight::identification::roots::IdentifiedRoot;
 use sideslip::postflight::identification::run_prediction::RunPrediction;
 use sideslip::postflight::validation::prediction::PredictionScore;
 
 /// `runs` as `replay` writes them, `output_error` and `modes` over all runs.
-pub(super) fn document(identified: &IdentificationResult, by_run: &str) -> Result<Value, serde_json::Error> {
+pub(super) fn document(
+    identified: &IdentificationResult,
+    formed: Option<&NondimensionalDerivatives>,
+    by_run: &str,
+) -> Result<Value, serde_json::Error> {
     let mut document: Value = serde_json::from_str(by_run)?;
     document["output_error"] = output_error(identified);
     document["modes"] = modes(identified);
     document["holdout"] = identified.holdout.iter().map(|flown| prediction(identified, flown)).collect();
     document["notes"] = json!(identified.linear.notes);
+    document["nondimensional"] = nondimensional(formed);
     Ok(document)
+}
+
+/// Null where no run states reference dimensions.
+pub(super) fn nondimensional(formed: Option<&NondimensionalDerivatives>) -> Value {
+    let Some(NondimensionalDerivatives { reference, derivatives, missing }) = formed else { return Value::Null };
+    let reference = match reference {
+        ReferenceDimensions::Wing { area_m2, span_m, chord_m } => {
+            json!({ "area_m2": area_m2, "span_m": span_m, "chord_m": chord_m })
+        }
+        ReferenceDimensions::Rotor { radius_m, tip_speed_mps } => {
+            json!({ "rotor_radius_m": radius_m, "tip_speed_mps": tip_speed_mps })
+        }
+    };
+    let derivatives = derivatives.iter().map(|one| json!({ "name": one.name, "value": one.value, "std": one.std }));
+    json!({ "reference": reference, "derivatives": derivatives.collect::<Vec<_>>(), "missing": missing })
 }
 
 pub(super) fn output_error(identified: &IdentificationResult) -> Value {

@@ -3,15 +3,16 @@
 mod equation;
 mod frequency_domain;
 mod json;
+mod model_output;
+mod page;
 mod refusals;
-mod report;
 mod run_columns;
 mod run_pipeline;
 mod table;
-mod test_point_chart;
 mod test_point_result;
 mod test_point_text;
 mod trimmed_models;
+mod unit;
 
 use super::options::flight_condition::number;
 use super::options::mapping_input::{MapOption, read_mapping};
@@ -35,6 +36,7 @@ use sideslip::postflight::identification::identify::{
     FitMethod, IdentificationRequest, InstrumentTreatment, identify, usual_choice,
 };
 use sideslip::postflight::identification::model_variables::ModelVariables;
+use sideslip::postflight::identification::nondimensional::nondimensional;
 use sideslip::postflight::identification::test_condition::{TestCondition, test_points};
 use sideslip::postflight::output_error::FitSettings;
 use sideslip::realtime::pipeline::PipelineConfig;
@@ -202,10 +204,10 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
         if let Some(folder) = &args.out {
             std::fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
             write_json(&folder.join("derivatives.json"), &format!("{document:#}\n"))?;
-            let page = test_point_chart::page(&points, in_band.as_ref()).map_err(|error| Failure::Running(error.to_string()))?;
+            let page = page::of_test_points(&points, in_band.as_ref()).map_err(|error| Failure::Running(error.to_string()))?;
             write_whole(&folder.join("report.html"), |file| file.write_all(page.as_bytes()))?;
-            for (name, (group, point)) in report::model_names(&groups, &runs).into_iter().zip(groups.iter().zip(&points)) {
-                if let Some(model) = report::model(&point.identified, &of_group(group, &runs)) {
+            for (name, (group, point)) in model_output::model_names(&groups, &runs).into_iter().zip(groups.iter().zip(&points)) {
+                if let Some(model) = model_output::model(&point.identified, &of_group(group, &runs)) {
                     write_whole(&folder.join(name), |file| file.write_all(model.as_bytes()))?;
                 }
             }
@@ -213,9 +215,11 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
         return Ok(if lost { Outcome::DataLost } else { Outcome::Done });
     }
     let identified = identify(&runs, &holdout, wanted, &FitSettings::default()).map_err(not_identified)?;
+    let formed = nondimensional(&identified, &runs);
 
     let by_run = PipelineResults::of(args, &mapping, band)?;
-    let mut document = json::document(&identified, &by_run.json()?).map_err(|error| Failure::Running(error.to_string()))?;
+    let mut document =
+        json::document(&identified, formed.as_ref(), &by_run.json()?).map_err(|error| Failure::Running(error.to_string()))?;
     let besides = by_run.frequency_part(in_band.as_ref(), &mut document, style);
 
     say(&format!("{}{besides}", table::text(&identified, style)), to_standard_output)?;
@@ -225,9 +229,10 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
     if let Some(folder) = &args.out {
         std::fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
         write_json(&folder.join("derivatives.json"), &format!("{document:#}\n"))?;
-        let page = report::page(&identified, in_band.as_ref()).map_err(|error| Failure::Running(error.to_string()))?;
+        let page = page::of_model(&identified, formed.as_ref(), in_band.as_ref())
+            .map_err(|error| Failure::Running(error.to_string()))?;
         write_whole(&folder.join("report.html"), |file| file.write_all(page.as_bytes()))?;
-        if let Some(model) = report::model(&identified, &runs) {
+        if let Some(model) = model_output::model(&identified, &runs) {
             write_whole(&folder.join("model.toml"), |file| file.write_all(model.as_bytes()))?;
         }
     }

@@ -32,5 +32,7 @@ pub(super) fn read_columns(
     let losses = losses(&source.file, &recording, times_s.len());
     let name = info.run().unwrap_or_default().to_owned();
     let columns = Columns::new(name, *info.geometry(), times_s, columns, trim_window_s);
-    Ok((columns.map_err(|wrong| Failure::file(&source.file, wrong))?, losses))
+    let mut columns = columns.map_err(|wrong| Failure::file(&source.file, wrong))?;
+    columns.properties = *info.properties();
+    Ok((columns, losses))
 }

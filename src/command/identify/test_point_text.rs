@@ -1,6 +1,6 @@
 //! The answer over several test points: tables for a person, a document for a program.
 
-use super::json::{modes, output_error, prediction};
+use super::json::{modes, nondimensional, output_error, prediction};
 use super::test_point_result::{ComplexRoot, LateralDampingAnalysis, SimulatedModes, TestPointResult, ValueAndStd};
 use crate::command::identify::table;
 use serde_json::{Value, json};
@@ -177,6 +177,7 @@ fn one(point: &TestPointResult) -> Value {
         "modes": modes(identified),
         "holdout": identified.holdout.iter().map(|flown| prediction(identified, flown)).collect::<Vec<_>>(),
         "notes": identified.linear.notes,
+        "nondimensional": nondimensional(point.nondimensional.as_ref()),
         "simulation": simulation,
         "steady_sideslips": of_sideslips,
         "effective_damping": explained,

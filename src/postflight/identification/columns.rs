@@ -5,7 +5,7 @@
 //! between their own samples, as everywhere in the program.
 
 use super::resting_controls::hold_resting;
-use crate::flight::run::RunGeometry;
+use crate::flight::run::{AircraftProperties, RunGeometry};
 use crate::flight::signal::GAP_S;
 
 /// Columns of one run.
@@ -15,6 +15,8 @@ pub struct Columns {
     pub run: String,
     /// Positions of its instruments.
     pub geometry: RunGeometry,
+    /// Mass, inertia and reference dimensions; none unless they are set.
+    pub properties: AircraftProperties,
     /// Times of the rows, s, increasing.
     pub times_s: Vec<f64>,
     names: Vec<String>,
@@ -62,7 +64,7 @@ impl Columns {
             }
         }
         let (names, values) = columns.into_iter().unzip();
-        Ok(Columns { run, geometry, times_s, names, values, trim_window_s })
+        Ok(Columns { run, geometry, properties: AircraftProperties::default(), times_s, names, values, trim_window_s })
     }
 
     /// Names of the columns.

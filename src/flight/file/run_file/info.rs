@@ -6,8 +6,9 @@
 
 use super::error::{RunFileError, quoted};
 use super::latency::{self, ChannelLatencies};
+use super::properties;
 use crate::flight::channel::ControlNames;
-use crate::flight::run::RunGeometry;
+use crate::flight::run::{AircraftProperties, RunGeometry};
 use toml::de::DeTable;
 use toml::{Table, Value};
 
@@ -16,15 +17,17 @@ use toml::{Table, Value};
 enum Kind {
     Text,
     Position,
+    CentreOfMass,
     Blades,
     Latencies,
+    Properties,
 }
 
 const LATENCY: &str = "latency_s";
 /// What the rows of a recording have had subtracted, for a reader; it has no effect.
 const LATENCY_SUBTRACTED: &str = "latency_subtracted_s";
 
-const KNOWN: [(&str, Kind); 8] = [
+const KNOWN: [(&str, Kind); 14] = [
     ("run", Kind::Text),
     ("aircraft", Kind::Text),
     ("manoeuvre", Kind::Text),
@@ -33,6 +36,12 @@ const KNOWN: [(&str, Kind); 8] = [
     ("vane_position_m", Kind::Position),
     ("blades", Kind::Blades),
     (LATENCY, Kind::Latencies),
+    ("tail", Kind::Text),
+    ("configuration", Kind::Text),
+    ("mass_kg", Kind::Properties),
+    ("cg_m", Kind::CentreOfMass),
+    ("inertia_kgm2", Kind::Properties),
+    ("reference", Kind::Properties),
 ];
 
 /// More blades than any rotor has.
@@ -42,6 +51,7 @@ const BLADES_MAX: u32 = 32;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RunInfo {
     geometry: RunGeometry,
+    properties: AircraftProperties,
     latencies: Option<Box<ChannelLatencies>>,
     document: Table,
 }
@@ -101,10 +111,12 @@ impl RunInfo {
             Some(Kind::Text) if !value.is_str() => {
                 return Err(format!("{key}: expected a text in quotes, found {}", described(&value)));
             }
-            Some(Kind::Position) => {
+            Some(kind @ (Kind::Position | Kind::CentreOfMass)) => {
                 let position = position(&value)
                     .ok_or_else(|| format!("{key}: expected three finite numbers [x, y, z] in m, found {}", described(&value)))?;
-                if key == "vane_position_m" {
+                if kind == Kind::CentreOfMass {
+                    // Kept for the reader: positions of instruments are relative to it.
+                } else if key == "vane_position_m" {
                     self.geometry.vane_position_m = position;
                 } else {
                     self.geometry.accelerometer_position_m = position;
@@ -116,6 +128,8 @@ impl RunInfo {
                 self.geometry.blades = Some(blades.ok_or_else(wrong)?);
             }
             Some(Kind::Latencies) => self.latencies = Some(Box::new(ChannelLatencies::from_value(&value)?)),
+            Some(Kind::Properties) => properties::set(&mut self.properties, key, &value)
+                .map_err(|expected| format!("{key}: expected {expected}, found {}", described(&value)))?,
             Some(Kind::Text) | None => {}
         }
         self.document.insert(key.into(), value);
@@ -137,6 +151,11 @@ impl RunInfo {
     /// Where instruments stand and how the controls are called.
     pub fn geometry(&self) -> &RunGeometry {
         &self.geometry
+    }
+
+    /// Mass, inertia and reference dimensions.
+    pub fn properties(&self) -> &AircraftProperties {
+        &self.properties
     }
 
     /// How late channels were stamped; `None` where the run does not say, and rows are taken as they stand.
@@ -251,6 +270,7 @@ fn place(text: &str, offset: usize, what: String) -> RunFileError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::flight::run::ReferenceDimensions;
 
     #[test]
     fn known_keys_are_typed_and_the_others_kept() {
@@ -260,6 +280,31 @@ mod tests {
         let expected = RunGeometry { vane_position_m: [13.08, 0.0, -0.5], blades: Some(4), ..RunGeometry::default() };
         assert_eq!(info.geometry(), &expected);
         assert_eq!(RunInfo::from_toml(&info.to_toml()), Ok(info));
+    }
+
+    #[test]
+    fn mass_inertia_and_reference_dimensions_are_typed() {
+        let text = "mass_kg = 17631\ninertia_kgm2 = {xx = 133367, yy = 252687, zz = 359593.0, xz = 11442}\n\
+                    reference = {area_m2 = 64, span_m = 21.5, chord_m = 3.159}\ncg_m = [1, 0, 0]\ntail = \"D-ADAM\"";
+        let info = RunInfo::from_toml(text).unwrap();
+        let AircraftProperties { mass_kg, inertia, reference } = *info.properties();
+        assert_eq!((mass_kg, inertia.map(|inertia| inertia.xz)), (Some(17631.0), Some(11442.0)));
+        assert_eq!(reference, Some(ReferenceDimensions::Wing { area_m2: 64.0, span_m: 21.5, chord_m: 3.159 }));
+        assert_eq!(RunInfo::from_toml(&info.to_toml()), Ok(info));
+        let mut info = RunInfo::default();
+        info.set("reference={rotor_radius_m=7.5, tip_speed_mps=208}").unwrap();
+        assert_eq!(info.properties().reference, Some(ReferenceDimensions::Rotor { radius_m: 7.5, tip_speed_mps: 208.0 }));
+        for (set, expected) in [
+            ("mass_kg=0", "kg, more than zero"),
+            ("inertia_kgm2={xx=1,yy=1,zz=1,xz=2}", "xz^2"),
+            ("inertia_kgm2={xx=1,yy=1}", "xx, yy, zz"),
+            ("reference={area_m2=64,span_m=21.5}", "chord_m"),
+            ("reference={area_m2=64,tip_speed_mps=208}", "of a rotor"),
+            ("cg_m=[1,2]", "three finite numbers"),
+        ] {
+            let said = info.set(set).unwrap_err();
+            assert!(said.contains(expected), "{set}: {said}");
+        }
     }
 
     #[test]
