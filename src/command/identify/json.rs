@@ -1,5 +1,6 @@
 //! The answer as a JSON document: what each run says by itself, and what output error says of all.
 
+use super::unit::{unit_of_derivative, unit_of_equation};
 use serde_json::{Map, Value, json};
 use sideslip::flight::run::ReferenceDimensions;
 use sideslip::postflight::identification::identify::IdentificationResult;
@@ -40,18 +41,23 @@ pub(super) fn nondimensional(formed: Option<&NondimensionalDerivatives>) -> Valu
 
 pub(super) fn output_error(identified: &IdentificationResult) -> Value {
     let (fitted, structure) = (&identified.fitted, &identified.linear.structure);
-    let names = identified.linear.derivatives.iter().map(|(axis, variable)| format!("{axis}_{variable}"));
+    let choice = &identified.linear.choice;
+    let names = identified
+        .linear
+        .derivatives
+        .iter()
+        .map(|(axis, variable)| (format!("{axis}_{variable}"), unit_of_derivative(choice, *axis, variable)));
     let numbers = fitted.theta.iter().zip(&fitted.std).zip(&fitted.std_cramer_rao).zip(&identified.starts);
     let mut parameters: Vec<Value> = names
         .zip(numbers)
-        .map(|(name, (((value, std), bound), start))| {
-            json!({ "name": name, "value": value, "std": std, "std_cramer_rao": bound, "start": start, "runs": "all" })
+        .map(|((name, unit), (((value, std), bound), start))| {
+            json!({ "name": name, "unit": unit, "value": value, "std": std, "std_cramer_rao": bound, "start": start, "runs": "all" })
         })
         .collect();
     let name = |place: usize| identified.linear.name(place);
     let doubts = identified.linear.instrument_parameters.iter().enumerate().map(|(place, doubt)| {
         let at = |values: &[f64]| values.get(identified.linear.derivatives.len() + place).copied();
-        json!({ "name": doubt.name, "value": at(&fitted.theta), "std": at(&fitted.std), "prior": doubt.prior_mean, "prior_std": doubt.prior_std, "runs": "all" })
+        json!({ "name": doubt.name, "unit": if doubt.unit.is_empty() { "1" } else { doubt.unit }, "value": at(&fitted.theta), "std": at(&fitted.std), "prior": doubt.prior_mean, "prior_std": doubt.prior_std, "runs": "all" })
     });
     parameters.extend(doubts);
     let pairs = fitted.correlated.iter();
@@ -62,7 +68,8 @@ pub(super) fn output_error(identified: &IdentificationResult) -> Value {
         for (state, (value, std)) in constants {
             let axis =
                 sideslip::postflight::identification::model_variables::axis(state).map_or_else(|| state.clone(), String::from);
-            parameters.push(json!({ "name": format!("{axis}_0"), "value": value, "std": std, "runs": flown.run }));
+            let (name, unit) = (format!("{axis}_0"), unit_of_equation(state));
+            parameters.push(json!({ "name": name, "unit": unit, "value": value, "std": std, "runs": flown.run }));
         }
     }
     let disturbed = identified.disturbed.as_ref().map(|found| {

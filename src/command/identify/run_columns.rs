@@ -34,5 +34,6 @@ pub(super) fn read_columns(
     let columns = Columns::new(name, *info.geometry(), times_s, columns, trim_window_s);
     let mut columns = columns.map_err(|wrong| Failure::file(&source.file, wrong))?;
     columns.properties = *info.properties();
+    columns.recorded_at = info.recorded_at().map(str::to_owned);
     Ok((columns, losses))
 }

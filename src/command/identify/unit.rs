@@ -38,6 +38,15 @@ pub(super) fn unit_of_derivative(choice: &ModelVariables, axis: char, variable: 
     }
 }
 
+/// The unit of the constant in a state's equation.
+pub(super) fn unit_of_equation(state: &str) -> &'static str {
+    match state {
+        "u" | "v" | "w" => "m/s^2",
+        "p" | "q" | "r" => "rad/s^2",
+        _ => "rad/s",
+    }
+}
+
 fn quotient(row: &str, by: Option<&str>, variable: &str) -> String {
     format!("{row} per {}", by.unwrap_or(variable))
 }

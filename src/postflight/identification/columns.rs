@@ -17,6 +17,8 @@ pub struct Columns {
     pub geometry: RunGeometry,
     /// Mass, inertia and reference dimensions; none unless they are set.
     pub properties: AircraftProperties,
+    /// When it was recorded, where the run states it; none unless it is set.
+    pub recorded_at: Option<String>,
     /// Times of the rows, s, increasing.
     pub times_s: Vec<f64>,
     names: Vec<String>,
@@ -64,7 +66,16 @@ impl Columns {
             }
         }
         let (names, values) = columns.into_iter().unzip();
-        Ok(Columns { run, geometry, properties: AircraftProperties::default(), times_s, names, values, trim_window_s })
+        Ok(Columns {
+            run,
+            geometry,
+            properties: AircraftProperties::default(),
+            recorded_at: None,
+            times_s,
+            names,
+            values,
+            trim_window_s,
+        })
     }
 
     /// Names of the columns.

@@ -8,6 +8,7 @@ use super::error::{RunFileError, quoted};
 use super::latency::{self, ChannelLatencies};
 use super::properties;
 use crate::flight::channel::ControlNames;
+use crate::flight::file::time_stamp::TimeStamp;
 use crate::flight::run::{AircraftProperties, RunGeometry};
 use toml::de::DeTable;
 use toml::{Table, Value};
@@ -21,13 +22,15 @@ enum Kind {
     Blades,
     Latencies,
     Properties,
+    RecordedAt,
 }
 
+const RECORDED_AT: &str = "recorded_at";
 const LATENCY: &str = "latency_s";
 /// What the rows of a recording have had subtracted, for a reader; it has no effect.
 const LATENCY_SUBTRACTED: &str = "latency_subtracted_s";
 
-const KNOWN: [(&str, Kind); 14] = [
+const KNOWN: [(&str, Kind); 15] = [
     ("run", Kind::Text),
     ("aircraft", Kind::Text),
     ("manoeuvre", Kind::Text),
@@ -36,6 +39,7 @@ const KNOWN: [(&str, Kind); 14] = [
     ("vane_position_m", Kind::Position),
     ("blades", Kind::Blades),
     (LATENCY, Kind::Latencies),
+    (RECORDED_AT, Kind::RecordedAt),
     ("tail", Kind::Text),
     ("configuration", Kind::Text),
     ("mass_kg", Kind::Properties),
@@ -51,7 +55,7 @@ const BLADES_MAX: u32 = 32;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RunInfo {
     geometry: RunGeometry,
-    properties: AircraftProperties,
+    properties: Box<AircraftProperties>,
     latencies: Option<Box<ChannelLatencies>>,
     document: Table,
 }
@@ -82,7 +86,7 @@ impl RunInfo {
         };
         let (key, text) = (key.trim(), text.trim());
         let takes_text = match (kind_of(key), self.document.get(key)) {
-            (Some(kind), _) => kind == Kind::Text,
+            (Some(kind), _) => matches!(kind, Kind::Text | Kind::RecordedAt),
             (None, Some(present)) => present.is_str(),
             (None, None) => return Err(format!("unknown key {}; known keys are {}", quoted(key), RunInfo::known_keys())),
         };
@@ -130,6 +134,14 @@ impl RunInfo {
             Some(Kind::Latencies) => self.latencies = Some(Box::new(ChannelLatencies::from_value(&value)?)),
             Some(Kind::Properties) => properties::set(&mut self.properties, key, &value)
                 .map_err(|expected| format!("{key}: expected {expected}, found {}", described(&value)))?,
+            Some(Kind::RecordedAt) => {
+                let text = value.as_str().map(str::to_owned).or_else(|| value.as_datetime().map(ToString::to_string));
+                let dated = text.filter(|text| TimeStamp::parse(text).or_else(|| midnight(text)).is_some_and(|at| at.dated));
+                let wrong =
+                    || format!("{key}: expected a date and time such as 2024-05-17T09:30:01Z, found {}", described(&value));
+                self.document.insert(key.into(), Value::String(dated.ok_or_else(wrong)?));
+                return Ok(());
+            }
             Some(Kind::Text) | None => {}
         }
         self.document.insert(key.into(), value);
@@ -151,6 +163,16 @@ impl RunInfo {
     /// Where instruments stand and how the controls are called.
     pub fn geometry(&self) -> &RunGeometry {
         &self.geometry
+    }
+
+    /// When its first sample was recorded, as the run states it; a date alone is no time.
+    pub fn recorded_at(&self) -> Option<&str> {
+        self.text(RECORDED_AT)
+    }
+
+    /// The same in nanoseconds since 1970, UTC; `None` where the run states a date alone or nothing.
+    pub fn recorded_at_ns(&self) -> Option<i64> {
+        TimeStamp::parse(self.recorded_at()?)?.unix_ns()
     }
 
     /// Mass, inertia and reference dimensions.
@@ -176,8 +198,10 @@ impl RunInfo {
 
     /// Adds a text where the run does not have the key; it has no effect.
     pub fn add_text(&mut self, key: &str, text: &str) {
-        if kind_of(key).is_none_or(|kind| kind == Kind::Text) && !self.document.contains_key(key) {
-            self.document.insert(key.into(), Value::String(text.into()));
+        let takes_text = kind_of(key).is_none_or(|kind| matches!(kind, Kind::Text | Kind::RecordedAt));
+        if takes_text && !self.document.contains_key(key) {
+            // A date that is none is left out: it has no effect.
+            let _ = self.put(key, Value::String(text.into()));
         }
     }
 
@@ -210,6 +234,11 @@ impl RunInfo {
     pub fn flight_path(&self) -> Option<&str> {
         self.text("flight_path")
     }
+}
+
+/// The beginning of the day of a date alone.
+fn midnight(date: &str) -> Option<TimeStamp> {
+    TimeStamp::parse(&format!("{date}T00:00:00Z"))
 }
 
 fn kind_of(key: &str) -> Option<Kind> {
