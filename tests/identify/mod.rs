@@ -4,3 +4,4 @@ mod calls;
 mod frequency;
 mod live;
 mod recordings;
+mod report;

@@ -7,14 +7,16 @@ mod table;
 
 use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
 use super::options::telemetry_source::RecordingSource;
+use super::recordings::provenance::Provenance;
 use super::recordings::run_input::screened;
 use super::terminal::console::print;
-use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, write_json};
+use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder};
 use crate::command::message;
 use read_run::read;
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::file::run_file::RunInfo;
+use sideslip::io::outputs::json::document_schema::DocumentSchema;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::io::outputs::words::control_scale::assumed_names;
 use sideslip::postflight::reconstruction::verdict::{Fitness, check};
@@ -101,7 +103,12 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Outcome, Failure> {
                 document["assumed_scale"] = read.iter().map(|one| assumed_names(&one.info)).collect();
             }
             document["interpretation"] = interpretation::document(&interpreted);
-            write_json(path, &format!("{document:#}\n"))?;
+            let files = args.files.iter().flat_map(RecordingSource::files).chain(args.config.clone()).chain(args.map.map.clone());
+            let dated = read
+                .iter()
+                .zip(&args.files)
+                .fold(Provenance::of(files), |all, (one, source)| all.dated(&source.file, one.info.recorded_at()));
+            dated.write_json(path, DocumentSchema::Check, &format!("{document:#}\n"))?;
         }
     }
     let screened = verdicts

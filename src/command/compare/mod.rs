@@ -8,6 +8,7 @@ mod table;
 use super::options::flight_condition::{FlightCondition, read_model};
 use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
 use super::options::telemetry_source::RecordingSource;
+use super::recordings::provenance::Provenance;
 use super::recordings::run_input::{RunInput, read_run, refuse_two_aircraft};
 use super::terminal::console::print;
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, write_json, write_whole};
@@ -16,6 +17,7 @@ use comparison::{ComparedRun, Comparison, outlasts_trim};
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::control::{CONTROLS, Control};
 use sideslip::flight::file::run_file::RunInfo;
+use sideslip::io::outputs::json::document_schema::DocumentSchema;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::postflight::validation::free_run::{FreeRunPrediction, ValidationRun, predict};
 use sideslip::postflight::validation::improvement::improvement;
@@ -122,7 +124,8 @@ fn tell(args: &CompareArgs, answer: &Comparison) -> Result<(), Failure> {
     let drawn = |error: sideslip::io::outputs::charts::chart::ChartError| Failure::Running(error.to_string());
     let style = if args.json.is_some() { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
     let text = table::text(answer, style);
-    let document = format!("{:#}\n", json::document(answer));
+    let document =
+        provenance(args, answer).in_front_of(&format!("{:#}\n", json::document(answer)), Some(DocumentSchema::Compare));
     if let Some(path) = &args.svg {
         let all: Vec<&ComparedRun> = answer.runs.iter().map(|(one, _)| one).collect();
         let text = overlay_chart::svg(&all).map_err(drawn)?;
@@ -143,6 +146,14 @@ fn tell(args: &CompareArgs, answer: &Comparison) -> Result<(), Failure> {
             write_json(path, &document)
         }
     }
+}
+
+/// The call and everything that it reads.
+fn provenance(args: &CompareArgs, answer: &Comparison) -> Provenance {
+    let sources = args.files.iter().flat_map(RecordingSource::files).chain([args.condition.model.clone()]);
+    let besides = args.beside.iter().chain(&args.config).chain(&args.map.map).cloned();
+    let runs = answer.runs.iter().map(|(one, _)| &one.info).zip(&args.files);
+    runs.fold(Provenance::of(sources.chain(besides)), |all, (info, source)| all.dated(&source.file, info.recorded_at()))
 }
 
 /// The run's name as a file's; numbered where two runs have one name.

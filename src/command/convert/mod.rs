@@ -5,12 +5,14 @@ mod row_writer;
 
 use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
 use super::options::telemetry_source::RecordingSource;
+use super::recordings::provenance::Provenance;
 use super::recordings::run_head::{HeadedRecording, head_of, head_with};
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder};
 use crate::command::message;
 use clock_merge::{ClockOptions, SecondRecording};
 use row_writer::RowWriter;
 use sideslip::error::{Failure, Outcome};
+use sideslip::flight::file::log_head::LogHead;
 use sideslip::io::outputs::words::control_scale::assumed_scale;
 use sideslip::io::telemetry::alignment::aligned_recording::AlignedRecording;
 use sideslip::io::telemetry::record::RecordingRow;
@@ -95,7 +97,11 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
             (Some(merge), columns)
         }
     };
-    let mut writer = RowWriter::begin(format, &args.output, &info, head_with(&info, &columns), &columns)?;
+    let mut writer = {
+        let origin = Provenance::of(read).dated(&args.input.file, info.recorded_at()).origin();
+        let head = LogHead { origin, ..head_with(&info, &columns) };
+        RowWriter::begin(format, &args.output, &info, head, &columns)?
+    };
     let within = |time_s: f64| args.from.is_none_or(|from| time_s >= from) && args.to.is_none_or(|to| time_s <= to);
     let (mut written, mut left_out, mut no_time) = (0_u64, 0_u64, 0_u64);
     let mut order = TimeOrder::default();

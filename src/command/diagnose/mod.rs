@@ -12,16 +12,18 @@ mod verdict;
 
 use super::options::mapping_input::read_mapping;
 use super::options::telemetry_source::RecordingSource;
+use super::recordings::provenance::Provenance;
 use super::recordings::run_condition::condition_of;
 use super::recordings::run_input::{RunInput, read_screened, refuse_two_aircraft};
 use super::terminal::console::print;
-use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, write_json};
+use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder};
 use crate::command::message;
 use answer::{Answer, Flights};
 pub(crate) use args::DiagnoseArgs;
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::file::run_file::RunInfo;
+use sideslip::io::outputs::json::document_schema::DocumentSchema;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::postflight::diagnosis::record::LENGTH_MIN_S;
 use sideslip::postflight::identification::test_condition::{TestCondition, test_points};
@@ -42,6 +44,13 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome, Failure> {
     let (fit, holdout) = (read(&args.fit)?, read(&args.holdout)?);
     refuse_two_aircraft(fit.iter().chain(&holdout).zip(args.fit.iter().chain(&args.holdout)))?;
     let controls = fit.first().map_or(ControlNames::Rotorcraft, |one| one.info.geometry().controls);
+    let provenance = {
+        let sources = args.fit.iter().chain(&args.holdout);
+        let besides = [args.condition.model.clone()].into_iter().chain(args.config.clone()).chain(args.map.map.clone());
+        let all = Provenance::of(sources.clone().flat_map(RecordingSource::files).chain(besides));
+        let runs = fit.iter().chain(&holdout).zip(sources);
+        runs.fold(all, |all, (run, source)| all.dated(&source.file, run.info.recorded_at()))
+    };
     // Before the analysis: what was lost may be why it fails.
     let lost: Vec<&String> = fit.iter().chain(&holdout).flat_map(|one| &one.losses).collect();
     lost.iter().for_each(|loss| message(format_args!("sideslip: {loss}")));
@@ -63,7 +72,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome, Failure> {
     let groups = test_points(&conditions);
     let left_to_runs = args.condition.is_left_to_runs(&model);
     if groups.len() > 1 && left_to_runs {
-        losses.extend(points::run(args, &of_model, (&fit, &holdout), &groups, controls)?);
+        losses.extend(points::run(args, &of_model, (&fit, &holdout), &groups, (controls, &provenance))?);
     } else {
         let flown = TestCondition::mean(&conditions);
         let model = if left_to_runs && !flown.is_near(&trim_of(&model)) {
@@ -73,7 +82,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome, Failure> {
             model
         };
         let answer = Answer::of(args, model, (&fit, &holdout), controls, &mut losses)?;
-        tell(args, &answer, &Flights { fit: &fit, holdout: &holdout })?;
+        tell(args, &answer, &Flights { fit: &fit, holdout: &holdout, provenance: &provenance })?;
     }
     for loss in &losses {
         message(format_args!("sideslip: {loss}"));
@@ -144,7 +153,7 @@ fn tell(args: &DiagnoseArgs, answer: &Answer, flights: &Flights<'_>) -> Result<(
         None => print(&text),
         Some(path) => {
             message(format_args!("{}", text.trim_end()));
-            write_json(path, &format!("{:#}\n", json::document(answer)))
+            flights.provenance.write_json(path, DocumentSchema::Diagnose, &format!("{:#}\n", json::document(answer)))
         }
     }
 }

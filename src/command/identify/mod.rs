@@ -3,22 +3,24 @@
 mod equation;
 mod frequency_domain;
 mod json;
+mod model_output;
+mod page;
 mod refusals;
-mod report;
 mod run_columns;
 mod run_pipeline;
 mod table;
-mod test_point_chart;
 mod test_point_result;
 mod test_point_text;
 mod trimmed_models;
+mod unit;
 
 use super::options::flight_condition::number;
 use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
 use super::options::telemetry_source::RecordingSource;
+use super::recordings::provenance::Provenance;
 use super::recordings::run_result::RunResult;
 use super::terminal::console::print;
-use super::terminal::output_file::{refuse_to_overwrite, write_json, write_whole};
+use super::terminal::output_file::{refuse_to_overwrite, write_whole};
 use super::terminal::progress_line::watched;
 use super::terminal::stop::stopped_by_signals;
 use crate::command::message;
@@ -29,6 +31,7 @@ use run_columns::read_columns;
 use run_pipeline::through_pipeline;
 use sideslip::error::{Failure, Outcome};
 use sideslip::io::outputs::json::derivatives_json::derivatives_json;
+use sideslip::io::outputs::json::document_schema::DocumentSchema;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::io::telemetry::recording_config::RecordingConfig as Mapping;
 use sideslip::postflight::identification::columns::Columns;
@@ -36,6 +39,7 @@ use sideslip::postflight::identification::identify::{
     FitMethod, IdentificationRequest, InstrumentTreatment, identify, usual_choice,
 };
 use sideslip::postflight::identification::model_variables::ModelVariables;
+use sideslip::postflight::identification::nondimensional::nondimensional;
 use sideslip::postflight::identification::test_condition::{TestCondition, test_points};
 use sideslip::postflight::output_error::FitSettings;
 use sideslip::realtime::pipeline::PipelineConfig;
@@ -171,13 +175,14 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
     let all: Vec<(&PathBuf, &Columns)> = inputs.iter().map(|source| &source.file).zip(runs.iter().chain(&holdout)).collect();
     refuse_twice(&all)?;
 
+    let provenance = provenance(args, &all);
     let to_standard_output = args.json.as_ref().is_some_and(|json| json.as_os_str() == "-");
     let style = if to_standard_output { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
     if let Some(response) = &args.response {
         let equation = Equation::select(&runs, response, &args.candidates)?;
         say(&equation.text(style), to_standard_output)?;
         if let Some(json) = &args.json {
-            write_json(json, &format!("{:#}\n", equation.document()))?;
+            provenance.write_json(json, DocumentSchema::Regression, &format!("{:#}\n", equation.document()))?;
         }
         return Ok(if lost { Outcome::DataLost } else { Outcome::Done });
     }
@@ -203,15 +208,15 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
         let besides = by_run.frequency_part(in_band.as_ref(), &mut document, style);
         say(&format!("{}{besides}", test_point_text::text(&points, style)), to_standard_output)?;
         if let Some(json) = &args.json {
-            write_json(json, &format!("{document:#}\n"))?;
+            provenance.write_json(json, DocumentSchema::Identify, &format!("{document:#}\n"))?;
         }
         if let Some(folder) = &args.out {
             std::fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
-            write_json(&folder.join("derivatives.json"), &format!("{document:#}\n"))?;
-            let page = test_point_chart::page(&points, in_band.as_ref()).map_err(|error| Failure::Running(error.to_string()))?;
-            write_whole(&folder.join("report.html"), |file| file.write_all(page.as_bytes()))?;
-            for (name, (group, point)) in report::model_names(&groups, &runs).into_iter().zip(groups.iter().zip(&points)) {
-                if let Some(model) = report::model(&point.identified, &of_group(group, &runs)) {
+            provenance.write_json(&folder.join("derivatives.json"), DocumentSchema::Identify, &format!("{document:#}\n"))?;
+            let page = page::of_test_points(&points, in_band.as_ref()).map_err(|error| Failure::Running(error.to_string()))?;
+            write_whole(&folder.join("report.html"), |file| file.write_all(provenance.at_the_foot_of(&page).as_bytes()))?;
+            for (name, (group, point)) in model_output::model_names(&groups, &runs).into_iter().zip(groups.iter().zip(&points)) {
+                if let Some(model) = model_output::model(&point.identified, &of_group(group, &runs)) {
                     write_whole(&folder.join(name), |file| file.write_all(model.as_bytes()))?;
                 }
             }
@@ -223,25 +228,36 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
     })?;
     let identified = identified.map_err(not_identified)?;
     lost |= stopped && say_stopped();
+    let formed = nondimensional(&identified, &runs);
 
     let by_run = PipelineResults::of(args, &mapping, band)?;
-    let mut document = json::document(&identified, &by_run.json()?).map_err(|error| Failure::Running(error.to_string()))?;
+    let mut document =
+        json::document(&identified, formed.as_ref(), &by_run.json()?).map_err(|error| Failure::Running(error.to_string()))?;
     let besides = by_run.frequency_part(in_band.as_ref(), &mut document, style);
 
     say(&format!("{}{besides}", table::text(&identified, style)), to_standard_output)?;
     if let Some(json) = &args.json {
-        write_json(json, &format!("{document:#}\n"))?;
+        provenance.write_json(json, DocumentSchema::Identify, &format!("{document:#}\n"))?;
     }
     if let Some(folder) = &args.out {
         std::fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
-        write_json(&folder.join("derivatives.json"), &format!("{document:#}\n"))?;
-        let page = report::page(&identified, in_band.as_ref()).map_err(|error| Failure::Running(error.to_string()))?;
-        write_whole(&folder.join("report.html"), |file| file.write_all(page.as_bytes()))?;
-        if let Some(model) = report::model(&identified, &runs) {
+        provenance.write_json(&folder.join("derivatives.json"), DocumentSchema::Identify, &format!("{document:#}\n"))?;
+        let page = page::of_model(&identified, formed.as_ref(), in_band.as_ref())
+            .map_err(|error| Failure::Running(error.to_string()))?;
+        write_whole(&folder.join("report.html"), |file| file.write_all(provenance.at_the_foot_of(&page).as_bytes()))?;
+        if let Some(model) = model_output::model(&identified, &runs) {
             write_whole(&folder.join("model.toml"), |file| file.write_all(model.as_bytes()))?;
         }
     }
     Ok(if lost { Outcome::DataLost } else { Outcome::Done })
+}
+
+/// The call and everything that it reads.
+fn provenance(args: &IdentifyArgs, read: &[(&PathBuf, &Columns)]) -> Provenance {
+    let sources = args.files.iter().chain(&args.holdout).chain(&args.sideslips).flat_map(RecordingSource::files);
+    let besides = args.model.iter().chain(&args.config).chain(&args.map.map).cloned();
+    let all = Provenance::of(sources.chain(besides));
+    read.iter().fold(all, |all, (file, run)| all.dated(file, run.recorded_at.as_deref()))
 }
 
 /// Each run by itself through the pipeline of `replay`.

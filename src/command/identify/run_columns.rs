@@ -34,6 +34,8 @@ pub(super) fn read_columns(
     let name = info.run().unwrap_or_default().to_owned();
     let columns = Columns::new(name, *info.geometry(), times_s, columns, trim_window_s);
     let mut columns = columns.map_err(|wrong| Failure::file(&source.file, wrong))?;
+    columns.properties = *info.properties();
+    columns.recorded_at = info.recorded_at().map(str::to_owned);
     columns.assumed_scale = assumed_names(&info);
     Ok((columns, losses))
 }

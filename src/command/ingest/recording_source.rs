@@ -4,6 +4,7 @@ use super::args::IngestArgs;
 use super::sample_publisher::SamplePublisher;
 use crate::command::options::mapping_input::read_mapping;
 use crate::command::options::telemetry_source::RecordingSource;
+use crate::command::recordings::provenance::Provenance;
 use crate::command::recordings::run_head::{HeadedRecording, head_of};
 use crate::command::{message, patience, root_path};
 use ::replay::{MonotonicClock, Pace, Player};
@@ -38,7 +39,8 @@ pub(super) fn play(args: &IngestArgs, source: &RecordingSource, stop: &Arc<Atomi
     let file = &source.file;
     let mut recording = source.open_with_note(&read_mapping(args.config.as_deref(), &args.map)?)?;
     recording.stop_by(Arc::clone(stop));
-    let HeadedRecording { mut recording, head, .. } = head_of(file, recording, &args.set)?;
+    let HeadedRecording { mut recording, info, mut head } = head_of(file, recording, &args.set)?;
+    head.origin = Provenance::of(source.files()).dated(file, info.recorded_at()).origin();
     let mut bus = Bus::enter(&root_path(args.root.as_ref()))?;
     let _role = bus.take_within(BusRole::Telemetry, patience(args.supervised))?;
     write_head(bus.root(), bus.incarnation(), &fitted(head))?;

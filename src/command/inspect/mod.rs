@@ -11,11 +11,13 @@ mod traffic;
 
 use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
 use super::options::telemetry_source::RecordingSource;
+use super::recordings::provenance::Provenance;
 use super::terminal::console::print;
-use super::terminal::output_file::{refuse_to_overwrite, write_json};
+use super::terminal::output_file::refuse_to_overwrite;
 use crate::command::message;
 use seen_rows::SeenRows;
 use sideslip::error::{Failure, Outcome};
+use sideslip::io::outputs::json::document_schema::DocumentSchema;
 use std::path::PathBuf;
 
 const EXAMPLE: &str = "\
@@ -70,7 +72,9 @@ pub(crate) fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
         None => print(&seen.text)?,
         Some(target) => {
             message(format_args!("{}", seen.text.trim_end()));
-            write_json(target, &format!("{:#}\n", seen.document))?;
+            let files = args.file.files().into_iter().chain(args.config.clone()).chain(args.map.map.clone());
+            let provenance = Provenance::of(files).dated(file, seen.recording.info().recorded_at());
+            provenance.write_json(target, DocumentSchema::Inspect, &format!("{:#}\n", seen.document))?;
         }
     }
     Ok(seen.outcome(file))

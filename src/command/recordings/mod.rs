@@ -2,6 +2,7 @@
 
 pub(crate) mod flown_inputs;
 pub(crate) mod free_run_curves;
+pub(crate) mod provenance;
 pub(crate) mod recording_losses;
 pub(crate) mod run_condition;
 pub(crate) mod run_controls;

@@ -46,6 +46,7 @@ pub(crate) fn head_with(info: &RunInfo, columns: &[RecordingColumn]) -> LogHead 
         run_toml: info.to_toml(),
         channels: carried.map(|column| (column.name.clone(), column.inner_unit().to_owned())).collect(),
         controls: info.geometry().controls,
+        ..LogHead::default()
     }
 }
 

@@ -1,6 +1,7 @@
 //! `sideslip replay`: recordings through the very pipeline that runs live, at their own pace or as fast as it goes.
 
 mod bus_source;
+mod derivative_history;
 mod output_per_recording;
 mod replayed_run;
 mod smoothed_file;
@@ -8,14 +9,17 @@ mod smoothed_file;
 use super::options::estimation_options::{EstimationOptions, OutputErrorSchedule};
 use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
 use super::options::telemetry_source::RecordingSource;
+use super::recordings::provenance::Provenance;
 use super::terminal::console::print;
-use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, same_place, write_json};
+use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, same_place};
 use super::terminal::stop::stopped_by_signals;
 use crate::command::message;
+use derivative_history::HISTORIES;
 use output_per_recording::{LOGS, make_directory};
 use replayed_run::{ReplayFiles, ReplayRun, ReplaySource, ReplayedRun};
 use sideslip::error::{Failure, Outcome};
 use sideslip::io::outputs::json::derivatives_json::derivatives_json;
+use sideslip::io::outputs::json::document_schema::DocumentSchema;
 use sideslip::io::outputs::tables::terminal::Style;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -53,6 +57,10 @@ pub(crate) struct ReplayArgs {
     /// (a run file) or .mcap (the recording with /smoothed); for several FILEs a directory, a CSV for each
     #[arg(long, value_name = "FILE|DIR")]
     smoothed: Option<PathBuf>,
+    /// Write derivatives with standard errors, and the Dutch roll, against time (CSV): a file name for one FILE; for several a
+    /// directory, a CSV for each
+    #[arg(long, value_name = "FILE|DIR")]
+    derivatives: Option<PathBuf>,
     /// Override a key of every run, such as vane_position_m=[13.08,0,0] or latency_s={tas=0.25} (channels stamped late, s);
     /// repeatable
     #[arg(long, value_name = "KEY=VALUE")]
@@ -88,6 +96,18 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<Outcome, Failure> {
             return Err(Failure::file(file, "--smoothed: expected another file than that of --out or --json, found the same"));
         }
     }
+    let histories = HISTORIES.places(args.derivatives.as_deref(), &args.files)?;
+    for file in histories.iter().flatten() {
+        if logs.iter().chain(&states).flatten().chain(args.json.as_ref()).any(|other| same_place(other, file)) {
+            return Err(Failure::file(
+                file,
+                "--derivatives: expected another file than those of the other options, found the same",
+            ));
+        }
+    }
+    if let [Some(file)] = histories.as_slice() {
+        refuse_without_folder("--derivatives", file)?;
+    }
     if let [Some(file)] = states.as_slice() {
         refuse_without_folder("--smoothed", file)?;
     }
@@ -103,16 +123,18 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<Outcome, Failure> {
     let runs = args.files.iter().map(open).collect::<Result<Vec<_>, Failure>>()?;
     make_directory(args.out.as_deref(), &logs)?;
     make_directory(args.smoothed.as_deref(), &states)?;
+    make_directory(args.derivatives.as_deref(), &histories)?;
     let stop = stopped_by_signals()?;
     let mut played = Vec::with_capacity(runs.len());
-    for ((run, log), states) in runs.into_iter().zip(logs).zip(states) {
+    for (((run, log), states), derivatives) in runs.into_iter().zip(logs).zip(states).zip(histories) {
         let answer = {
             let from = if args.bus {
                 ReplaySource::Bus { overrides: &args.set, config: args.config.as_deref(), map: &args.map }
             } else {
                 ReplaySource::File
             };
-            run.play(&from, args.speed, &ReplayFiles { log: log.as_deref(), smoothed: states.as_deref() }, &stop)?
+            let files = ReplayFiles { log: log.as_deref(), smoothed: states.as_deref(), derivatives: derivatives.as_deref() };
+            run.play(&from, args.speed, &files, &stop)?
         };
         let style = if to_standard_output { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
         let gap = if played.is_empty() { "" } else { "\n" };
@@ -130,7 +152,9 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<Outcome, Failure> {
     if let Some(json) = &args.json {
         let estimates: Vec<_> = played.iter().map(ReplayedRun::estimates).collect();
         let text = derivatives_json(&estimates).map_err(|error| Failure::Running(error.to_string()))?;
-        write_json(json, &text)?;
+        let read = read.into_iter().chain(args.config.clone()).chain(args.map.map.clone());
+        let provenance = played.iter().map(ReplayedRun::date).fold(Provenance::of(read), |all, (file, at)| all.dated(file, at));
+        provenance.write_json(json, DocumentSchema::Estimates, &text)?;
     }
     let losses: Vec<String> = played.iter().flat_map(ReplayedRun::losses).collect();
     for loss in &losses {

@@ -6,6 +6,7 @@ use super::options::telemetry_source::RecordingSource;
 use super::recordings::flown_inputs::{
     inputs_of_run, inputs_of_specs, warn_of_stall, warn_of_still_rotor, warn_of_unread_channels,
 };
+use super::recordings::provenance::Provenance;
 use super::recordings::run_controls::read_controls;
 use super::recordings::simulated_run::{RunFormat, write_run};
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder};
@@ -128,6 +129,12 @@ impl PilotMode {
     }
 }
 
+/// The call and everything that it reads.
+fn provenance(args: &SimulateArgs) -> Provenance {
+    let controls = args.controls.iter().flat_map(RecordingSource::files);
+    Provenance::of(controls.chain([args.condition.model.clone()]).chain(args.instruments.clone()))
+}
+
 fn noise_factor(text: &str) -> Result<f64, String> {
     match text {
         "none" => Ok(0.0),
@@ -227,7 +234,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let pilot = args.pilot.pilot();
     let flight = Flight { effects, inputs, pilot, instruments, times_s, seed: args.seed, ..in_trim.clone() };
     let flown = flight.fly().map_err(|refused| Failure::file(&args.condition.model, refused))?;
-    write_run(&args.out, format, &info, &flown.samples)?;
+    write_run(&args.out, format, &info, &flown.samples, &provenance(args))?;
     let last_s = flown.samples.last().map_or(0.0, |sample| sample.time_s);
     message(format_args!("{}: {} samples, to {last_s} s", args.out.display(), flown.samples.len()));
     if let Some(time_s) = flown.diverged_at_s {

@@ -16,6 +16,7 @@ mod instrument_notes;
 pub(crate) mod instrument_parameters;
 pub mod measured_responses;
 pub mod model_variables;
+pub mod nondimensional;
 pub(crate) mod nonlinear_remainder;
 pub(crate) mod process_noise;
 pub mod reference_trim;
