@@ -20,6 +20,22 @@ fn what_cannot_be_identified_is_refused_with_a_line() {
     refused(&["identify", file, "--states", "p,r", "--inputs", "rudder"], &["expected a column `rudder`"]);
     refused(&["identify", file, "--states", "p", "--outputs", "az"], &["`az`"]);
     refused(&["identify", file, "--holdout", file], &["--holdout"]);
+    let (one, other) = (folder.join("one.csv"), folder.join("other.csv"));
+    std::fs::copy(&puma, &one).unwrap();
+    std::fs::copy(&puma, &other).unwrap();
+    // Every file behind --holdout is one of the hold-out, in both commands.
+    for call in [
+        &["identify", file, "--holdout", path(&one), path(&other), "--states", "p"][..],
+        &["identify", "--fit", file, "--holdout", path(&one), path(&other), "--states", "p"],
+    ] {
+        refused(call, &["one.csv", "same recording"]);
+    }
+    for fit in [&[file][..], &["--fit", file]] {
+        refused(
+            &[&["diagnose", "--model", "puma"], fit, &["--holdout", path(&one), file]].concat(),
+            &["not fitted", "--manoeuvre"],
+        );
+    }
     refused(&["identify", file, "--trim-window", "nan"], &["--trim-window"]);
     refused(&["identify", "no-such.csv"], &["no-such.csv"]);
     refused(&["identify", file, "--response", "Cm", "--candidates", "p"], &["no column `Cm`"]);

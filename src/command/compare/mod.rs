@@ -5,9 +5,12 @@ mod json;
 mod overlay_chart;
 mod table;
 
+use super::options::fitted_runs::refuse_twice;
 use super::options::flight_condition::{FlightCondition, read_model};
 use super::options::mapping_input::{MapOption, read_mapping};
+use super::options::run_parts::{PartOptions, is_of_run};
 use super::options::telemetry_source::RecordingSource;
+use super::recordings::chosen_runs::chosen_runs;
 use super::recordings::run_input::{RunInput, read_run, refuse_two_aircraft};
 use super::terminal::console::print;
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, write_json, write_whole};
@@ -63,6 +66,8 @@ pub(crate) struct CompareArgs {
     config: Option<PathBuf>,
     #[command(flatten)]
     map: MapOption,
+    #[command(flatten)]
+    parts: PartOptions,
     /// Write the answer as JSON to this file, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -82,15 +87,16 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome, Failure> {
     }
     let still = still(&args.still)?;
     let mapping = read_mapping(args.config.as_deref(), &args.map)?;
-    let (of_run, of_model): (Vec<String>, Vec<String>) =
-        args.condition.set.iter().cloned().partition(|set| RunInfo::is_known(set.split('=').next().unwrap_or_default().trim()));
+    let (of_run, of_model): (Vec<String>, Vec<String>) = args.condition.set.iter().cloned().partition(|set| is_of_run(set));
     let model = args.condition.fly(of_model, &format!("; or a key of the run ({})", RunInfo::known_keys()))?;
     let beside = args.beside.as_ref().map(|path| read_model(path, &FlightRequest::default(), "")).transpose()?;
-    let read = args.files.iter().map(|source| read_run(source, &of_run, &mapping)).collect::<Result<Vec<_>, _>>()?;
-    refuse_two_aircraft(read.iter().zip(&args.files))?;
+    let [sources] = chosen_runs([&args.files], &args.parts, &of_run, &mapping)?;
+    refuse_twice(&sources.iter().collect::<Vec<_>>())?;
+    let read = sources.iter().map(|source| read_run(source, &mapping)).collect::<Result<Vec<_>, _>>()?;
+    refuse_two_aircraft(read.iter().zip(&sources))?;
     let losses: Vec<String> = read.iter().flat_map(|one| one.losses.clone()).collect();
     let mut runs = Vec::new();
-    for (one, RecordingSource { file, .. }) in read.into_iter().zip(&args.files) {
+    for (one, RecordingSource { file, .. }) in read.into_iter().zip(&sources) {
         let RunInput { name, info, samples, .. } = one;
         let run = ValidationRun { trim_window_s: args.trim_window, still, ..ValidationRun::of(&samples, info.geometry()) };
         let fly = |model: &FlightModel| predict(model, &model.file.own_effects(), &run).map_err(|why| Failure::file(file, why));
@@ -168,11 +174,6 @@ fn refuse_wrong_outputs(args: &CompareArgs) -> Result<(), Failure> {
     }
     if let Some(folder) = args.out.as_ref().filter(|folder| folder.exists() && !folder.is_dir()) {
         return Err(Failure::file(folder, "--out: expected a folder, found a file"));
-    }
-    for (place, source) in args.files.iter().enumerate() {
-        if args.files.iter().take(place).any(|other| other.is_same(source)) {
-            return Err(Failure::file(&source.file, "expected each run once, found the same file twice"));
-        }
     }
     Ok(())
 }

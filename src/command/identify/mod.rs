@@ -13,9 +13,12 @@ mod test_point_result;
 mod test_point_text;
 mod trimmed_models;
 
+use super::options::fitted_runs::FittedRuns;
 use super::options::flight_condition::number;
 use super::options::mapping_input::{MapOption, read_mapping};
+use super::options::run_parts::PartOptions;
 use super::options::telemetry_source::RecordingSource;
+use super::recordings::chosen_runs::chosen_runs;
 use super::recordings::run_result::RunResult;
 use super::terminal::console::print;
 use super::terminal::output_file::{refuse_to_overwrite, write_json, write_whole};
@@ -50,6 +53,7 @@ Example:
   sideslip identify flight.csv --response Cm --candidates 'alpha;qhat;elevator;alpha*elevator'
   sideslip identify flight.csv --domain frequency --band 0.1:1.2
   sideslip identify gusty.csv --doubt-instruments --method filter-error
+  sideslip identify flight.csv --manoeuvre 1,2,4 --holdout other.csv
   sideslip identify monday/*.csv --holdout tuesday.csv --set vane_position_m=[13.1,0,0] --out result
 
 Every run goes through the pipeline of `replay` (smoothed states, stepwise regression); then output error finds one linear
@@ -68,10 +72,8 @@ table goes to standard error.";
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct IdentifyArgs {
-    /// Recordings, a run each; their format is recognised by their content; a stream of PCM is
-    /// pcm+file://PATH?format=FRAME.toml, Chapter 10 whose setup does not name the channels ch10+file://PATH?format=FILE.toml
-    #[arg(required = true, value_name = "RUN", value_parser = RecordingSource::parser())]
-    files: Vec<RecordingSource>,
+    #[command(flatten)]
+    runs: FittedRuns,
     /// States of the model, such as v,p,phi,r or p,r
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     states: Vec<String>,
@@ -82,7 +84,7 @@ pub(crate) struct IdentifyArgs {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     outputs: Vec<String>,
     /// Instead of a model: one equation by stepwise regression for this column or term, such as Cm
-    #[arg(long, value_name = "TERM", conflicts_with_all = ["states", "inputs", "outputs", "holdout", "out"])]
+    #[arg(long, value_name = "TERM", conflicts_with_all = ["states", "inputs", "outputs", "out"])]
     response: Option<String>,
     /// Terms offered to --response: columns, products, powers, x*|x|, spline(x,knot)
     #[arg(long, value_name = "TERMS", value_delimiter = ';', requires = "response")]
@@ -95,12 +97,9 @@ pub(crate) struct IdentifyArgs {
     /// disturb the states
     #[arg(long, value_name = "METHOD", value_parser = method, default_value = "output-error", conflicts_with = "response")]
     method: FitMethod,
-    /// A recording to be predicted and not fitted; repeatable
-    #[arg(long, value_name = "RUN", value_parser = RecordingSource::parser())]
-    holdout: Vec<RecordingSource>,
     /// Override a key of every run, such as vane_position_m=[13.08,0,0] or latency_s={tas=0.25} (channels stamped late, s);
-    /// repeatable
-    #[arg(long, value_name = "KEY=VALUE")]
+    /// RUN:KEY=VALUE of that recording alone; repeatable
+    #[arg(long, value_name = "[RUN:]KEY=VALUE")]
     set: Vec<String>,
     /// Length of the window at a run's start whose mean is its trim, s
     #[arg(long, value_name = "S", default_value_t = 1.0)]
@@ -112,8 +111,8 @@ pub(crate) struct IdentifyArgs {
     /// Air density of the model's trim, kg/m^3 [default: the runs' own, or that of the standard atmosphere at their altitude]
     #[arg(long, value_name = "KG/M3", requires = "model", value_parser = number("kg/m^3"))]
     density: Option<f64>,
-    /// A recording with steady-heading sideslips, not fitted: N_v and L_v from what the controls hold; repeatable
-    #[arg(long, value_name = "RUN", conflicts_with = "response", value_parser = RecordingSource::parser())]
+    /// Recordings with steady-heading sideslips, not fitted: N_v and L_v from what the controls hold; one or more
+    #[arg(long, value_name = "RUN", num_args = 1.., conflicts_with = "response", value_parser = RecordingSource::parser())]
     sideslips: Vec<RecordingSource>,
     /// What the equations of each run are fitted to; output error is of signals over time in either. The frequency domain brings
     /// measured frequency responses with coherence besides
@@ -128,6 +127,8 @@ pub(crate) struct IdentifyArgs {
     config: Option<PathBuf>,
     #[command(flatten)]
     map: MapOption,
+    #[command(flatten)]
+    parts: PartOptions,
     /// Write the answer as JSON to this file, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -151,29 +152,29 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
         let found = args.trim_window;
         return Err(Failure::Input(format!("--trim-window: expected seconds, more than zero, found {found}")));
     }
-    let inputs: Vec<RecordingSource> = args.files.iter().chain(&args.holdout).cloned().collect();
+    let (fitted, holdout) = args.runs.lists()?;
+    let files = || fitted.iter().chain(holdout).chain(&args.sideslips).flat_map(RecordingSource::files);
     if let Some(json) = args.json.as_ref().filter(|json| json.as_os_str() != "-") {
-        refuse_to_overwrite("--json", json, &inputs.iter().flat_map(RecordingSource::files).collect::<Vec<_>>())?;
-    }
-    if let Some(both) = args.holdout.iter().find(|file| args.files.contains(file)) {
-        return Err(Failure::file(&both.file, "--holdout: expected a run that is not fitted, found it among them"));
+        refuse_to_overwrite("--json", json, &files().collect::<Vec<_>>())?;
     }
     let band = frequency_domain::asked(args.domain, args.band)?;
     let mapping = read_mapping(args.config.as_deref(), &args.map)?;
+    let [sources, held_out, steady] = chosen_runs([&fitted, holdout, &args.sideslips], &args.parts, &args.set, &mapping)?;
     let read_all = |sources: &[RecordingSource]| {
-        sources.iter().map(|source| read_columns(source, &args.set, &mapping, args.trim_window)).collect::<Result<Vec<_>, _>>()
+        sources.iter().map(|source| read_columns(source, &mapping, args.trim_window)).collect::<Result<Vec<_>, _>>()
     };
-    let (runs, losses): (Vec<_>, Vec<_>) = read_all(&args.files)?.into_iter().unzip();
-    let (holdout, of_holdout): (Vec<_>, Vec<_>) = read_all(&args.holdout)?.into_iter().unzip();
+    let (runs, losses): (Vec<_>, Vec<_>) = read_all(&sources)?.into_iter().unzip();
+    let (holdout, of_holdout): (Vec<_>, Vec<_>) = read_all(&held_out)?.into_iter().unzip();
     // Before the analysis: what was lost may be why it fails.
     let mut lost = say_losses(losses.iter().chain(&of_holdout));
-    let all: Vec<(&PathBuf, &Columns)> = inputs.iter().map(|source| &source.file).zip(runs.iter().chain(&holdout)).collect();
+    let files = sources.iter().chain(&held_out).map(|source| &source.file);
+    let all: Vec<(&PathBuf, &Columns)> = files.zip(runs.iter().chain(&holdout)).collect();
     refuse_twice(&all)?;
 
     let to_standard_output = args.json.as_ref().is_some_and(|json| json.as_os_str() == "-");
     let style = if to_standard_output { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
     if let Some(response) = &args.response {
-        let equation = Equation::select(&runs, response, &args.candidates)?;
+        let equation = Equation::select(&runs, &holdout, args.trim_window, response, &args.candidates)?;
         say(&equation.text(style), to_standard_output)?;
         if let Some(json) = &args.json {
             write_json(json, &format!("{:#}\n", equation.document()))?;
@@ -185,13 +186,13 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
     let instruments = if args.doubt_instruments { InstrumentTreatment::Estimated } else { InstrumentTreatment::Trusted };
     let in_band = band.map(|band| FrequencyDomainResult::of(&runs, &choice, band));
     let wanted = IdentificationRequest { choice, only: None, instruments, method: args.method };
-    let (sideslips, losses): (Vec<_>, Vec<_>) = read_all(&args.sideslips)?.into_iter().unzip();
+    let (sideslips, losses): (Vec<_>, Vec<_>) = read_all(&steady)?.into_iter().unzip();
     lost |= say_losses(losses.iter());
     let conditions: Vec<TestCondition> = runs.iter().map(TestCondition::of).collect();
     let groups = test_points(&conditions);
     if groups.len() > 1 || !args.model.is_empty() || !sideslips.is_empty() {
         let points = by_test_point(args, &runs, &holdout, &sideslips, &groups, &wanted)?;
-        let by_run = PipelineResults::of(args, &mapping, band)?;
+        let by_run = PipelineResults::of(args, &sources, &mapping, band)?;
         let mut document =
             test_point_text::document(&points, &by_run.json()?).map_err(|error| Failure::Running(error.to_string()))?;
         let besides = by_run.frequency_part(in_band.as_ref(), &mut document, style);
@@ -214,7 +215,7 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
     }
     let identified = identify(&runs, &holdout, wanted, &FitSettings::default()).map_err(not_identified)?;
 
-    let by_run = PipelineResults::of(args, &mapping, band)?;
+    let by_run = PipelineResults::of(args, &sources, &mapping, band)?;
     let mut document = json::document(&identified, &by_run.json()?).map_err(|error| Failure::Running(error.to_string()))?;
     let besides = by_run.frequency_part(in_band.as_ref(), &mut document, style);
 
@@ -241,15 +242,15 @@ struct PipelineResults {
 }
 
 impl PipelineResults {
-    fn of(args: &IdentifyArgs, mapping: &Mapping, band: Option<Band>) -> Result<Self, Failure> {
+    fn of(args: &IdentifyArgs, sources: &[RecordingSource], mapping: &Mapping, band: Option<Band>) -> Result<Self, Failure> {
         let mut config = PipelineConfig::default();
         config.estimation.trim_window_s = args.trim_window;
         if let Some(band) = band {
             frequency_domain::whole_record(&mut config, band);
         }
         let stop = stopped_by_signals()?;
-        let through = |source: &RecordingSource| through_pipeline(source, &args.set, &config, mapping, &stop);
-        let runs = args.files.iter().map(through).collect::<Result<Vec<_>, _>>()?;
+        let through = |source: &RecordingSource| through_pipeline(source, &config, mapping, &stop);
+        let runs = sources.iter().map(through).collect::<Result<Vec<_>, _>>()?;
         Ok(PipelineResults { runs, in_band: band.is_some() })
     }
 

@@ -14,12 +14,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Estimates a run to its end, or until `stop`.
 pub(super) fn through_pipeline(
     source: &RecordingSource,
-    overrides: &[String],
     config: &PipelineConfig,
     mapping: &Mapping,
     stop: &AtomicBool,
 ) -> Result<RunResult, Failure> {
-    let HeadedRecording { mut recording, info, .. } = head_of(&source.file, source.open(mapping)?, overrides)?;
+    let HeadedRecording { mut recording, info, .. } = head_of(source, source.open(mapping)?)?;
     let pipeline = Pipeline::new(config, *info.geometry()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
     let mut wired = WiredRun::new(pipeline, info.geometry().controls, None, None);
     let name = info.run().unwrap_or_default().to_owned();

@@ -60,8 +60,8 @@ pub(super) fn run(source: &RecordingSource, config: &RecordingConfig, json: Opti
     }
     // Where the user says how its frames are read, they must be read.
     let asked = matches!(source.kind, RecordingKind::Chapter10(Some(_))) || config.chapter10 != Default::default();
-    let seen = match source.open(config).and_then(|recording| SeenRows::read(file, recording)) {
-        Err(why) if asked => return Err(why.into()),
+    let seen = match source.open(config).map_err(Failure::from).and_then(|recording| SeenRows::read(source, recording)) {
+        Err(why) if asked => return Err(why),
         seen => seen,
     };
     match &seen {

@@ -4,7 +4,7 @@ use super::estimable::{EstimableQuantities, Feasibility};
 use super::survey::{ColumnSurvey, Survey};
 use super::table::column_name;
 use serde_json::{Map, Value, json};
-use sideslip::flight::file::run_file::RecordingTarget;
+use sideslip::flight::file::run_file::{RecordingTarget, RunInfo};
 use sideslip::io::telemetry::alignment::dropout::Dropout;
 use sideslip::io::telemetry::alignment::row_alignment::RowAlignment;
 use sideslip::io::telemetry::mavlink::recording::Traffic;
@@ -15,6 +15,7 @@ use std::path::Path;
 pub(super) fn document(
     file: &Path,
     recording: &Recording,
+    info: &RunInfo,
     survey: &Survey,
     order: &RowAlignment,
     estimable: &EstimableQuantities,
@@ -39,7 +40,7 @@ pub(super) fn document(
     json!({
         "file": file.display().to_string(),
         "format": recording.format(),
-        "run": from_toml(&toml::Value::Table(recording.info().document().clone())),
+        "run": from_toml(&toml::Value::Table(info.document().clone())),
         "rows": survey.rows,
         "skipped": {"rows": skipped.rows(), "reasons": reasons},
         "ends_abruptly": recording.ends_abruptly(),

@@ -5,7 +5,7 @@ use super::survey::{ColumnSurvey, Survey};
 use crate::command::inspect::traffic;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::derivative::Axis;
-use sideslip::flight::file::run_file::RecordingColumn;
+use sideslip::flight::file::run_file::{RecordingColumn, RunInfo};
 use sideslip::flight::unit::factor_to_si;
 use sideslip::io::outputs::number::decimals;
 use sideslip::io::telemetry::alignment::dropout::Dropout;
@@ -21,12 +21,13 @@ const GAPS_SHOWN: usize = 5;
 pub(super) fn text(
     file: &Path,
     recording: &Recording,
+    info: &RunInfo,
     survey: &Survey,
     order: &RowAlignment,
     estimable: &EstimableQuantities,
 ) -> String {
     let mut lines = vec![format!("{}: {}, {}", file.display(), recording.format(), counted(survey.rows, "row"))];
-    lines.extend(run_lines(recording));
+    lines.extend(run_lines(info));
     lines.extend(time_lines(survey));
     lines.extend(dropout_lines(recording, order));
     lines.extend(row_lines(recording));
@@ -42,8 +43,8 @@ pub(super) fn text(
     text
 }
 
-fn run_lines(recording: &Recording) -> Vec<String> {
-    let document = recording.info().document();
+fn run_lines(info: &RunInfo) -> Vec<String> {
+    let document = info.document();
     let width = document.keys().map(|key| key.chars().count()).max().unwrap_or(0);
     let line = |key: &str, value: &str| format!("  {key:width$}  {value}");
     let lines = document.iter().flat_map(|(key, value)| match value.as_table() {

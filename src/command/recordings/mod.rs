@@ -1,5 +1,6 @@
 //! Recordings as the commands read and write them.
 
+pub(crate) mod chosen_runs;
 pub(crate) mod flown_inputs;
 pub(crate) mod free_run_curves;
 pub(crate) mod recording_losses;

@@ -19,10 +19,10 @@ pub(crate) struct RunInput {
     pub(crate) losses: Vec<String>,
 }
 
-/// Reads a recording; `overrides` are keys of the run.
-pub(crate) fn read_run(source: &RecordingSource, overrides: &[String], mapping: &Mapping) -> Result<RunInput, Failure> {
+/// Reads a recording.
+pub(crate) fn read_run(source: &RecordingSource, mapping: &Mapping) -> Result<RunInput, Failure> {
     let file = &source.file;
-    let HeadedRecording { mut recording, info, .. } = head_of(file, source.open_with_note(mapping)?, overrides)?;
+    let HeadedRecording { mut recording, info, .. } = head_of(source, source.open_with_note(mapping)?)?;
     let mut samples = Vec::new();
     while let Some(row) = recording.next_row()? {
         samples.push(row.sample);
@@ -32,8 +32,8 @@ pub(crate) fn read_run(source: &RecordingSource, overrides: &[String], mapping: 
 }
 
 /// The same, samples that no instrument measured taken out and told among the losses.
-pub(crate) fn read_screened(source: &RecordingSource, overrides: &[String], mapping: &Mapping) -> Result<RunInput, Failure> {
-    let mut run = read_run(source, overrides, mapping)?;
+pub(crate) fn read_screened(source: &RecordingSource, mapping: &Mapping) -> Result<RunInput, Failure> {
+    let mut run = read_run(source, mapping)?;
     let taken = screen(&mut run.samples);
     let controls = run.info.geometry().controls;
     run.losses.extend(taken.iter().map(|one| screened(&source.file, one, controls)));

@@ -7,7 +7,9 @@ mod smoothed_file;
 
 use super::options::estimation_options::{EstimationOptions, OutputErrorSchedule};
 use super::options::mapping_input::{MapOption, read_mapping};
+use super::options::run_parts::PartOptions;
 use super::options::telemetry_source::RecordingSource;
+use super::recordings::chosen_runs::chosen_runs;
 use super::terminal::console::print;
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, same_place, write_json};
 use super::terminal::stop::stopped_by_signals;
@@ -26,6 +28,7 @@ Example:
   sideslip replay flight.csv --set vane_position_m=[13.08,0,0] --out flight.mcap --json flight.json
   sideslip replay flight.csv --smoothed states.csv
   sideslip replay flight.csv --bus
+  sideslip replay flight.csv --manoeuvre 2
   sideslip replay monday/*.csv --out logs/ --json - | jq .runs[].modes.dutch_roll
 
 Every FILE is a run of its own, with its own trim: the mean over its first second. A log holds the keys of the run as
@@ -54,8 +57,8 @@ pub(crate) struct ReplayArgs {
     #[arg(long, value_name = "FILE|DIR")]
     smoothed: Option<PathBuf>,
     /// Override a key of every run, such as vane_position_m=[13.08,0,0] or latency_s={tas=0.25} (channels stamped late, s);
-    /// repeatable
-    #[arg(long, value_name = "KEY=VALUE")]
+    /// RUN:KEY=VALUE of that recording alone; repeatable
+    #[arg(long, value_name = "[RUN:]KEY=VALUE")]
     set: Vec<String>,
     /// Write the last estimates as JSON to this file, or to standard output with -
     #[arg(long, value_name = "FILE")]
@@ -66,6 +69,8 @@ pub(crate) struct ReplayArgs {
     config: Option<PathBuf>,
     #[command(flatten)]
     map: MapOption,
+    #[command(flatten)]
+    parts: PartOptions,
     /// Through shared memory: the recording is brought in by another process, nothing is lost on the way
     #[arg(long)]
     bus: bool,
@@ -81,8 +86,10 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<Outcome, Failure> {
     if let Some(json) = args.json.as_ref().filter(|_| !to_standard_output) {
         refuse_to_overwrite("--json", json, &read)?;
     }
-    let logs = LOGS.places(args.out.as_deref(), &args.files)?;
-    let states = smoothed_file::STATES.places(args.smoothed.as_deref(), &args.files)?;
+    let mapping = read_mapping(args.config.as_deref(), &args.map)?;
+    let [sources] = chosen_runs([&args.files], &args.parts, &args.set, &mapping)?;
+    let logs = LOGS.places(args.out.as_deref(), &sources)?;
+    let states = smoothed_file::STATES.places(args.smoothed.as_deref(), &sources)?;
     for file in states.iter().flatten() {
         if logs.iter().flatten().chain(args.json.as_ref()).any(|other| same_place(other, file)) {
             return Err(Failure::file(file, "--smoothed: expected another file than that of --out or --json, found the same"));
@@ -94,24 +101,20 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<Outcome, Failure> {
     if let Some(json) = args.json.as_ref().filter(|json| logs.iter().flatten().any(|log| log == *json)) {
         return Err(Failure::file(json, "--json: expected another file than the log of --out, found the same"));
     }
-    let mapping = read_mapping(args.config.as_deref(), &args.map)?;
     let model = args.estimation.live_diagnosis_model()?;
     let output_error = args.estimation.output_error_schedule(OutputErrorSchedule::Manoeuvre);
     let open = |source: &RecordingSource| {
-        Ok(ReplayRun::open(source, &args.set, &config, &mapping)?.with_output_error(output_error).with_diagnosis(model.as_ref()))
+        Ok(ReplayRun::open(source, &config, &mapping)?.with_output_error(output_error).with_diagnosis(model.as_ref()))
     };
-    let runs = args.files.iter().map(open).collect::<Result<Vec<_>, Failure>>()?;
+    let runs = sources.iter().map(open).collect::<Result<Vec<_>, Failure>>()?;
     make_directory(args.out.as_deref(), &logs)?;
     make_directory(args.smoothed.as_deref(), &states)?;
     let stop = stopped_by_signals()?;
     let mut played = Vec::with_capacity(runs.len());
     for ((run, log), states) in runs.into_iter().zip(logs).zip(states) {
         let answer = {
-            let from = if args.bus {
-                ReplaySource::Bus { overrides: &args.set, config: args.config.as_deref(), map: &args.map }
-            } else {
-                ReplaySource::File
-            };
+            let from =
+                if args.bus { ReplaySource::Bus { config: args.config.as_deref(), map: &args.map } } else { ReplaySource::File };
             run.play(&from, args.speed, &ReplayFiles { log: log.as_deref(), smoothed: states.as_deref() }, &stop)?
         };
         let style = if to_standard_output { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
@@ -136,7 +139,7 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<Outcome, Failure> {
     for loss in &losses {
         message(format_args!("sideslip: {loss}"));
     }
-    let unplayed = args.files.len() - played.len();
+    let unplayed = sources.len() - played.len();
     if let Some(last) = played.last().filter(|last| last.interrupted || unplayed > 0) {
         return Err(Failure::Running(last.interruption(unplayed)));
     }

@@ -33,10 +33,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub(super) enum ReplaySource<'a> {
     /// Read in this process.
     File,
-    /// Through shared memory, read by another process with the same keys overridden.
+    /// Through shared memory, read by another process.
     Bus {
-        /// As given to `--set`.
-        overrides: &'a [String],
         /// As given to `--config`.
         config: Option<&'a Path>,
         /// As given to `--map`.
@@ -79,13 +77,8 @@ pub(super) struct ReplayedRun {
 
 impl ReplayRun {
     /// Opens a recording, overrides keys of its run and readies the pipeline.
-    pub(super) fn open(
-        source: &RecordingSource,
-        overrides: &[String],
-        config: &PipelineConfig,
-        mapping: &Mapping,
-    ) -> Result<Self, Failure> {
-        let HeadedRecording { recording, info, head } = head_of(&source.file, source.open_with_note(mapping)?, overrides)?;
+    pub(super) fn open(source: &RecordingSource, config: &PipelineConfig, mapping: &Mapping) -> Result<Self, Failure> {
+        let HeadedRecording { recording, info, head } = head_of(source, source.open_with_note(mapping)?)?;
         let pipeline = Pipeline::new(config, *info.geometry()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
         Ok(ReplayRun {
             source: source.clone(),
@@ -123,9 +116,7 @@ impl ReplayRun {
         let mut player = ::replay::Player::<MonotonicClock>::new(pace);
         let mut bus = match from {
             ReplaySource::File => None,
-            ReplaySource::Bus { overrides, config, map } => {
-                Some(BusSource::start(&self.source, &self.head, pace, overrides, *config, map)?)
-            }
+            ReplaySource::Bus { config, map } => Some(BusSource::start(&self.source, &self.head, pace, *config, map)?),
         };
         let mut progress = ProgressLine::new();
         let name = self.info.run().unwrap_or_default().to_owned();
