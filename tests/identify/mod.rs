@@ -3,4 +3,5 @@
 mod calls;
 mod frequency;
 mod live;
+mod no_answer;
 mod recordings;

@@ -1,5 +1,5 @@
-//! One flight with several test inputs: its manoeuvres listed, one taken as a run of its own by every command, parts by time, keys of
-//! one run.
+//! One flight with several test inputs: its manoeuvres listed, one taken as a run of its own by every command, parts by time,
+//! keys of one run.
 
 use crate::support::program::{ended, folder, path, puma, sideslip};
 use serde_json::Value;
@@ -85,7 +85,7 @@ fn times_and_keys_are_for_every_run_or_for_the_one_that_is_named() {
     let call = [&["replay", path(&one), path(&other), "--output-error", "off"], &parts[..]].concat();
     let (status, out, said) = ended(&sideslip(&call));
     assert!(status == 0 || status == 3, "{said}");
-    let headings: Vec<&str> = out.lines().filter(|line| line.contains(" samples, ") || line.starts_with("run ")).collect();
+    let headings: Vec<&str> = out.lines().filter(|line| line.contains(".csv: ") || line.starts_with("run ")).collect();
     assert!(headings[0].contains("1.00 to 9.00 s") && headings[1].starts_with("run A"), "{headings:?}");
     assert!(headings[2].contains("1.00 to 7.00 s") && headings[3].starts_with("run B"), "{headings:?}");
     // Through shared memory the same part.

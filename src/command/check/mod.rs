@@ -11,7 +11,8 @@ use super::options::run_parts::PartOptions;
 use super::options::telemetry_source::RecordingSource;
 use super::recordings::chosen_runs::chosen_runs;
 use super::recordings::run_input::screened;
-use super::terminal::console::print;
+use super::recordings::run_names::tell_apart;
+use super::terminal::console::{message_once, print};
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, write_json};
 use crate::command::message;
 use read_run::read;
@@ -75,7 +76,8 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Outcome, Failure> {
     let mapping = read_mapping(args.config.as_deref(), &args.map)?;
     let [sources] = chosen_runs([&args.files], &args.parts, &args.set, &mapping)?;
     refuse_twice(&sources.iter().collect::<Vec<_>>())?;
-    let read = sources.iter().map(|source| read(source, &mapping)).collect::<Result<Vec<_>, _>>()?;
+    let mut read = sources.iter().map(|source| read(source, &mapping)).collect::<Result<Vec<_>, _>>()?;
+    tell_apart(read.iter_mut().map(|one| &mut one.candidate.name), &sources.iter().collect::<Vec<_>>());
     let mut named = read.iter().zip(&sources).filter_map(|(one, source)| Some((one.info.aircraft()?, &source.file)));
     if let Some((first, _)) = named.next()
         && let Some((other, file)) = named.find(|(other, _)| *other != first)
@@ -108,7 +110,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Outcome, Failure> {
         .flat_map(|(verdict, source)| verdict.screened.iter().map(move |one| screened(&source.file, one, controls)));
     let losses: Vec<String> = read.iter().flat_map(|one| one.losses.clone()).chain(screened).collect();
     for loss in &losses {
-        message(format_args!("sideslip: {loss}"));
+        message_once(format_args!("sideslip: {loss}"));
     }
     Ok(if verdicts.iter().any(|verdict| verdict.fitness == Fitness::NotFit) {
         Outcome::NotGood

@@ -12,7 +12,8 @@ use super::options::run_parts::{PartOptions, is_of_run};
 use super::options::telemetry_source::RecordingSource;
 use super::recordings::chosen_runs::chosen_runs;
 use super::recordings::run_input::{RunInput, read_run, refuse_two_aircraft};
-use super::terminal::console::print;
+use super::recordings::run_names::tell_apart;
+use super::terminal::console::{message_once, print};
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, write_json, write_whole};
 use crate::command::message;
 use comparison::{ComparedRun, Comparison, outlasts_trim};
@@ -92,7 +93,8 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome, Failure> {
     let beside = args.beside.as_ref().map(|path| read_model(path, &FlightRequest::default(), "")).transpose()?;
     let [sources] = chosen_runs([&args.files], &args.parts, &of_run, &mapping)?;
     refuse_twice(&sources.iter().collect::<Vec<_>>())?;
-    let read = sources.iter().map(|source| read_run(source, &mapping)).collect::<Result<Vec<_>, _>>()?;
+    let mut read = sources.iter().map(|source| read_run(source, &mapping)).collect::<Result<Vec<_>, _>>()?;
+    tell_apart(read.iter_mut().map(|one| &mut one.name), &sources.iter().collect::<Vec<_>>());
     refuse_two_aircraft(read.iter().zip(&sources))?;
     let losses: Vec<String> = read.iter().flat_map(|one| one.losses.clone()).collect();
     let mut runs = Vec::new();
@@ -118,7 +120,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome, Failure> {
     };
     tell(args, &Comparison { all, runs, beside: beside.is_some() })?;
     for loss in &losses {
-        message(format_args!("sideslip: {loss}"));
+        message_once(format_args!("sideslip: {loss}"));
     }
     Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })
 }

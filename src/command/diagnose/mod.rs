@@ -16,7 +16,7 @@ use super::options::telemetry_source::RecordingSource;
 use super::recordings::chosen_runs::chosen_runs;
 use super::recordings::run_condition::condition_of;
 use super::recordings::run_input::{RunInput, read_screened, refuse_two_aircraft};
-use super::terminal::console::print;
+use super::terminal::console::{message_once, print};
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, write_json};
 use crate::command::message;
 use answer::{Answer, Flights};
@@ -46,7 +46,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome, Failure> {
     let controls = fit.first().map_or(ControlNames::Rotorcraft, |one| one.info.geometry().controls);
     // Before the analysis: what was lost may be why it fails.
     let lost: Vec<&String> = fit.iter().chain(&holdout).flat_map(|one| &one.losses).collect();
-    lost.iter().for_each(|loss| message(format_args!("sideslip: {loss}")));
+    lost.iter().for_each(|loss| message_once(format_args!("sideslip: {loss}")));
     let (any_lost, mut losses) = (!lost.is_empty(), Vec::new());
     let recorded = |runs: Vec<RunInput>, sources: &[RecordingSource]| -> Vec<RecordedRun> {
         let named = runs.into_iter().zip(sources).map(|(one, source)| RecordedRun {
@@ -76,7 +76,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome, Failure> {
         tell(args, &answer, &Flights { fit: &fit, holdout: &holdout })?;
     }
     for loss in &losses {
-        message(format_args!("sideslip: {loss}"));
+        message_once(format_args!("sideslip: {loss}"));
     }
     Ok(if losses.is_empty() && !any_lost { Outcome::Done } else { Outcome::DataLost })
 }

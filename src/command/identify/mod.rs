@@ -1,5 +1,6 @@
 //! `sideslip identify`: derivatives and modes from whole runs, after the flight.
 
+mod chosen_states;
 mod equation;
 mod frequency_domain;
 mod json;
@@ -19,14 +20,15 @@ use super::options::mapping_input::{MapOption, read_mapping};
 use super::options::run_parts::PartOptions;
 use super::options::telemetry_source::RecordingSource;
 use super::recordings::chosen_runs::chosen_runs;
+use super::recordings::run_names::tell_apart;
 use super::recordings::run_result::RunResult;
-use super::terminal::console::print;
+use super::terminal::console::{message_once, print};
 use super::terminal::output_file::{refuse_to_overwrite, write_json, write_whole};
 use super::terminal::stop::stopped_by_signals;
 use crate::command::message;
 use equation::Equation;
 use frequency_domain::{Domain, FrequencyDomainResult};
-use refusals::{not_identified, refuse_slow_rates, refuse_twice};
+use refusals::{is_converged, not_identified, refuse_slow_rates, refuse_twice};
 use run_columns::read_columns;
 use run_pipeline::through_pipeline;
 use sideslip::error::{Failure, Outcome};
@@ -34,11 +36,10 @@ use sideslip::io::outputs::json::derivatives_json::derivatives_json;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::io::telemetry::recording_config::RecordingConfig as Mapping;
 use sideslip::postflight::identification::columns::Columns;
-use sideslip::postflight::identification::identify::{
-    FitMethod, IdentificationRequest, InstrumentTreatment, identify, usual_choice,
-};
+use sideslip::postflight::identification::identify::{FitMethod, IdentificationRequest, InstrumentTreatment, identify};
 use sideslip::postflight::identification::model_variables::ModelVariables;
 use sideslip::postflight::identification::test_condition::{TestCondition, test_points};
+use sideslip::postflight::identification::usual_variables::UsualVariables;
 use sideslip::postflight::output_error::FitSettings;
 use sideslip::realtime::pipeline::PipelineConfig;
 use sideslip::realtime::regression::frequency::band::Band;
@@ -60,12 +61,14 @@ Every run goes through the pipeline of `replay` (smoothed states, stepwise regre
 model over all runs: each has its own trim, initial state and biases, and the kinematics that a linear model leaves out are
 taken from the measurements. Standard errors are corrected for the colour of the residuals. The effect of what is neither state
 nor input is absorbed by the derivatives of what is. Without --states it takes all eight of a helicopter whose planes are coupled;
-else the lateral motion, or the longitudinal one where that was excited. Runs of --holdout are predicted, not fitted.
+else the plane of motion that the controls excited, or both, without derivatives from one to the other; a note says which runs
+decided it. Runs of --holdout are predicted, not fitted.
 Output error takes all noise as the outputs'; where gusts or noisy recorded controls move the aircraft, --method filter-error has
 smaller errors; in strong gusts its standard errors are still too small. A note says where the residuals show gusts; the scores
 of the fit are those of a free run.
 
-Exit status: 0 done; 1 failed while running; 2 the call or a recording is wrong; 3 done, with rows skipped. With --json - the
+Exit status: 0 done; 1 failed while running; 2 the call or a recording is wrong; 3 done, with rows skipped; 4 nothing
+could be identified, or the search has not converged and no model is written. With --json - the
 table goes to standard error.";
 
 /// Identify a linear model from runs: derivatives with standard errors, modes, prediction of hold-out runs
@@ -163,11 +166,13 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
     let read_all = |sources: &[RecordingSource]| {
         sources.iter().map(|source| read_columns(source, &mapping, args.trim_window)).collect::<Result<Vec<_>, _>>()
     };
-    let (runs, losses): (Vec<_>, Vec<_>) = read_all(&sources)?.into_iter().unzip();
-    let (holdout, of_holdout): (Vec<_>, Vec<_>) = read_all(&held_out)?.into_iter().unzip();
+    let (mut runs, losses): (Vec<_>, Vec<_>) = read_all(&sources)?.into_iter().unzip();
+    let (mut holdout, of_holdout): (Vec<_>, Vec<_>) = read_all(&held_out)?.into_iter().unzip();
+    let every: Vec<&RecordingSource> = sources.iter().chain(&held_out).collect();
+    tell_apart(runs.iter_mut().chain(&mut holdout).map(|run| &mut run.run), &every);
     // Before the analysis: what was lost may be why it fails.
     let mut lost = say_losses(losses.iter().chain(&of_holdout));
-    let files = sources.iter().chain(&held_out).map(|source| &source.file);
+    let files = every.iter().map(|source| &source.file);
     let all: Vec<(&PathBuf, &Columns)> = files.zip(runs.iter().chain(&holdout)).collect();
     refuse_twice(&all)?;
 
@@ -181,18 +186,25 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
         }
         return Ok(if lost { Outcome::DataLost } else { Outcome::Done });
     }
-    let choice = choice(args, usual_choice(&runs));
+    let usual = UsualVariables::of(&runs);
+    let choice = choice(args, usual.variables.clone());
+    let by_itself = args.states.is_empty();
+    let only = if by_itself { usual.only(&choice) } else { None };
+    let chosen = by_itself.then(|| chosen_states::note(&usual, &choice, &runs));
     refuse_slow_rates(&all, &choice)?;
     let instruments = if args.doubt_instruments { InstrumentTreatment::Estimated } else { InstrumentTreatment::Trusted };
     let in_band = band.map(|band| FrequencyDomainResult::of(&runs, &choice, band));
-    let wanted = IdentificationRequest { choice, only: None, instruments, method: args.method };
+    let wanted = IdentificationRequest { choice, only, instruments, method: args.method };
     let (sideslips, losses): (Vec<_>, Vec<_>) = read_all(&steady)?.into_iter().unzip();
     lost |= say_losses(losses.iter());
     let conditions: Vec<TestCondition> = runs.iter().map(TestCondition::of).collect();
     let groups = test_points(&conditions);
     if groups.len() > 1 || !args.model.is_empty() || !sideslips.is_empty() {
-        let points = by_test_point(args, &runs, &holdout, &sideslips, &groups, &wanted)?;
-        let by_run = PipelineResults::of(args, &sources, &mapping, band)?;
+        let mut points = by_test_point(args, &runs, &holdout, &sideslips, &groups, &wanted)?;
+        for point in &mut points {
+            point.identified.linear.notes.splice(..0, chosen.clone());
+        }
+        let by_run = PipelineResults::of(args, &sources, &runs, &mapping, band)?;
         let mut document =
             test_point_text::document(&points, &by_run.json()?).map_err(|error| Failure::Running(error.to_string()))?;
         let besides = by_run.frequency_part(in_band.as_ref(), &mut document, style);
@@ -200,22 +212,29 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
         if let Some(json) = &args.json {
             write_json(json, &format!("{document:#}\n"))?;
         }
+        let mut good = true;
+        let models = report::model_names(&groups, &runs);
+        for (name, point) in models.iter().zip(&points) {
+            let model = args.out.as_ref().map(|folder| folder.join(name));
+            good &= is_converged(&point.identified, model.as_deref());
+        }
         if let Some(folder) = &args.out {
             std::fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
             write_json(&folder.join("derivatives.json"), &format!("{document:#}\n"))?;
             let page = test_point_chart::page(&points, in_band.as_ref()).map_err(|error| Failure::Running(error.to_string()))?;
             write_whole(&folder.join("report.html"), |file| file.write_all(page.as_bytes()))?;
-            for (name, (group, point)) in report::model_names(&groups, &runs).into_iter().zip(groups.iter().zip(&points)) {
+            for (name, (group, point)) in models.iter().zip(groups.iter().zip(&points)) {
                 if let Some(model) = report::model(&point.identified, &of_group(group, &runs)) {
                     write_whole(&folder.join(name), |file| file.write_all(model.as_bytes()))?;
                 }
             }
         }
-        return Ok(if lost { Outcome::DataLost } else { Outcome::Done });
+        return Ok(outcome(good, lost));
     }
-    let identified = identify(&runs, &holdout, wanted, &FitSettings::default()).map_err(not_identified)?;
+    let mut identified = identify(&runs, &holdout, wanted, &FitSettings::default()).map_err(not_identified)?;
+    identified.linear.notes.splice(..0, chosen);
 
-    let by_run = PipelineResults::of(args, &sources, &mapping, band)?;
+    let by_run = PipelineResults::of(args, &sources, &runs, &mapping, band)?;
     let mut document = json::document(&identified, &by_run.json()?).map_err(|error| Failure::Running(error.to_string()))?;
     let besides = by_run.frequency_part(in_band.as_ref(), &mut document, style);
 
@@ -223,6 +242,8 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
     if let Some(json) = &args.json {
         write_json(json, &format!("{document:#}\n"))?;
     }
+    let model = args.out.as_ref().map(|folder| folder.join("model.toml"));
+    let good = is_converged(&identified, model.as_deref());
     if let Some(folder) = &args.out {
         std::fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
         write_json(&folder.join("derivatives.json"), &format!("{document:#}\n"))?;
@@ -232,7 +253,16 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
             write_whole(&folder.join("model.toml"), |file| file.write_all(model.as_bytes()))?;
         }
     }
-    Ok(if lost { Outcome::DataLost } else { Outcome::Done })
+    Ok(outcome(good, lost))
+}
+
+/// A search that has not converged gives no answer, whatever was lost.
+fn outcome(converged: bool, lost: bool) -> Outcome {
+    match (converged, lost) {
+        (false, _) => Outcome::NotGood,
+        (true, true) => Outcome::DataLost,
+        (true, false) => Outcome::Done,
+    }
 }
 
 /// Each run by itself through the pipeline of `replay`.
@@ -242,7 +272,13 @@ struct PipelineResults {
 }
 
 impl PipelineResults {
-    fn of(args: &IdentifyArgs, sources: &[RecordingSource], mapping: &Mapping, band: Option<Band>) -> Result<Self, Failure> {
+    fn of(
+        args: &IdentifyArgs,
+        sources: &[RecordingSource],
+        columns: &[Columns],
+        mapping: &Mapping,
+        band: Option<Band>,
+    ) -> Result<Self, Failure> {
         let mut config = PipelineConfig::default();
         config.estimation.trim_window_s = args.trim_window;
         if let Some(band) = band {
@@ -250,7 +286,8 @@ impl PipelineResults {
         }
         let stop = stopped_by_signals()?;
         let through = |source: &RecordingSource| through_pipeline(source, &config, mapping, &stop);
-        let runs = sources.iter().map(through).collect::<Result<Vec<_>, _>>()?;
+        let mut runs = sources.iter().map(through).collect::<Result<Vec<_>, _>>()?;
+        runs.iter_mut().zip(columns).for_each(|(run, columns)| run.name.clone_from(&columns.run));
         Ok(PipelineResults { runs, in_band: band.is_some() })
     }
 
@@ -317,7 +354,7 @@ fn say(text: &str, json_on_standard_output: bool) -> Result<(), Failure> {
 /// Whether there are any.
 fn say_losses<'l>(losses: impl Iterator<Item = &'l Vec<String>>) -> bool {
     let losses: Vec<&String> = losses.flatten().collect();
-    losses.iter().for_each(|loss| message(format_args!("sideslip: {loss}")));
+    losses.iter().for_each(|loss| message_once(format_args!("sideslip: {loss}")));
     !losses.is_empty()
 }
 

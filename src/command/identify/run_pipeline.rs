@@ -35,6 +35,6 @@ pub(super) fn through_pipeline(
     }
     drop(progress);
     let finished = wired.finish(&mut ()).unwrap_or_else(|never| match never {});
-    let (notes, _) = recording_notes(&recording, finished.rows, interrupted);
-    Ok(RunResult::new(name, info.geometry().controls, finished.range_s, finished, None).of_recording(notes))
+    let (notes, losses) = recording_notes(&recording, finished.rows, interrupted);
+    Ok(RunResult::new(name, info.geometry().controls, finished.range_s, finished, None).of_recording(notes, losses))
 }

@@ -1,6 +1,6 @@
 //! Where telemetry comes from: `--source` of `ingest` and `live`, and the recordings that commands read.
 
-use crate::command::message;
+use crate::command::terminal::console::message_once;
 use crate::command::terminal::output_file::same_place;
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use sideslip::io::telemetry::alignment::aligned_recording::TimeSpan;
@@ -72,7 +72,7 @@ impl RecordingSource {
         let recording = self.open(config)?;
         note_setup(&self.file.display(), recording.left_out(), recording.assumed());
         if !recording.found_out().is_empty() {
-            message(format_args!("note: {}: {}", self.file.display(), recording.found_out().join("; ")));
+            message_once(format_args!("note: {}: {}", self.file.display(), recording.found_out().join("; ")));
         }
         Ok(recording)
     }
@@ -166,7 +166,7 @@ pub(crate) fn note_setup(of: &impl std::fmt::Display, left_out: &[String], assum
             0 => String::new(),
             count => format!("; and {count} more (`inspect` lists them)"),
         };
-        message(format_args!("note: {of}: {what}: {}{others}", named.join("; ")));
+        message_once(format_args!("note: {of}: {what}: {}{others}", named.join("; ")));
     }
 }
 

@@ -9,5 +9,6 @@ pub(crate) mod run_controls;
 pub(crate) mod run_head;
 pub(crate) mod run_input;
 pub(crate) mod run_log;
+pub(crate) mod run_names;
 pub(crate) mod run_result;
 pub(crate) mod simulated_run;

@@ -10,7 +10,8 @@ use super::options::mapping_input::{MapOption, read_mapping};
 use super::options::run_parts::PartOptions;
 use super::options::telemetry_source::RecordingSource;
 use super::recordings::chosen_runs::chosen_runs;
-use super::terminal::console::print;
+use super::recordings::run_names::tell_apart;
+use super::terminal::console::{message_once, print};
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, same_place, write_json};
 use super::terminal::stop::stopped_by_signals;
 use crate::command::message;
@@ -36,7 +37,7 @@ they were in effect, so that replaying it without --set gives the same numbers; 
 use the whole record: to plot and to compare with; estimating from them again would use the same data twice.
 
 Exit status: 0 done; 1 failed while running, or stopped by a signal (what there was by then is printed); 2 the call or a
-recording is wrong; 3 done, with data lost or skipped. With --json - the table goes to standard error.";
+recording is wrong; 3 done, with data lost or skipped; 4 no derivative could be estimated. With --json - the table goes to standard error.";
 
 /// Play recordings through the estimator: derivatives, Dutch roll, errors of the instruments
 #[derive(clap::Args)]
@@ -106,7 +107,8 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<Outcome, Failure> {
     let open = |source: &RecordingSource| {
         Ok(ReplayRun::open(source, &config, &mapping)?.with_output_error(output_error).with_diagnosis(model.as_ref()))
     };
-    let runs = sources.iter().map(open).collect::<Result<Vec<_>, Failure>>()?;
+    let mut runs = sources.iter().map(open).collect::<Result<Vec<_>, Failure>>()?;
+    tell_apart(runs.iter_mut().map(|run| &mut run.name), &sources.iter().collect::<Vec<_>>());
     make_directory(args.out.as_deref(), &logs)?;
     make_directory(args.smoothed.as_deref(), &states)?;
     let stop = stopped_by_signals()?;
@@ -137,11 +139,18 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<Outcome, Failure> {
     }
     let losses: Vec<String> = played.iter().flat_map(ReplayedRun::losses).collect();
     for loss in &losses {
-        message(format_args!("sideslip: {loss}"));
+        message_once(format_args!("sideslip: {loss}"));
     }
     let unplayed = sources.len() - played.len();
     if let Some(last) = played.last().filter(|last| last.interrupted || unplayed > 0) {
         return Err(Failure::Running(last.interruption(unplayed)));
+    }
+    if !played.iter().any(ReplayedRun::has_derivatives) {
+        message(format_args!(
+            "sideslip: no derivative could be estimated: the status of each equation says why; `sideslip inspect` lists what the channels \
+             of a recording allow"
+        ));
+        return Ok(Outcome::NotGood);
     }
     Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })
 }

@@ -52,6 +52,8 @@ pub(super) struct ReplayFiles<'a> {
 pub(super) struct ReplayRun {
     source: RecordingSource,
     recording: AlignedRecording,
+    /// What the run is called in the answer.
+    pub(super) name: String,
     info: RunInfo,
     head: LogHead,
     config: PipelineConfig,
@@ -83,6 +85,7 @@ impl ReplayRun {
         Ok(ReplayRun {
             source: source.clone(),
             recording,
+            name: info.run().unwrap_or_default().to_owned(),
             info,
             head,
             config: *config,
@@ -119,7 +122,7 @@ impl ReplayRun {
             ReplaySource::Bus { config, map } => Some(BusSource::start(&self.source, &self.head, pace, *config, map)?),
         };
         let mut progress = ProgressLine::new();
-        let name = self.info.run().unwrap_or_default().to_owned();
+        let name = std::mem::take(&mut self.name);
         let (mut writing, mut kept) = (None, Vec::new());
         let ReplayRun { output_error, diagnosis, .. } = &mut self;
         let (output_error, diagnosis) = (output_error.take().map(Schedule::InStep), diagnosis.take().map(Schedule::InStep));
@@ -206,12 +209,17 @@ impl ReplayedRun {
         });
         let (notes, losses) = recording_notes(recording, finished.rows, interrupted);
         let recording_losses = notes.iter().take(losses).cloned().collect();
-        let result = RunResult::new(name, info.geometry().controls, finished.range_s, finished, log).of_recording(notes);
+        let result = RunResult::new(name, info.geometry().controls, finished.range_s, finished, log).of_recording(notes, losses);
         ReplayedRun { file, result, about: about.collect(), traffic, recording_losses, smoothed: None, interrupted }
     }
 
     pub(super) fn estimates(&self) -> RunEstimates<'_> {
         self.result.estimates()
+    }
+
+    /// Whether any derivative was estimated.
+    pub(super) fn has_derivatives(&self) -> bool {
+        self.result.has_derivatives()
     }
 
     /// Data that were lost or skipped, a sentence each.

@@ -9,8 +9,8 @@
 //! with s_n the noise of its readings and R_p the p-th percentile of R over the flight: above R_c the control moves. Where no
 //! control moves for [`REST_S`] and none stands off its position before by more than [`OFF`] of its largest deviation, or where
 //! none moves for [`HELD_S`], a stretch of motion ends. A part begins at most [`LEAD_S`] before the motion and ends at most
-//! [`FREE_S`] after it; between two stretches that are nearer the next one's trim has at most half of the time. A stretch in which
-//! `manoeuvre` finds no pulse is none. Source: ours.
+//! [`FREE_S`] after it; between two stretches that are nearer the next one's trim has at most half of the time. A stretch in
+//! which `manoeuvre` finds no pulse is none. Source: ours.
 
 use super::manoeuvre::TRAVEL_MIN;
 use super::record::Manoeuvre;
@@ -72,10 +72,10 @@ pub fn flight_parts(samples: &[Sample], controls: ControlNames) -> Vec<FlightPar
 }
 
 /// Least and greatest reading of a control by bin.
-type Bins = BTreeMap<i64, (f64, f64)>;
+type ControlBins = BTreeMap<i64, (f64, f64)>;
 
-fn bins(trace: &Trace) -> Bins {
-    let mut bins = Bins::new();
+fn bins(trace: &Trace) -> ControlBins {
+    let mut bins = ControlBins::new();
     for (time_s, value) in trace.readings() {
         #[expect(clippy::cast_possible_truncation, reason = "saturates; no time of a flight does")]
         let place = libm::floor(time_s / BIN_S) as i64;
@@ -86,7 +86,7 @@ fn bins(trace: &Trace) -> Bins {
 }
 
 /// The bins in which a control moves, by (1).
-fn moving(trace: &Trace, bins: &Bins) -> Vec<i64> {
+fn moving(trace: &Trace, bins: &ControlBins) -> Vec<i64> {
     let range = |place: i64| {
         let near = bins.range(place - WINDOW / 2..=place + WINDOW / 2).map(|(_, bin)| bin);
         let (least, most) = near.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (low, high)| (a.min(*low), b.max(*high)));
@@ -126,7 +126,7 @@ fn stretches(controls: &[Option<Trace>; CONTROLS]) -> Vec<(f64, f64)> {
 }
 
 /// Whether the motion at a bin belongs to the stretch before it.
-fn goes_on(stretch: &(i64, i64), place: i64, controls: &[Option<Bins>; CONTROLS]) -> bool {
+fn goes_on(stretch: &(i64, i64), place: i64, controls: &[Option<ControlBins>; CONTROLS]) -> bool {
     // Both ends are seen half a window early and late.
     let rest_s = (place - stretch.1 + WINDOW) as f64 * BIN_S;
     if place - stretch.1 <= 1 || rest_s < REST_S {
@@ -136,7 +136,7 @@ fn goes_on(stretch: &(i64, i64), place: i64, controls: &[Option<Bins>; CONTROLS]
 }
 
 /// Whether a control rests off the position that it had before a stretch.
-fn stands_off(bins: &Bins, stretch: (i64, i64), until: i64) -> bool {
+fn stands_off(bins: &ControlBins, stretch: (i64, i64), until: i64) -> bool {
     let middle = |(low, high): &(f64, f64)| 0.5 * (low + high);
     let Some(before) = bins.range(..=stretch.0).next_back().map(|(_, bin)| middle(bin)) else { return false };
     let inside = bins.range(stretch.0..=stretch.1);
