@@ -126,7 +126,7 @@ fn each<T: Clone>(
             continue;
         };
         let is_path = |source: &&RecordingSource| source.file.as_path() == Path::new(&name);
-        let any_path = sources.iter().any(|source| is_path(source));
+        let any_path = sources.iter().any(is_path);
         let meant = |source: &&RecordingSource| if any_path { is_path(source) } else { names(source).contains(&name) };
         let mut files: Vec<&Path> = sources.iter().filter(|source| meant(source)).map(|source| source.file.as_path()).collect();
         files.dedup();

@@ -3,7 +3,7 @@
 //! Consumes runs; produces names by what moved in them: of a helicopter all eight states, for its planes are coupled and a
 //! model of one plane absorbs the other's derivatives; of an aeroplane the plane of motion whose controls moved, and both of
 //! them where each was excited, without derivatives from one to the other. A plane is excited in a run where the rms of its
-//! controls is at least [`BESIDE`] of that of the other plane's.
+//! controls is at least `BESIDE` of that of the other plane's.
 
 use super::columns::Columns;
 use super::model_variables::{ModelVariables, axis, is_control};

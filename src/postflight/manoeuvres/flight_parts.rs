@@ -4,12 +4,12 @@
 //! Consumes samples of a recording of any length; produces parts that do not overlap, in order of time, each with what was flown
 //! in it. Cost and memory grow with the number of readings, not with the length of the time axis.
 //!
-//! Readings of a control are gathered in bins of [`BIN_S`]. Its range R over a second about a bin is compared with
+//! Readings of a control are gathered in bins of `BIN_S`. Its range R over a second about a bin is compared with
 //!     R_c = max(TRAVEL_MIN, 8 s_n, R_99 / 4, min(3 R_30, R_99 / 2))                                    (1)
 //! with s_n the noise of its readings and R_p the p-th percentile of R over the flight: above R_c the control moves. Where no
-//! control moves for [`REST_S`] and none stands off its position before by more than [`OFF`] of its largest deviation, or where
-//! none moves for [`HELD_S`], a stretch of motion ends. A part begins at most [`LEAD_S`] before the motion and ends at most
-//! [`FREE_S`] after it; between two stretches that are nearer the next one's trim has at most half of the time. A stretch in
+//! control moves for `REST_S` and none stands off its position before by more than `OFF` of its largest deviation, or where
+//! none moves for `HELD_S`, a stretch of motion ends. A part begins at most `LEAD_S` before the motion and ends at most
+//! `FREE_S` after it; between two stretches that are nearer the next one's trim has at most half of the time. A stretch in
 //! which `manoeuvre` finds no pulse is none. Source: ours.
 
 use super::manoeuvre::TRAVEL_MIN;
