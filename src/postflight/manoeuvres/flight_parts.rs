@@ -28,7 +28,7 @@ const WINDOW: i64 = 10;
 /// Time of rest after which a stretch of motion may end, s.
 const REST_S: f64 = 1.5;
 /// Time of rest after which it ends wherever the controls stand, s.
-const HELD_S: f64 = 6.0;
+const HELD_S: f64 = 10.0;
 /// Part of the largest deviation above which a control has not come back.
 const OFF: f64 = 0.3;
 /// Longest trim before a manoeuvre that belongs to its part, s.
