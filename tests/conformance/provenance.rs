@@ -108,6 +108,29 @@ fn a_log_has_its_origin_the_units_of_its_fields_and_utc_where_the_run_is_dated()
 }
 
 #[test]
+fn a_part_of_a_dated_run_has_the_date_of_its_own_first_sample() {
+    let (puma, folder) = (puma(), folder("provenance-part"));
+    let (date, moved) = (format!("recorded_at={DATE}"), "2024-05-17T09:30:03.500Z");
+    let call = |command: &[&str]| {
+        let (status, _, said) = ended(&sideslip(&[command, &["--set", &date, "--from", "2"]].concat()));
+        assert_eq!(status, 0, "{said}");
+    };
+    let table = folder.join("part.csv");
+    call(&["convert", path(&puma), path(&table)]);
+    assert!(std::fs::read_to_string(&table).unwrap().contains(&format!("recorded_at = \"{moved}\"")));
+    for (name, more) in [("own.mcap", None), ("bus.mcap", Some("--bus"))] {
+        let log = folder.join(name);
+        call(&[&["replay", path(&puma), "--out", path(&log)][..], more.as_slice()].concat());
+        let bytes = std::fs::read(&log).unwrap();
+        let times = mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap);
+        let first = times.filter(|message| message.channel.topic == "/sample").map(|message| message.log_time).min();
+        assert_eq!(first, Some(DATE_NS + 2_000_000_000), "{name}");
+    }
+    let seen = document(&["inspect", path(&puma), "--set", &date, "--from", "2"]);
+    assert_eq!((&seen["run"]["recorded_at"], &seen["provenance"]["files"][0]["recorded_at"]), (&moved.into(), &moved.into()));
+}
+
+#[test]
 fn a_telemetry_log_of_mavlink_has_the_date_of_its_first_stamp() {
     let (folder, model) = (folder("provenance-tlog"), own("replay/models/puma-like.toml"));
     let file = folder.join("flight.tlog");

@@ -77,6 +77,7 @@ fn documents_of_estimates_and_recordings_obey_their_schemas() {
     obeys(DocumentSchema::Estimates, &["replay", run]);
     obeys(DocumentSchema::Estimates, &["replay", run, "--model", model, "--output-error", "streaming"]);
     obeys(DocumentSchema::Inspect, &["inspect", run]);
+    obeys(DocumentSchema::Manoeuvres, &["inspect", run, "--manoeuvres"]);
     for name in ["flight.tlog", "flight.bin", "flight.ulg", "flight.mcap"] {
         let file = flown(&folder, name, "replay/models/puma-like.toml", "pedal:doublet:0.01:1");
         obeys(DocumentSchema::Inspect, &["inspect", path(&file)]);
@@ -109,7 +110,7 @@ fn documents_of_identify_obey_their_schemas() {
     with(&[&a, &b], &["--method", "filter-error"]);
     let points = ["identify", path(&a), path(&descent), "--states", "v,p,phi,r", "--inputs", "pedal", "--model", "puma"];
     obeys(identify, &[&points[..], &["--density", "1.024"]].concat());
-    let regression = ["identify", path(&a), "--response", "ay", "--candidates", "beta;p;r;pedal"];
+    let regression = ["identify", path(&a), "--response", "ay", "--candidates", "beta;p;r;pedal", "--holdout", path(&kept)];
     obeys(DocumentSchema::Regression, &regression);
 }
 

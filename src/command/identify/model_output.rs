@@ -22,8 +22,12 @@ pub(super) fn model_names(groups: &[Vec<usize>], runs: &[Columns]) -> Vec<String
     names
 }
 
-/// The model as a file that `simulate` flies; `None` where a derivative's variable is none of a model file's.
+/// The model as a file that `simulate` flies; `None` where a derivative's variable is none of a model file's, or the search has
+/// not converged.
 pub(super) fn model(identified: &IdentificationResult, runs: &[Columns]) -> Option<String> {
+    if !identified.fitted.converged {
+        return None;
+    }
     let (linear, theta) = (&identified.linear, &identified.fitted.theta);
     let reference_trim = linear.reference_trim;
     let mean = |name: &str| {

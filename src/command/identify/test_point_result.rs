@@ -149,7 +149,8 @@ pub(super) fn test_point(
     let pedals = |name: &String| matches!(name.as_str(), "pedal" | "rudder");
     let by_tail_pitch = if has_tail && wanted.choice.inputs.iter().any(pedals) {
         let mut other = wanted.clone();
-        other.choice.inputs.iter_mut().filter(|name| pedals(name)).for_each(|name| "tail_pitch".clone_into(name));
+        let only = other.only.iter_mut().flatten().map(|(_, variable)| variable);
+        other.choice.inputs.iter_mut().chain(only).filter(|name| pedals(name)).for_each(|name| "tail_pitch".clone_into(name));
         Some(identify(runs, &[], other, settings).map_err(not_identified)?)
     } else {
         None

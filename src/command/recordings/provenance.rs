@@ -61,10 +61,13 @@ impl Provenance {
         self.files.push(SourceFile { name: file.to_owned(), sha256, bytes, recorded_at: None });
     }
 
-    /// Adds the date that the run of a file states.
+    /// Adds the date that the run of a file states; of several parts of a file, of the earliest.
     pub(crate) fn dated(mut self, file: &Path, recorded_at: Option<&str>) -> Self {
+        let Some(at) = recorded_at else { return self };
         for known in self.files.iter_mut().filter(|known| known.name == file || known.name.starts_with(file)) {
-            known.recorded_at = recorded_at.map(str::to_owned);
+            if known.recorded_at.as_deref().is_none_or(|before| at < before) {
+                known.recorded_at = Some(at.to_owned());
+            }
         }
         self
     }

@@ -35,10 +35,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub(super) enum ReplaySource<'a> {
     /// Read in this process.
     File,
-    /// Through shared memory, read by another process with the same keys overridden.
+    /// Through shared memory, read by another process.
     Bus {
-        /// As given to `--set`.
-        overrides: &'a [String],
         /// As given to `--config`.
         config: Option<&'a Path>,
         /// As given to `--map`.
@@ -57,6 +55,8 @@ pub(super) struct ReplayFiles<'a> {
 pub(super) struct ReplayRun {
     source: RecordingSource,
     recording: AlignedRecording,
+    /// What the run is called in the answer.
+    pub(super) name: String,
     info: RunInfo,
     head: LogHead,
     config: PipelineConfig,
@@ -83,18 +83,14 @@ pub(super) struct ReplayedRun {
 
 impl ReplayRun {
     /// Opens a recording, overrides keys of its run and readies the pipeline.
-    pub(super) fn open(
-        source: &RecordingSource,
-        overrides: &[String],
-        config: &PipelineConfig,
-        mapping: &Mapping,
-    ) -> Result<Self, Failure> {
-        let HeadedRecording { recording, info, mut head } = head_of(&source.file, source.open_with_note(mapping)?, overrides)?;
+    pub(super) fn open(source: &RecordingSource, config: &PipelineConfig, mapping: &Mapping) -> Result<Self, Failure> {
+        let HeadedRecording { recording, info, mut head } = head_of(source, source.open_with_note(mapping)?)?;
         head.origin = Provenance::of(source.files()).dated(&source.file, info.recorded_at()).origin();
         let pipeline = Pipeline::new(config, *info.geometry()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
         Ok(ReplayRun {
             source: source.clone(),
             recording,
+            name: info.run().unwrap_or_default().to_owned(),
             info,
             head,
             config: *config,
@@ -128,12 +124,10 @@ impl ReplayRun {
         let mut player = ::replay::Player::<MonotonicClock>::new(pace);
         let mut bus = match from {
             ReplaySource::File => None,
-            ReplaySource::Bus { overrides, config, map } => {
-                Some(BusSource::start(&self.source, &self.head, pace, overrides, *config, map)?)
-            }
+            ReplaySource::Bus { config, map } => Some(BusSource::start(&self.source, &self.head, pace, *config, map)?),
         };
         let mut progress = ProgressLine::new();
-        let name = self.info.run().unwrap_or_default().to_owned();
+        let name = std::mem::take(&mut self.name);
         let (mut writing, mut kept, mut history) = (None, Vec::new(), DerivativeHistory::default());
         let ReplayRun { output_error, diagnosis, .. } = &mut self;
         let (output_error, diagnosis) = (output_error.take().map(Schedule::InStep), diagnosis.take().map(Schedule::InStep));
@@ -227,7 +221,7 @@ impl ReplayedRun {
         });
         let (notes, losses) = recording_notes(recording, finished.rows, interrupted);
         let recording_losses = notes.iter().take(losses).cloned().collect();
-        let result = RunResult::new(name, info.geometry().controls, finished.range_s, finished, log).of_recording(notes);
+        let result = RunResult::new(name, info.geometry().controls, finished.range_s, finished, log).of_recording(notes, losses);
         ReplayedRun {
             file,
             result,
@@ -247,6 +241,11 @@ impl ReplayedRun {
 
     pub(super) fn estimates(&self) -> RunEstimates<'_> {
         self.result.estimates()
+    }
+
+    /// Whether any derivative was estimated.
+    pub(super) fn has_derivatives(&self) -> bool {
+        self.result.has_derivatives()
     }
 
     /// Data that were lost or skipped, a sentence each.

@@ -26,5 +26,6 @@ pub mod run_prediction;
 pub mod start_values;
 pub mod steady_sideslip;
 pub mod test_condition;
+pub mod usual_variables;
 pub(crate) mod velocity;
 pub mod vibration;

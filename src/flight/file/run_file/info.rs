@@ -207,6 +207,19 @@ impl RunInfo {
         TimeStamp::parse(self.recorded_at()?)?.unix_ns()
     }
 
+    /// Moves the time of its first sample on by seconds; a date alone stays.
+    pub fn begin_later(&mut self, by_s: f64) {
+        if by_s == 0.0 {
+            return;
+        }
+        let moved_us = self.recorded_at_ns().map(|ns| libm::round(1e-3 * ns as f64 + 1e6 * by_s));
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative, below 2^64")]
+        let moved_us = moved_us.filter(|us| (0.0..1e18).contains(us)).map(|us| us as u64);
+        if let Some(at) = moved_us.and_then(|us| TimeStamp::of_unix_us(us).iso()) {
+            self.document.insert(RECORDED_AT.into(), Value::String(at));
+        }
+    }
+
     /// Mass, inertia and reference dimensions.
     pub fn properties(&self) -> &AircraftProperties {
         &self.properties
@@ -354,6 +367,16 @@ mod tests {
         again.set("assumed_scale=[]").unwrap();
         assert_eq!(again.assumed_scale(), [false; CONTROLS]);
         assert!(again.set("assumed_scale=[\"rudr\"]").unwrap_err().contains("names of controls"));
+    }
+
+    #[test]
+    fn a_part_begins_later_and_a_date_alone_stays() {
+        let mut info = RunInfo::from_toml("recorded_at = \"2024-05-17T23:59:59.5Z\"").unwrap();
+        info.begin_later(1.25);
+        assert_eq!(info.recorded_at(), Some("2024-05-18T00:00:00.750Z"));
+        let mut day = RunInfo::from_toml("recorded_at = \"2024-05-17\"").unwrap();
+        day.begin_later(1.25);
+        assert_eq!(day.recorded_at(), Some("2024-05-17"));
     }
 
     #[test]

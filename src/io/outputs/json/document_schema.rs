@@ -25,6 +25,8 @@ pub enum DocumentSchema {
     Inspect,
     /// Of `inspect` on a recording of Chapter 10.
     Chapter10,
+    /// Of `inspect --manoeuvres`.
+    Manoeuvres,
     /// Of `linearise`.
     Linearise,
     /// Of `replay`, `live`, `estimate` and `demo`.
@@ -33,7 +35,7 @@ pub enum DocumentSchema {
 
 impl DocumentSchema {
     /// Every one.
-    pub const ALL: [DocumentSchema; 10] = [
+    pub const ALL: [DocumentSchema; 11] = [
         DocumentSchema::Check,
         DocumentSchema::Compare,
         DocumentSchema::Design,
@@ -42,6 +44,7 @@ impl DocumentSchema {
         DocumentSchema::Regression,
         DocumentSchema::Inspect,
         DocumentSchema::Chapter10,
+        DocumentSchema::Manoeuvres,
         DocumentSchema::Linearise,
         DocumentSchema::Estimates,
     ];
@@ -57,6 +60,7 @@ impl DocumentSchema {
             DocumentSchema::Regression => "regression",
             DocumentSchema::Inspect => "inspect",
             DocumentSchema::Chapter10 => "chapter10",
+            DocumentSchema::Manoeuvres => "manoeuvres",
             DocumentSchema::Linearise => "linearise",
             DocumentSchema::Estimates => "estimates",
         }
@@ -73,6 +77,7 @@ impl DocumentSchema {
             DocumentSchema::Regression => include_str!("schema/regression.json"),
             DocumentSchema::Inspect => include_str!("schema/inspect.json"),
             DocumentSchema::Chapter10 => include_str!("schema/chapter10.json"),
+            DocumentSchema::Manoeuvres => include_str!("schema/manoeuvres.json"),
             DocumentSchema::Linearise => include_str!("schema/linearise.json"),
             DocumentSchema::Estimates => include_str!("schema/estimates.json"),
         }
