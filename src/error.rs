@@ -11,6 +11,9 @@ pub enum Failure {
     Input(String),
     #[error("{0}")]
     Running(String),
+    /// The call was right, and the data give no answer.
+    #[error("{0}")]
+    NoAnswer(String),
 }
 
 impl Failure {
@@ -19,6 +22,7 @@ impl Failure {
         match self {
             Failure::Input(_) => 2,
             Failure::Running(_) => 1,
+            Failure::NoAnswer(_) => Outcome::NotGood.exit_status(),
         }
     }
 

@@ -46,6 +46,7 @@ pub(crate) fn head() -> LogHead {
         run_toml: "run = \"467/10/11\"\naircraft = \"P\u{fc}ma\"\n".to_owned(),
         channels: columns.map(|(name, unit)| (name.to_owned(), unit.to_owned())).to_vec(),
         controls: ControlNames::FixedWing,
+        ..LogHead::default()
     }
 }
 

@@ -81,7 +81,12 @@ fn a_log_for_which_there_is_no_room_at_all_is_refused_and_leaves_no_file() {
         return;
     }
     let mut recording = Recording::open(&puma()).unwrap();
-    let head = LogHead { run_toml: String::new(), channels: Vec::new(), controls: recording.info().geometry().controls };
+    let head = LogHead {
+        run_toml: String::new(),
+        channels: Vec::new(),
+        controls: recording.info().geometry().controls,
+        ..LogHead::default()
+    };
     let sample = recording.next_row().unwrap().unwrap().sample;
     match McapLog::create(Path::new("/dev/full"), head, Box::new(|_| ())) {
         Err(error) => assert!(error.to_string().contains("No space left on device"), "{error}"),

@@ -6,6 +6,8 @@ mod full_disk;
 mod hostile;
 mod independent;
 mod mavlink_logs;
+mod provenance;
 mod rotation;
 mod round_trip;
+mod schemas;
 mod truncation;

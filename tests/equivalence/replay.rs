@@ -1,19 +1,19 @@
 //! `sideslip replay`: the same samples give the same numbers, from whatever file and at whatever pace.
 
-use crate::support::program::{ended, folder, own, path, puma, real, replayed, sideslip};
+use crate::support::program::{ended, folder, own, path, puma, real, replayed, sideslip, without_provenance};
 use serde_json::Value;
 use std::path::Path;
 
 const VANE: &str = "vane_position_m=[13.08,0,0]";
 
-/// The JSON of a replay, byte by byte.
+/// The JSON of a replay, byte by byte, but for the call and its files.
 fn json(files: &[&Path], more: &[&str]) -> String {
     let mut args = vec!["replay", "--json", "-"];
     args.extend(files.iter().map(|file| path(file)));
     args.extend(more);
     let (status, out, said) = ended(&sideslip(&args));
     assert_eq!(status, 0, "{said}");
-    out
+    without_provenance(&out)
 }
 
 #[test]

@@ -34,7 +34,8 @@ fn smoothed_by_the_library(recording: &Read) -> Vec<StateRecord> {
 
 fn written(args: &[&str]) -> String {
     let (status, out, said) = ended(&sideslip(&[&["replay"], args].concat()));
-    assert_eq!(status, 0, "{said}");
+    // Without a derivative the states are written all the same.
+    assert!(matches!(status, 0 | 4), "{status} {said}");
     out
 }
 

@@ -26,7 +26,7 @@ fn inspected(file: &Path, more: &[&str]) -> (i32, Value, String) {
 #[test]
 fn real_telemetry_is_too_slow_and_it_is_said() {
     let root = std::env::var_os("SIDESLIP_DATA").map_or_else(|| own("../shared/data"), PathBuf::from);
-    for (name, hz, status) in [("plane-canberra", 1.0, 0), ("quad-dronekit-v1", 2.9, 3), ("vtol-sitl-v1", 4.2, 3)] {
+    for (name, hz, status) in [("plane-canberra", 1.0, 4), ("quad-dronekit-v1", 2.9, 4), ("vtol-sitl-v1", 4.2, 4)] {
         let file = root.join("mavlink").join(format!("{name}.tlog"));
         if !file.is_file() {
             eprintln!("SKIPPED: no recording {}", file.display());
@@ -147,6 +147,11 @@ fn the_scale_of_controls_is_said_to_be_assumed_until_it_is_stated() {
     assert!(status == 0 && said.contains("the scale of lon_cyclic, lat_cyclic, collective, pedal is assumed"), "{said}");
     let (_, out, said) = ended(&sideslip(&["inspect", path(&csv)]));
     assert!(out.contains(assumed) && out.contains("scale assumed"), "{out}{said}");
+    let (status, _, said) = ended(&sideslip(&["identify", path(&csv), "--out", path(&folder.join("report"))]));
+    assert!(matches!(status, 0 | 3), "{said}");
+    let page = std::fs::read_to_string(folder.join("report/report.html")).unwrap();
+    let table = page.split_once("<table aria-label=\"Derivatives\">").unwrap().1.split_once("</table>").unwrap().0;
+    assert!(table.contains(assumed) && page.contains("derivatives by ") && page.matches(assumed).count() > 2, "{table}");
     let (_, out, said) = ended(&sideslip(&["identify", path(&csv), "--set", "assumed_scale=[]"]));
     assert!(!(out + &said).contains("assumed"), "{said}");
 }

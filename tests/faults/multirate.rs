@@ -108,7 +108,7 @@ fn accelerometers_away_from_the_centre_of_mass_are_no_fault_of_the_vanes() {
     let more = ["--rate", "50", "--noise", "flight", "--set", "accelerometer_position_m=[6,0,1]", "--out", path(&flown)];
     assert_eq!(ended(&sideslip(&[args.as_slice(), &more].concat())).0, 0);
     let (_, run, _) = replayed(&flown, &[]);
-    assert!(!warns(&run, &["is inconsistent with the kinematics"]), "{}", run["warnings"]);
+    assert!(!warns(&run, &["is inconsistent with the motion"]), "{}", run["warnings"]);
     is_right(&run);
     // Force at the centre of mass and velocity there, whatever the accelerometers' place: the model's own derivatives.
     for (axis, variable) in [("Y", "v"), ("Y", "pedal"), ("L", "v"), ("Z", "w")] {
@@ -119,7 +119,7 @@ fn accelerometers_away_from_the_centre_of_mass_are_no_fault_of_the_vanes() {
         assert!((value - known).abs() < 4.0 * std + 0.03 * known.abs(), "{name}: {value} +- {std}, the model has {known}");
     }
     let (_, run, _) = replayed(&flown, &["--set", "accelerometer_position_m=[0,0,0]"]);
-    assert!(warns(&run, &["is inconsistent with the kinematics"]), "taken for somewhere else: {}", run["warnings"]);
+    assert!(warns(&run, &["is inconsistent with the motion"]), "taken for somewhere else: {}", run["warnings"]);
 }
 
 #[test]

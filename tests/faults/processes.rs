@@ -23,7 +23,8 @@ fn a_signal_stops_a_run_with_its_log_closed_and_what_there_was_printed() {
         assert!(said.contains("stopped by a signal at "), "{said}");
         assert!(table.contains("Lateral modes at") && table.contains("log: "), "{table}");
         let (status, run, said) = replayed(&log, &[]);
-        assert_eq!(status, 0, "the log has its end: {said}");
+        // Of the first seconds there is no derivative yet.
+        assert!(matches!(status, 0 | 4) && !said.contains("truncated"), "the log has its end: {status} {said}");
         assert!((1.0..20.0).contains(&run["time"].as_f64().unwrap()), "{}", run["time"]);
         assert_eq!(files_in(log.parent().unwrap()), ["run.mcap"]);
     }

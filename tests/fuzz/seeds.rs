@@ -204,6 +204,7 @@ fn mcap(chunks: bool) -> Vec<u8> {
         run_toml: "run = \"1\"\n".to_owned(),
         channels: columns.map(|(name, unit)| (name.to_owned(), unit.to_owned())).to_vec(),
         controls: ControlNames::FixedWing,
+        ..LogHead::default()
     };
     writer.write_metadata(&mcap::write::Metadata { name: "run".to_owned(), metadata: head.to_metadata("seed") }).unwrap();
     let channel_id = writer.add_channel(0, "/sample", "json", &BTreeMap::new()).unwrap();

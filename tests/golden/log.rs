@@ -20,7 +20,7 @@ struct Topic {
     head: String,
     /// Each message: times and numbers.
     numbers: Vec<String>,
-    documents: Vec<(u64, Document)>,
+    documents: Vec<(i128, Document)>,
     schema_words: Vec<(String, String)>,
 }
 
@@ -46,6 +46,10 @@ impl Whole {
     }
 }
 
+fn without_date(text: &str) -> String {
+    text.split_inclusive('\n').filter(|line| !line.starts_with("recorded_at = ")).collect()
+}
+
 fn document(bytes: &[u8]) -> Document {
     Document::new(&serde_json::from_slice::<Value>(bytes).unwrap())
 }
@@ -57,8 +61,10 @@ pub(crate) fn log(bytes: &[u8], whole: Whole, tidied: impl Fn(&str) -> String) -
         if let Record::Metadata(found) = record.unwrap() {
             let _ = writeln!(numbers, "[metadata {}]", found.name);
             let _ = writeln!(words, "[metadata {}]", found.name);
-            for (key, value) in &found.metadata {
-                let value = tidied(value);
+            // The call and its files have their proof in `conformance::provenance`; a live link is dated by the clock of this
+            // machine.
+            for (key, value) in found.metadata.iter().filter(|(key, _)| !matches!(key.as_str(), "command_line" | "files")) {
+                let value = without_date(&tidied(value));
                 let (of_numbers, of_words) = match serde_json::from_str::<Value>(&value) {
                     Ok(parsed @ (Value::Array(_) | Value::Object(_))) => {
                         let found = Document::new(&parsed);
@@ -75,6 +81,7 @@ pub(crate) fn log(bytes: &[u8], whole: Whole, tidied: impl Fn(&str) -> String) -
         }
     }
     let mut topics: BTreeMap<String, Topic> = BTreeMap::new();
+    let mut begin = None;
     for message in mcap::MessageStream::new(bytes).unwrap() {
         let message = message.unwrap();
         let channel = &message.channel;
@@ -83,18 +90,24 @@ pub(crate) fn log(bytes: &[u8], whole: Whole, tidied: impl Fn(&str) -> String) -
             let schema = channel.schema.as_ref().unwrap();
             let found = document(&schema.data);
             topic.head = format!(
-                "schema = {} {} {}\nschema_sha256 = {}\nmetadata = {:?}\n",
+                "schema = {} {} {}\nschema_sha256 = {}\nmetadata = {}, sha256 {}\n",
                 schema.name,
                 schema.encoding,
                 channel.message_encoding,
                 sha256(found.canonical()),
-                channel.metadata
+                channel.metadata.get("clock").map_or("", String::as_str),
+                sha256(format!("{:?}", channel.metadata))
             );
             topic.schema_words = found.words;
         }
         let found = document(&message.data);
-        topic.numbers.push(format!("{} {}\n{}", message.log_time, message.publish_time, found.canonical()));
-        topic.documents.push((message.log_time, found));
+        // Of UTC what has passed since the first message.
+        let is_utc = channel.metadata.get("clock").is_some_and(|clock| clock.starts_with("UTC"));
+        let zero = if is_utc { *begin.get_or_insert(message.log_time) } else { 0 };
+        let since = |time: u64| i128::from(time) - i128::from(zero);
+        let (log_time, publish_time) = (since(message.log_time), since(message.publish_time));
+        topic.numbers.push(format!("{log_time} {publish_time}\n{}", found.canonical()));
+        topic.documents.push((log_time, found));
     }
     for (name, topic) in &topics {
         let _ = write!(numbers, "[{name}]\n{}", topic.head);
@@ -113,7 +126,7 @@ pub(crate) fn log(bytes: &[u8], whole: Whole, tidied: impl Fn(&str) -> String) -
 }
 
 /// The words of all messages: a hash, and each text once with how often it stands there.
-fn said(documents: &[(u64, Document)]) -> String {
+fn said(documents: &[(i128, Document)]) -> String {
     let all: Vec<(String, String)> = documents
         .iter()
         .flat_map(|(time, document)| document.words.iter().map(move |(path, text)| (format!("{time} {path}"), text.clone())))

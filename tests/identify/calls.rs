@@ -20,6 +20,22 @@ fn what_cannot_be_identified_is_refused_with_a_line() {
     refused(&["identify", file, "--states", "p,r", "--inputs", "rudder"], &["expected a column `rudder`"]);
     refused(&["identify", file, "--states", "p", "--outputs", "az"], &["`az`"]);
     refused(&["identify", file, "--holdout", file], &["--holdout"]);
+    let (one, other) = (folder.join("one.csv"), folder.join("other.csv"));
+    std::fs::copy(&puma, &one).unwrap();
+    std::fs::copy(&puma, &other).unwrap();
+    // Every file behind --holdout is one of the hold-out, in both commands.
+    for call in [
+        &["identify", file, "--holdout", path(&one), path(&other), "--states", "p"][..],
+        &["identify", "--fit", file, "--holdout", path(&one), path(&other), "--states", "p"],
+    ] {
+        refused(call, &["one.csv", "same recording"]);
+    }
+    for fit in [&[file][..], &["--fit", file]] {
+        refused(
+            &[&["diagnose", "--model", "puma"], fit, &["--holdout", path(&one), file]].concat(),
+            &["not fitted", "--manoeuvre"],
+        );
+    }
     refused(&["identify", file, "--trim-window", "nan"], &["--trim-window"]);
     refused(&["identify", "no-such.csv"], &["no-such.csv"]);
     refused(&["identify", file, "--response", "Cm", "--candidates", "p"], &["no column `Cm`"]);
@@ -37,7 +53,7 @@ fn what_cannot_be_identified_is_refused_with_a_line() {
     std::fs::write(&short, run.text()).unwrap();
     // The call is right; the search comes to nothing.
     let (status, out, said) = ended(&sideslip(&["identify", path(&short), "--states", "p,r", "--inputs", "pedal"]));
-    assert!(status == 1 && out.is_empty() && said.contains("not identifiable"), "{status} {said}");
+    assert!(status == 4 && out.is_empty() && said.contains("not identifiable"), "{status} {said}");
     let slow = folder.join("slow.csv");
     let mut run = RunFile::read(&puma);
     let place = run.place("time");
@@ -49,7 +65,8 @@ fn what_cannot_be_identified_is_refused_with_a_line() {
         kept
     });
     std::fs::write(&slow, run.text()).unwrap();
-    refused(&["identify", path(&slow), "--states", "p,r", "--inputs", "pedal"], &["slow.csv", "expected 8 Hz"]);
+    let (status, _, said) = ended(&sideslip(&["identify", path(&slow), "--states", "p,r", "--inputs", "pedal"]));
+    assert!(status == 4 && said.contains("slow.csv") && said.contains("expected 8 Hz"), "{status} {said}");
     let copy = folder.join("copy.csv");
     std::fs::copy(&puma, &copy).unwrap();
     for twice in [&[file, path(&copy)][..], &[file, "--holdout", path(&copy)]] {

@@ -1,17 +1,17 @@
 //! Output error beside a replay: in its JSON, its log and its table, the same every time and through shared memory.
 
-use crate::support::program::{RunFile, ended, folder, own, path, puma, sideslip};
+use crate::support::program::{RunFile, ended, folder, own, path, puma, sideslip, without_provenance};
 use serde_json::Value;
 use std::path::Path;
 
-/// Standard output and JSON of a replay.
+/// Standard output and JSON of a replay, the JSON without the call.
 fn replayed(folder: &Path, file: &Path, more: &[&str]) -> (String, String) {
     let (json, log) = (folder.join("answer.json"), folder.join("log.mcap"));
     let args = [&["replay", path(file), "--json", path(&json), "--out", path(&log)], more].concat();
     let (status, out, said) = ended(&sideslip(&args));
     assert_eq!(status, 0, "{said}");
     assert!(log.metadata().unwrap().len() > 10_000);
-    (out, std::fs::read_to_string(&json).unwrap())
+    (out, without_provenance(&std::fs::read_to_string(&json).unwrap()))
 }
 
 /// The recording's first ten seconds.

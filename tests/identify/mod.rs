@@ -3,4 +3,6 @@
 mod calls;
 mod frequency;
 mod live;
+mod no_answer;
 mod recordings;
+mod report;

@@ -2,3 +2,4 @@
 
 mod flights;
 mod recordings;
+mod whole_flight;

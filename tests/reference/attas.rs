@@ -20,7 +20,7 @@ fn the_dutch_roll_is_that_of_output_error() {
 #[test]
 fn the_misplaced_vane_is_told_by_the_kinematics() {
     let Some(flight) = real("attas-rud1.csv") else { return };
-    let words = ["sideslip (beta)", "kinematics"];
+    let words = ["sideslip (beta)", "inconsistent with the motion"];
     let (_, as_recorded, _) = replayed(&flight, &[]);
     assert!(warns(&as_recorded, &words), "{}", as_recorded["warnings"]);
     let r2 = as_recorded["consistency"]["beta"]["r2"].as_f64().unwrap();

@@ -62,6 +62,11 @@ fn prepared(folder: &Path) {
     let mut gusty = vec!["--duration", "22", "--rate", "50", "--pilot", "attitude", "--turbulence", "1", "--seed", "11"];
     gusty.extend(inputs.iter().flat_map(|input| ["--input", input]));
     simulated(folder, "gusty.csv", &gusty);
+    let inputs =
+        ["pedal:3211:0.02:0.7", "lat_cyclic:doublet:0.01:1:25", "pedal:doublet:0.02:1:45", "lat_cyclic:3211:0.01:0.7:65"];
+    let mut day = vec!["--duration", "85", "--rate", "25", "--pilot", "attitude", "--seed", "13"];
+    day.extend(inputs.iter().flat_map(|input| ["--input", input]));
+    simulated(folder, "day.csv", &day);
     simulated(folder, "00000012.bin", &["--input", "pedal:3211:0.02:0.7", "--duration", "100", "--rate", "50", "--seed", "12"]);
     std::fs::rename(folder.join("00000012.bin"), folder.join("00000012.BIN")).unwrap();
     for (name, from) in [("rud1.csv", "3211.csv"), ("ail1.csv", "lateral.csv")] {

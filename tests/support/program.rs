@@ -15,6 +15,13 @@ pub(crate) fn ended(output: &Output) -> (i32, String, String) {
     (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
 }
 
+/// The text of a document without `provenance`, its first key, which differs from call to call.
+pub(crate) fn without_provenance(text: &str) -> String {
+    let block = text.split_once("\n  },\n").filter(|(block, _)| block.starts_with("{\n  \"provenance\": {"));
+    let rest = block.unwrap_or_else(|| panic!("expected a document that begins with its provenance, found {text:.200}")).1;
+    format!("{{\n{rest}")
+}
+
 /// `replay` of one file with `--json -`: exit status, the first run of the answer, standard error.
 pub(crate) fn replayed(file: &Path, more: &[&str]) -> (i32, Value, String) {
     let mut args = vec!["replay", path(file), "--json", "-"];

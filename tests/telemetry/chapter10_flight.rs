@@ -103,7 +103,9 @@ fn every_command_reads_it_and_a_damaged_and_a_missing_packet_are_told() {
     let samples = flown(11);
     std::fs::write(&file, packets(&samples, Storage::Packed).concat()).unwrap();
     let file = path(&file);
-    for args in [&["replay", file][..], &["check", file], &["identify", file], &["convert", file, path(&csv)]] {
+    for args in
+        [&["replay", file][..], &["check", file], &["identify", file, "--states", "v,p,phi,r"], &["convert", file, path(&csv)]]
+    {
         let (status, out, said) = ended(&sideslip(args));
         assert!(status == 0 || (args[0] == "check" && status == 4), "{args:?}: {status} {out} {said}");
     }

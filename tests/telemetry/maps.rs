@@ -127,7 +127,7 @@ fn dates_are_seconds_of_their_day() {
     let begin_s = 9.0 * 3600.0 + 30.0 * 60.0 + 59.5;
     assert!((samples_of(&out)[0].time_s - begin_s).abs() < 1e-9);
     assert_eq!(samples_of(&out).len(), expected.len());
-    assert!(std::fs::read_to_string(&out).unwrap().contains("recorded_at = \"2024-05-17T09:30:59Z\""));
+    assert!(std::fs::read_to_string(&out).unwrap().contains("recorded_at = \"2024-05-17T09:30:59.500Z\""));
 }
 
 #[test]

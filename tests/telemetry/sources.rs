@@ -49,7 +49,7 @@ fn every_command_reads_the_url_of_a_recording() {
     }
     let call = ["diagnose", "--model", path(&model), "--fit", by_path.as_str(), "--holdout", by_path.as_str()];
     let (status, _, said) = ended(&sideslip(&call));
-    assert!(status == 2 && said.contains("found the same file twice"), "{said}");
+    assert!(status == 2 && said.contains("not fitted"), "{said}");
     let (status, _, said) = ended(&sideslip(&["replay", "udpin://127.0.0.1:14550"]));
     assert!(status == 2 && said.contains("expected a recording"), "{said}");
     let (status, _, said) = ended(&sideslip(&["check", "pcm+file://run.pcm"]));

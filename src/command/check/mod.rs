@@ -5,16 +5,22 @@ mod json;
 mod read_run;
 mod table;
 
+use super::options::fitted_runs::refuse_twice;
 use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
+use super::options::run_parts::PartOptions;
 use super::options::telemetry_source::RecordingSource;
+use super::recordings::chosen_runs::chosen_runs;
+use super::recordings::provenance::Provenance;
 use super::recordings::run_input::screened;
-use super::terminal::console::print;
-use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, write_json};
+use super::recordings::run_names::tell_apart;
+use super::terminal::console::{message_once, print};
+use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder};
 use crate::command::message;
 use read_run::read;
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::file::run_file::RunInfo;
+use sideslip::io::outputs::json::document_schema::DocumentSchema;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::io::outputs::words::control_scale::assumed_names;
 use sideslip::postflight::reconstruction::verdict::{Fitness, check};
@@ -48,8 +54,8 @@ pub(crate) struct CheckArgs {
     #[arg(required = true, value_name = "RUN", value_parser = RecordingSource::parser())]
     files: Vec<RecordingSource>,
     /// Override a key of every run, such as vane_position_m=[13.08,0,0] or latency_s={tas=0.25} (channels stamped late, s);
-    /// repeatable
-    #[arg(long, value_name = "KEY=VALUE")]
+    /// RUN:KEY=VALUE of that recording alone; repeatable
+    #[arg(long, value_name = "[RUN:]KEY=VALUE")]
     set: Vec<String>,
     /// Which message (MAVLink) or measurement (IRIG 106 Chapter 10) carries which channel, or the format of PCM frames in Chapter
     /// 10 packets (TOML)
@@ -57,6 +63,8 @@ pub(crate) struct CheckArgs {
     config: Option<PathBuf>,
     #[command(flatten)]
     map: MapOption,
+    #[command(flatten)]
+    parts: PartOptions,
     /// Write the answer as JSON to this file, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -68,14 +76,12 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Outcome, Failure> {
         refuse_to_overwrite("--json", json, &args.files.iter().flat_map(RecordingSource::files).collect::<Vec<_>>())?;
         refuse_without_folder("--json", json)?;
     }
-    for (place, source) in args.files.iter().enumerate() {
-        if args.files.iter().take(place).any(|other| other.is_same(source)) {
-            return Err(Failure::file(&source.file, "expected each run once, found the same file twice"));
-        }
-    }
     let mapping = read_mapping(args.config.as_deref(), &args.map)?;
-    let read = args.files.iter().map(|source| read(source, &args.set, &mapping)).collect::<Result<Vec<_>, _>>()?;
-    let mut named = read.iter().zip(&args.files).filter_map(|(one, source)| Some((one.info.aircraft()?, &source.file)));
+    let [sources] = chosen_runs([&args.files], &args.parts, &args.set, &mapping)?;
+    refuse_twice(&sources.iter().collect::<Vec<_>>())?;
+    let mut read = sources.iter().map(|source| read(source, &mapping)).collect::<Result<Vec<_>, _>>()?;
+    tell_apart(read.iter_mut().map(|one| &mut one.candidate.name), &sources.iter().collect::<Vec<_>>());
+    let mut named = read.iter().zip(&sources).filter_map(|(one, source)| Some((one.info.aircraft()?, &source.file)));
     if let Some((first, _)) = named.next()
         && let Some((other, file)) = named.find(|(other, _)| *other != first)
     {
@@ -101,16 +107,21 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Outcome, Failure> {
                 document["assumed_scale"] = read.iter().map(|one| assumed_names(&one.info)).collect();
             }
             document["interpretation"] = interpretation::document(&interpreted);
-            write_json(path, &format!("{document:#}\n"))?;
+            let files = args.files.iter().flat_map(RecordingSource::files).chain(args.config.clone()).chain(args.map.map.clone());
+            let dated = read
+                .iter()
+                .zip(&sources)
+                .fold(Provenance::of(files), |all, (one, source)| all.dated(&source.file, one.info.recorded_at()));
+            dated.write_json(path, DocumentSchema::Check, &format!("{document:#}\n"))?;
         }
     }
     let screened = verdicts
         .iter()
-        .zip(&args.files)
+        .zip(&sources)
         .flat_map(|(verdict, source)| verdict.screened.iter().map(move |one| screened(&source.file, one, controls)));
     let losses: Vec<String> = read.iter().flat_map(|one| one.losses.clone()).chain(screened).collect();
     for loss in &losses {
-        message(format_args!("sideslip: {loss}"));
+        message_once(format_args!("sideslip: {loss}"));
     }
     Ok(if verdicts.iter().any(|verdict| verdict.fitness == Fitness::NotFit) {
         Outcome::NotGood

@@ -14,9 +14,9 @@ pub(super) struct ReadRun {
     pub(super) losses: Vec<String>,
 }
 
-/// Reads a recording with the overrides of its keys; where time does not increase is a loss.
-pub(super) fn read(source: &RecordingSource, overrides: &[String], mapping: &Mapping) -> Result<ReadRun, Failure> {
-    let RunInput { name, info, samples, mut losses } = read_run(source, overrides, mapping)?;
+/// Reads a recording; where time does not increase is a loss.
+pub(super) fn read(source: &RecordingSource, mapping: &Mapping) -> Result<ReadRun, Failure> {
+    let RunInput { name, info, samples, mut losses } = read_run(source, mapping)?;
     let backwards = samples.array_windows().filter(|[before, after]| !(after.time_s > before.time_s)).count();
     if backwards > 0 {
         losses.push(format!("{}: time does not increase at {backwards} of {} rows", source.file.display(), samples.len()));

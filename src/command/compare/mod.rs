@@ -5,17 +5,23 @@ mod json;
 mod overlay_chart;
 mod table;
 
+use super::options::fitted_runs::refuse_twice;
 use super::options::flight_condition::{FlightCondition, read_model};
 use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
+use super::options::run_parts::{PartOptions, is_of_run};
 use super::options::telemetry_source::RecordingSource;
+use super::recordings::chosen_runs::chosen_runs;
+use super::recordings::provenance::Provenance;
 use super::recordings::run_input::{RunInput, read_run, refuse_two_aircraft};
-use super::terminal::console::print;
+use super::recordings::run_names::tell_apart;
+use super::terminal::console::{message_once, print};
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, write_json, write_whole};
 use crate::command::message;
 use comparison::{ComparedRun, Comparison, outlasts_trim};
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::control::{CONTROLS, Control};
 use sideslip::flight::file::run_file::RunInfo;
+use sideslip::io::outputs::json::document_schema::DocumentSchema;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::postflight::validation::free_run::{FreeRunPrediction, ValidationRun, predict};
 use sideslip::postflight::validation::improvement::improvement;
@@ -63,6 +69,8 @@ pub(crate) struct CompareArgs {
     config: Option<PathBuf>,
     #[command(flatten)]
     map: MapOption,
+    #[command(flatten)]
+    parts: PartOptions,
     /// Write the answer as JSON to this file, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -82,15 +90,17 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome, Failure> {
     }
     let still = still(&args.still)?;
     let mapping = read_mapping(args.config.as_deref(), &args.map)?;
-    let (of_run, of_model): (Vec<String>, Vec<String>) =
-        args.condition.set.iter().cloned().partition(|set| RunInfo::is_known(set.split('=').next().unwrap_or_default().trim()));
+    let (of_run, of_model): (Vec<String>, Vec<String>) = args.condition.set.iter().cloned().partition(|set| is_of_run(set));
     let model = args.condition.fly(of_model, &format!("; or a key of the run ({})", RunInfo::known_keys()))?;
     let beside = args.beside.as_ref().map(|path| read_model(path, &FlightRequest::default(), "")).transpose()?;
-    let read = args.files.iter().map(|source| read_run(source, &of_run, &mapping)).collect::<Result<Vec<_>, _>>()?;
-    refuse_two_aircraft(read.iter().zip(&args.files))?;
+    let [sources] = chosen_runs([&args.files], &args.parts, &of_run, &mapping)?;
+    refuse_twice(&sources.iter().collect::<Vec<_>>())?;
+    let mut read = sources.iter().map(|source| read_run(source, &mapping)).collect::<Result<Vec<_>, _>>()?;
+    tell_apart(read.iter_mut().map(|one| &mut one.name), &sources.iter().collect::<Vec<_>>());
+    refuse_two_aircraft(read.iter().zip(&sources))?;
     let losses: Vec<String> = read.iter().flat_map(|one| one.losses.clone()).collect();
     let mut runs = Vec::new();
-    for (one, RecordingSource { file, .. }) in read.into_iter().zip(&args.files) {
+    for (one, RecordingSource { file, .. }) in read.into_iter().zip(&sources) {
         let RunInput { name, info, samples, .. } = one;
         let run = ValidationRun { trim_window_s: args.trim_window, still, ..ValidationRun::of(&samples, info.geometry()) };
         let fly = |model: &FlightModel| predict(model, &model.file.own_effects(), &run).map_err(|why| Failure::file(file, why));
@@ -110,19 +120,20 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome, Failure> {
         (true, Some((one, _))) => one.figures(),
         _ => improvement(&pairs),
     };
-    tell(args, &Comparison { all, runs, beside: beside.is_some() })?;
+    tell(args, &sources, &Comparison { all, runs, beside: beside.is_some() })?;
     for loss in &losses {
-        message(format_args!("sideslip: {loss}"));
+        message_once(format_args!("sideslip: {loss}"));
     }
     Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })
 }
 
 /// Tables, pictures and the document, each where it was asked for.
-fn tell(args: &CompareArgs, answer: &Comparison) -> Result<(), Failure> {
+fn tell(args: &CompareArgs, sources: &[RecordingSource], answer: &Comparison) -> Result<(), Failure> {
     let drawn = |error: sideslip::io::outputs::charts::chart::ChartError| Failure::Running(error.to_string());
     let style = if args.json.is_some() { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
     let text = table::text(answer, style);
-    let document = format!("{:#}\n", json::document(answer));
+    let document =
+        provenance(args, sources, answer).in_front_of(&format!("{:#}\n", json::document(answer)), Some(DocumentSchema::Compare));
     if let Some(path) = &args.svg {
         let all: Vec<&ComparedRun> = answer.runs.iter().map(|(one, _)| one).collect();
         let text = overlay_chart::svg(&all).map_err(drawn)?;
@@ -143,6 +154,14 @@ fn tell(args: &CompareArgs, answer: &Comparison) -> Result<(), Failure> {
             write_json(path, &document)
         }
     }
+}
+
+/// The call and everything that it reads.
+fn provenance(args: &CompareArgs, sources: &[RecordingSource], answer: &Comparison) -> Provenance {
+    let files = sources.iter().flat_map(RecordingSource::files).chain([args.condition.model.clone()]);
+    let besides = args.beside.iter().chain(&args.config).chain(&args.map.map).cloned();
+    let runs = answer.runs.iter().map(|(one, _)| &one.info).zip(sources);
+    runs.fold(Provenance::of(files.chain(besides)), |all, (info, source)| all.dated(&source.file, info.recorded_at()))
 }
 
 /// The run's name as a file's; numbered where two runs have one name.
@@ -168,11 +187,6 @@ fn refuse_wrong_outputs(args: &CompareArgs) -> Result<(), Failure> {
     }
     if let Some(folder) = args.out.as_ref().filter(|folder| folder.exists() && !folder.is_dir()) {
         return Err(Failure::file(folder, "--out: expected a folder, found a file"));
-    }
-    for (place, source) in args.files.iter().enumerate() {
-        if args.files.iter().take(place).any(|other| other.is_same(source)) {
-            return Err(Failure::file(&source.file, "expected each run once, found the same file twice"));
-        }
     }
     Ok(())
 }

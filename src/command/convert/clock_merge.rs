@@ -104,7 +104,7 @@ impl ClockOptions {
                 .ok_or_else(|| Failure::Input("--clock-offset: expected a finite number of seconds".to_owned()))?,
             _ => return Err(Failure::Input("--merge: expected --shared CHANNEL or --clock-offset S beside it".to_owned())),
         };
-        let recording = aligned_by_its_own(&source.file, source.open_with_note(mapping)?)?;
+        let recording = aligned_by_its_own(source, source.open_with_note(mapping)?)?;
         Ok(SecondRecording::Related(Box::new(RelatedRecording { file: source.file.clone(), recording, relation })))
     }
 }
@@ -116,7 +116,7 @@ fn shared_channel(
     name: &str,
     channel: Option<Channel>,
 ) -> Result<Series, Failure> {
-    let mut aligned = aligned_by_its_own(&source.file, source.open(mapping)?)?;
+    let mut aligned = aligned_by_its_own(source, source.open(mapping)?)?;
     let recording = &aligned.recording;
     let is_shared = |column: &&RecordingColumn| match (column.target, channel) {
         (RecordingTarget::Known { channel, .. }, Some(wanted)) => channel == wanted,

@@ -4,13 +4,17 @@ mod clock_merge;
 mod row_writer;
 
 use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
+use super::options::run_parts::PartOptions;
 use super::options::telemetry_source::RecordingSource;
+use super::recordings::chosen_runs::chosen_run;
+use super::recordings::provenance::Provenance;
 use super::recordings::run_head::{HeadedRecording, head_of, head_with};
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder};
 use crate::command::message;
 use clock_merge::{ClockOptions, SecondRecording};
 use row_writer::RowWriter;
 use sideslip::error::{Failure, Outcome};
+use sideslip::flight::file::log_head::LogHead;
 use sideslip::io::outputs::words::control_scale::assumed_scale;
 use sideslip::io::telemetry::alignment::aligned_recording::AlignedRecording;
 use sideslip::io::telemetry::record::RecordingRow;
@@ -21,6 +25,7 @@ Examples:
   sideslip convert flight.tlog from-tlog.csv
   sideslip convert 00000012.BIN flight.mcap --from 30 --to 95
   sideslip convert 'pcm+file://flight.pcm?format=frame.toml' flight.mcap
+  sideslip convert day.csv second.csv --manoeuvre 2
   sideslip convert flight.ch10 flight.csv --config measurements.toml
   sideslip convert flight.csv both.csv --merge radar.csv --shared altitude
   sideslip convert flight.csv both.csv --merge radar.csv --clock-offset 12.25 --clock-drift 0
@@ -53,12 +58,8 @@ pub(crate) struct ConvertArgs {
     /// repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Leave out what is earlier, s of the recording's time
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    from: Option<f64>,
-    /// Leave out what is later, s of the recording's time
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    to: Option<f64>,
+    #[command(flatten)]
+    parts: PartOptions,
     #[command(flatten)]
     clock: ClockOptions,
     /// Replace an output that exists
@@ -76,16 +77,17 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
         return Err(Failure::file(&args.output, "exists already; --force replaces it"));
     }
     let mapping = read_mapping(args.config.as_deref(), &args.map)?;
-    let recording = args.input.open_with_note(&mapping)?;
-    if let Some(note) = assumed_scale(recording.info()) {
-        message(format_args!("note: {}: {note}", args.input.file.display()));
-    }
+    let input = chosen_run(&args.input, &args.parts, &args.set, &mapping)?;
+    let recording = input.open_with_note(&mapping)?;
     let mut second = match args.clock.second(&args.input, &mapping)? {
         SecondRecording::None => None,
         SecondRecording::Related(second) => Some(second),
         SecondRecording::Unknown => return Ok(Outcome::NotGood),
     };
-    let HeadedRecording { mut recording, info, .. } = head_of(&args.input.file, recording, &args.set)?;
+    let HeadedRecording { mut recording, info, .. } = head_of(&input, recording)?;
+    if let Some(note) = assumed_scale(&info) {
+        message(format_args!("note: {}: {note}", input.file.display()));
+    }
     let own_columns = recording.recording.columns();
     let (mut merge, columns) = match &second {
         None => (None, own_columns.to_vec()),
@@ -95,20 +97,23 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
             (Some(merge), columns)
         }
     };
-    let mut writer = RowWriter::begin(format, &args.output, &info, head_with(&info, &columns), &columns)?;
-    let within = |time_s: f64| args.from.is_none_or(|from| time_s >= from) && args.to.is_none_or(|to| time_s <= to);
-    let (mut written, mut left_out, mut no_time) = (0_u64, 0_u64, 0_u64);
+    let mut writer = {
+        let origin = Provenance::of(read).dated(&args.input.file, info.recorded_at()).origin();
+        let head = LogHead { origin, ..head_with(&info, &columns) };
+        RowWriter::begin(format, &args.output, &info, head, &columns)?
+    };
+    let (mut written, mut no_time) = (0_u64, 0_u64);
     let mut order = TimeOrder::default();
     let mut each = |row: &RecordingRow| {
         if !row.sample.time_s.is_finite() {
             no_time += 1;
             Ok(())
-        } else if within(row.sample.time_s) {
+        } else if input.span.has(row.sample.time_s) {
             written += 1;
             order.put(row.sample.time_s);
             writer.row(row)
         } else {
-            left_out += 1;
+            // Of the second recording.
             Ok(())
         }
     };
@@ -125,7 +130,7 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
         }
     }
     if written == 0 {
-        return Err(Failure::file(&args.input.file, format_args!("no row within --from and --to; {left_out} are outside")));
+        return Err(Failure::file(&args.input.file, "expected rows with a time, found none"));
     }
     writer.end()?;
     message(format_args!("{}: {written} samples", args.output.display()));

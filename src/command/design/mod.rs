@@ -4,8 +4,9 @@ mod result;
 
 use super::options::flight_condition;
 use super::options::flight_condition::{FlightCondition, number};
+use super::recordings::provenance::Provenance;
 use super::terminal::console::print;
-use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, same_place, write_json, write_whole};
+use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, same_place, write_whole};
 use super::terminal::progress_line::ProgressLine;
 use super::terminal::stop::stopped_by_signals;
 use crate::command::message;
@@ -20,6 +21,7 @@ use sideslip::flight::effect::Effect;
 use sideslip::flight::file::model_file::ModelFile;
 use sideslip::flight::model::LinearModel;
 use sideslip::io::outputs::charts::chart::svg;
+use sideslip::io::outputs::json::document_schema::DocumentSchema;
 use sideslip::io::outputs::number::Digits;
 use sideslip::simulation::input_design::information::{DesignParameter, outputs};
 use sideslip::simulation::input_design::search::{Criterion, DesignLimits, DesignProblem, EvaluatedInput, LEAST_AMPLITUDE};
@@ -188,7 +190,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<Outcome, Failure> {
             }
             let mut text = serde_json::to_string_pretty(&result).map_err(|error| Failure::Running(error.to_string()))?;
             text.push('\n');
-            write_json(path, &text)?;
+            Provenance::of([args.condition.model.clone()]).write_json(path, DocumentSchema::Design, &text)?;
         }
     }
     match cut_short {

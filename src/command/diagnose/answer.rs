@@ -1,6 +1,7 @@
 //! The answer of a diagnosis, with the runs that it rests on.
 
 use super::args::DiagnoseArgs;
+use crate::command::recordings::provenance::Provenance;
 use crate::command::terminal::output_file::write_whole;
 use crate::command::terminal::progress_line::watched;
 use sideslip::error::Failure;
@@ -26,6 +27,7 @@ pub(super) struct Answer {
 pub(super) struct Flights<'r> {
     pub(super) fit: &'r [RecordedRun],
     pub(super) holdout: &'r [RecordedRun],
+    pub(super) provenance: &'r Provenance,
 }
 
 impl Answer {

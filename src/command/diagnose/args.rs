@@ -1,8 +1,9 @@
 //! The call of `sideslip diagnose`.
 
+use crate::command::options::fitted_runs::FittedRuns;
 use crate::command::options::flight_condition::FlightCondition;
 use crate::command::options::mapping_input::{CONFIG_HELP, MapOption};
-use crate::command::options::telemetry_source::RecordingSource;
+use crate::command::options::run_parts::PartOptions;
 use std::path::PathBuf;
 
 const EXAMPLE: &str = "\
@@ -30,13 +31,8 @@ skipped or a run was set aside. With --json - the table goes to standard error."
 pub(crate) struct DiagnoseArgs {
     #[command(flatten)]
     pub(super) condition: FlightCondition,
-    /// Recordings that are fitted, a run each; a stream of PCM is pcm+file://PATH?format=FRAME.toml, Chapter 10 whose setup does
-    /// not name the channels ch10+file://PATH?format=FILE.toml
-    #[arg(long, value_name = "RUN", num_args = 1.., required = true, value_parser = RecordingSource::parser())]
-    pub(super) fit: Vec<RecordingSource>,
-    /// Hold-out recordings: the improvement is measured on them, they are not fitted
-    #[arg(long, value_name = "RUN", num_args = 1.., value_parser = RecordingSource::parser())]
-    pub(super) holdout: Vec<RecordingSource>,
+    #[command(flatten)]
+    pub(super) runs: FittedRuns,
     /// Largest number of causes that is searched for
     #[arg(long, value_name = "N", default_value_t = 3)]
     pub(super) causes: usize,
@@ -46,6 +42,8 @@ pub(crate) struct DiagnoseArgs {
     pub(super) config: Option<PathBuf>,
     #[command(flatten)]
     pub(super) map: MapOption,
+    #[command(flatten)]
+    pub(super) parts: PartOptions,
     /// Write the answer as JSON to this file, or to standard output with -
     #[arg(long, value_name = "FILE")]
     pub(super) json: Option<PathBuf>,

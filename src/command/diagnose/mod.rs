@@ -11,17 +11,21 @@ mod table;
 mod verdict;
 
 use super::options::mapping_input::read_mapping;
+use super::options::run_parts::is_of_run;
 use super::options::telemetry_source::RecordingSource;
+use super::recordings::chosen_runs::chosen_runs;
+use super::recordings::provenance::Provenance;
 use super::recordings::run_condition::condition_of;
 use super::recordings::run_input::{RunInput, read_screened, refuse_two_aircraft};
-use super::terminal::console::print;
-use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, write_json};
+use super::terminal::console::{message_once, print};
+use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder};
 use crate::command::message;
 use answer::{Answer, Flights};
 pub(crate) use args::DiagnoseArgs;
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::file::run_file::RunInfo;
+use sideslip::io::outputs::json::document_schema::DocumentSchema;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::postflight::diagnosis::record::LENGTH_MIN_S;
 use sideslip::postflight::identification::test_condition::{TestCondition, test_points};
@@ -31,20 +35,27 @@ use std::path::{Path, PathBuf};
 
 /// Reads, diagnoses and tells.
 pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome, Failure> {
-    refuse_wrong_outputs(args)?;
+    let (fit, holdout) = args.runs.lists()?;
+    refuse_wrong_outputs(args, &fit, holdout)?;
     let mapping = read_mapping(args.config.as_deref(), &args.map)?;
-    let (of_run, of_model): (Vec<String>, Vec<String>) =
-        args.condition.set.iter().cloned().partition(|set| RunInfo::is_known(set.split('=').next().unwrap_or_default().trim()));
+    let (of_run, of_model): (Vec<String>, Vec<String>) = args.condition.set.iter().cloned().partition(|set| is_of_run(set));
     let model = args.condition.fly(of_model.clone(), &format!("; or a key of the run ({})", RunInfo::known_keys()))?;
-    let read = |sources: &[RecordingSource]| {
-        sources.iter().map(|source| read_screened(source, &of_run, &mapping)).collect::<Result<Vec<_>, _>>()
-    };
-    let (fit, holdout) = (read(&args.fit)?, read(&args.holdout)?);
-    refuse_two_aircraft(fit.iter().chain(&holdout).zip(args.fit.iter().chain(&args.holdout)))?;
+    let [of_fit, of_holdout] = chosen_runs([&fit, holdout], &args.parts, &of_run, &mapping)?;
+    let sources: Vec<&RecordingSource> = of_fit.iter().chain(&of_holdout).collect();
+    let read =
+        |sources: &[RecordingSource]| sources.iter().map(|source| read_screened(source, &mapping)).collect::<Result<Vec<_>, _>>();
+    let (fit, holdout) = (read(&of_fit)?, read(&of_holdout)?);
+    refuse_two_aircraft(fit.iter().chain(&holdout).zip(sources.iter().copied()))?;
     let controls = fit.first().map_or(ControlNames::Rotorcraft, |one| one.info.geometry().controls);
+    let provenance = {
+        let besides = [args.condition.model.clone()].into_iter().chain(args.config.clone()).chain(args.map.map.clone());
+        let all = Provenance::of(sources.iter().copied().flat_map(RecordingSource::files).chain(besides));
+        let runs = fit.iter().chain(&holdout).zip(&sources);
+        runs.fold(all, |all, (run, source)| all.dated(&source.file, run.info.recorded_at()))
+    };
     // Before the analysis: what was lost may be why it fails.
     let lost: Vec<&String> = fit.iter().chain(&holdout).flat_map(|one| &one.losses).collect();
-    lost.iter().for_each(|loss| message(format_args!("sideslip: {loss}")));
+    lost.iter().for_each(|loss| message_once(format_args!("sideslip: {loss}")));
     let (any_lost, mut losses) = (!lost.is_empty(), Vec::new());
     let mut parted = Vec::new();
     let mut recorded = |runs: Vec<RunInput>, sources: &[RecordingSource]| -> Vec<RecordedRun> {
@@ -56,14 +67,14 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome, Failure> {
         });
         named.zip(sources).flat_map(|(run, source)| between_gaps(run, &source.file, &mut parted)).collect()
     };
-    refuse_twice(fit.iter().chain(&holdout).zip(args.fit.iter().chain(&args.holdout)))?;
-    let (fit, holdout) = (recorded(fit, &args.fit), recorded(holdout, &args.holdout));
+    refuse_twice(fit.iter().chain(&holdout).zip(sources.iter().copied()))?;
+    let (fit, holdout) = (recorded(fit, &of_fit), recorded(holdout, &of_holdout));
     losses.extend(parted);
     let conditions: Vec<TestCondition> = fit.iter().map(condition_of).collect();
     let groups = test_points(&conditions);
     let left_to_runs = args.condition.is_left_to_runs(&model);
     if groups.len() > 1 && left_to_runs {
-        losses.extend(points::run(args, &of_model, (&fit, &holdout), &groups, controls)?);
+        losses.extend(points::run(args, &of_model, (&fit, &holdout), &groups, (controls, &provenance))?);
     } else {
         let flown = TestCondition::mean(&conditions);
         let model = if left_to_runs && !flown.is_near(&trim_of(&model)) {
@@ -73,10 +84,10 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome, Failure> {
             model
         };
         let answer = Answer::of(args, model, (&fit, &holdout), controls, &mut losses)?;
-        tell(args, &answer, &Flights { fit: &fit, holdout: &holdout })?;
+        tell(args, &answer, &Flights { fit: &fit, holdout: &holdout, provenance: &provenance })?;
     }
     for loss in &losses {
-        message(format_args!("sideslip: {loss}"));
+        message_once(format_args!("sideslip: {loss}"));
     }
     Ok(if losses.is_empty() && !any_lost { Outcome::Done } else { Outcome::DataLost })
 }
@@ -144,14 +155,14 @@ fn tell(args: &DiagnoseArgs, answer: &Answer, flights: &Flights<'_>) -> Result<(
         None => print(&text),
         Some(path) => {
             message(format_args!("{}", text.trim_end()));
-            write_json(path, &format!("{:#}\n", json::document(answer)))
+            flights.provenance.write_json(path, DocumentSchema::Diagnose, &format!("{:#}\n", json::document(answer)))
         }
     }
 }
 
-fn refuse_wrong_outputs(args: &DiagnoseArgs) -> Result<(), Failure> {
+fn refuse_wrong_outputs(args: &DiagnoseArgs, fit: &[RecordingSource], holdout: &[RecordingSource]) -> Result<(), Failure> {
     let inputs: Vec<PathBuf> = {
-        let read = args.fit.iter().chain(&args.holdout).flat_map(RecordingSource::files);
+        let read = fit.iter().chain(holdout).flat_map(RecordingSource::files);
         read.chain([args.condition.model.clone()]).collect()
     };
     let json = args.json.as_ref().filter(|json| json.as_os_str() != "-");
@@ -159,12 +170,6 @@ fn refuse_wrong_outputs(args: &DiagnoseArgs) -> Result<(), Failure> {
         if let Some(output) = output {
             refuse_to_overwrite(option, output, &inputs)?;
             refuse_without_folder(option, output)?;
-        }
-    }
-    let runs: Vec<&RecordingSource> = args.fit.iter().chain(&args.holdout).collect();
-    for (place, source) in runs.iter().enumerate() {
-        if runs.iter().take(place).any(|other| other.is_same(source)) {
-            return Err(Failure::file(&source.file, "expected each run once, fitted or hold-out, found the same file twice"));
         }
     }
     Ok(())

@@ -6,9 +6,9 @@ use crate::command::diagnose::args::DiagnoseArgs;
 use crate::command::diagnose::page;
 use crate::command::diagnose::table;
 use crate::command::message;
+use crate::command::recordings::provenance::Provenance;
 use crate::command::recordings::run_condition::condition_of;
 use crate::command::terminal::console::print;
-use crate::command::terminal::output_file::write_json;
 use serde_json::{Value, json};
 use sideslip::dynamics::linear::with_effects;
 use sideslip::error::Failure;
@@ -16,6 +16,7 @@ use sideslip::flight::channel::ControlNames;
 use sideslip::flight::effect::Effect;
 use sideslip::flight::file::effect_file::DeclaredEffect;
 use sideslip::flight::model::LinearModel;
+use sideslip::io::outputs::json::document_schema::DocumentSchema;
 use sideslip::io::outputs::number::Fixed;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::postflight::diagnosis::evidence::flight_path::{ConditionDiagnosis, DerivativeTrend, varying};
@@ -38,7 +39,7 @@ pub(super) fn run(
     set: &[String],
     (fit, holdout): (&[RecordedRun], &[RecordedRun]),
     groups: &[Vec<usize>],
-    controls: ControlNames,
+    (controls, provenance): (ControlNames, &Provenance),
 ) -> Result<Vec<String>, Failure> {
     let (mut points, mut losses) = (Vec::new(), Vec::new());
     let mut held_out = vec![false; holdout.len()];
@@ -54,7 +55,7 @@ pub(super) fn run(
         answer.extended = answer.extended.map(|path| numbered(&path, number));
         answer.write_extended()?;
         if let Some(path) = &args.html {
-            page::write(&numbered(path, number), &answer, &Flights { fit: &own, holdout: &held })?;
+            page::write(&numbered(path, number), &answer, &Flights { fit: &own, holdout: &held, provenance })?;
         }
         points.push(DiagnosedPoint { condition, runs: own.into_iter().map(|run| run.name).collect(), answer });
     }
@@ -69,7 +70,7 @@ pub(super) fn run(
             diagnosis: &point.answer.diagnosis,
         })
         .collect();
-    tell(args, &points, &varying(&at), controls)?;
+    tell(args, &points, &varying(&at), (controls, provenance))?;
     Ok(losses)
 }
 
@@ -94,7 +95,7 @@ fn tell(
     args: &DiagnoseArgs,
     points: &[DiagnosedPoint],
     varying: &[DerivativeTrend],
-    controls: ControlNames,
+    (controls, provenance): (ControlNames, &Provenance),
 ) -> Result<(), Failure> {
     let style = if args.json.is_some() { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
     let mut text = String::new();
@@ -120,7 +121,7 @@ fn tell(
         .collect();
     let of_path: Vec<Value> = varying.iter().map(|one| of_path(one, controls)).collect();
     let document = json!({ "verdict": verdict(points, varying, controls), "test_points": of_points, "flight_path": of_path });
-    write_json(path, &format!("{document:#}\n"))
+    provenance.write_json(path, DocumentSchema::Diagnose, &format!("{document:#}\n"))
 }
 
 /// The model with these effects besides its own.

@@ -3,12 +3,14 @@
 use crate::command::message;
 use crate::command::options::estimation_options::OutputErrorSchedule;
 use crate::command::options::live_diagnosis_options::LiveDiagnosisModel;
+use crate::command::recordings::provenance::Provenance;
 use crate::command::recordings::run_log::RunLog;
 use crate::command::recordings::run_result::RunResult;
 use ::replay::Pace;
 use sideslip::error::Failure;
 use sideslip::flight::file::log_head::LogHead;
 use sideslip::flight::file::run_file::RunInfo;
+use sideslip::flight::file::time_stamp::TimeStamp;
 use sideslip::io::bus::payload::{MessageHeader, SamplePayload};
 use sideslip::io::ground_station::station::GroundStation;
 use sideslip::io::outputs::json::derivatives_json::RunEstimates;
@@ -23,6 +25,7 @@ use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 /// The longest wait for a log that does not catch up.
 const CATCHING_UP: Duration = Duration::from_millis(200);
@@ -89,7 +92,7 @@ impl LiveRun {
         let (mut log, mut unlogged) = (None, None);
         if let Some(out) = out {
             let path = free_name(out);
-            match RunLog::start(&path, head.clone(), if telemetry_waits { Pace::Max } else { Pace::RealTime }) {
+            match RunLog::start(&path, log_head(&head, &info), if telemetry_waits { Pace::Max } else { Pace::RealTime }) {
                 Ok((sender, started)) => {
                     message(format_args!("sideslip: logging to {}", path.display()));
                     wired.sink = RecordSink::new(Some(sender));
@@ -186,6 +189,19 @@ fn free_name(out: &Path) -> PathBuf {
         _ => out.with_file_name(format!("{stem}-{number}.mcap")),
     };
     (1..).map(numbered).find(|path| path.symlink_metadata().is_err()).unwrap_or_else(|| out.to_path_buf())
+}
+
+/// The head of the log: this call, the files of the process that brought the samples in, and the host's date where they come
+/// from no file and the run has none.
+fn log_head(head: &LogHead, info: &RunInfo) -> LogHead {
+    let mut dated = info.clone();
+    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).ok().filter(|_| !head.origin.contains_key("files"));
+    let now = since_1970.and_then(|since| TimeStamp::of_unix_us(u64::try_from(since.as_micros()).ok()?).iso());
+    if let Some(now) = now {
+        dated.add_text("recorded_at", &now);
+    }
+    let origin = Provenance::default().origin_after(&head.origin);
+    LogHead { run_toml: dated.to_toml(), origin, ..head.clone() }
 }
 
 #[cfg(test)]

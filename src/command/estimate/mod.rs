@@ -5,8 +5,8 @@ mod live_run;
 use super::options::estimation_options::{EstimationOptions, OutputErrorSchedule};
 use super::options::live_diagnosis_options::LiveDiagnosisModel;
 use super::options::mavlink_out_options::MavlinkOutOptions;
+use super::recordings::provenance::Provenance;
 use super::terminal::console::answer;
-use super::terminal::output_file::write_json;
 use super::terminal::stop::{stopped_by_signals, supervised};
 use crate::command::{message, patience, root_path};
 use live_run::{FinishedLiveRun, LiveRun, LiveRunSetup};
@@ -21,6 +21,7 @@ use sideslip::io::bus::run_head::read_head;
 use sideslip::io::bus::service::{Bus, Subscriber};
 use sideslip::io::ground_station::station::GroundStation;
 use sideslip::io::outputs::json::derivatives_json::derivatives_json;
+use sideslip::io::outputs::json::document_schema::DocumentSchema;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::live::estimate_publisher::EstimatePublisher;
 use sideslip::realtime::pipeline::{Pipeline, PipelineConfig};
@@ -223,7 +224,7 @@ impl EstimatorProcess<'_> {
         if let Some(json) = &self.args.json {
             let estimates: Vec<_> = self.ended.iter().map(FinishedLiveRun::estimates).collect();
             let text = derivatives_json(&estimates).map_err(|error| Failure::Running(error.to_string()))?;
-            write_json(json, &text)?;
+            Provenance::of(self.args.estimation.files()).write_json(json, DocumentSchema::Estimates, &text)?;
         }
         let mut losses: Vec<String> = self.ended.iter().flat_map(FinishedLiveRun::losses).collect();
         let (missed, stale) = (self.samples.missed(), self.samples.stale());

@@ -8,6 +8,7 @@ use sideslip::postflight::equation_error::collinearity::Collinearity;
 use sideslip::postflight::equation_error::design::{Bias, CandidateTerm, Design};
 use sideslip::postflight::equation_error::expression::Expression;
 use sideslip::postflight::equation_error::fit::TermEstimate;
+use sideslip::postflight::equation_error::holdout::{EquationPrediction, predict};
 use sideslip::postflight::equation_error::step::TermChange;
 use sideslip::postflight::equation_error::stepwise::{RejectionReason, Selection, StepwiseRules, select};
 use sideslip::postflight::equation_error::table::RegressionTable;
@@ -19,21 +20,24 @@ pub(super) struct Equation {
     design: Design,
     selection: Selection,
     collinearity: Option<Collinearity>,
+    /// Hold-out runs, each with what the equation predicts there; `None` of a run without a row behind its trim.
+    holdout: Vec<(String, Option<EquationPrediction>)>,
 }
 
 impl Equation {
-    /// Selects terms for the response over all runs, a bias each.
-    pub(super) fn select(runs: &[Columns], response: &str, candidates: &[String]) -> Result<Self, Failure> {
+    /// Selects terms for the response over all runs, a bias each, and predicts the response in the hold-out runs.
+    pub(super) fn select(
+        runs: &[Columns],
+        holdout: &[Columns],
+        trim_window_s: f64,
+        response: &str,
+        candidates: &[String],
+    ) -> Result<Self, Failure> {
         let wrong = |option: &str, what: &dyn std::fmt::Display| Failure::Input(format!("{option}: {what}"));
         if candidates.is_empty() {
             return Err(wrong("--response", &"expected --candidates beside it, such as alpha,q,elevator,alpha*elevator"));
         }
-        let mut table = RegressionTable::new();
-        for run in runs {
-            let names = run.names().iter().filter_map(|name| Some((name.as_str(), run.raw(name).ok()?)));
-            let columns: Vec<(&str, &[f64])> = names.collect();
-            table.add_record(&run.times_s, &columns).map_err(|error| Failure::Input(format!("{}: {error}", run.run)))?;
-        }
+        let table = table_of(runs)?;
         let response = Expression::parse(response).map_err(|error| wrong("--response", &error))?;
         let candidates = candidates.iter().map(|text| CandidateTerm::offered(text)).collect::<Result<Vec<_>, _>>();
         let candidates = candidates.map_err(|error| wrong("--candidates", &error))?;
@@ -43,7 +47,10 @@ impl Equation {
         let selection = select(&design, &rules).map_err(|error| wrong("--candidates", &error))?;
         let places: Vec<usize> = selection.fit.terms.iter().map(|term| term.place).collect();
         let collinearity = Collinearity::of(&design, &places);
-        Ok(Equation { design, selection, collinearity })
+        let predicted = predict(&design, &selection.fit, &response, &table_of(holdout)?, trim_window_s);
+        let predicted = predicted.map_err(|error| wrong("--holdout", &error))?;
+        let holdout = holdout.iter().map(|run| run.run.clone()).zip(predicted).collect();
+        Ok(Equation { design, selection, collinearity, holdout })
     }
 
     fn name(&self, place: usize) -> &str {
@@ -101,6 +108,19 @@ impl Equation {
         if !out.is_empty() {
             let _ = writeln!(text, "  not in: {}", out.join("; "));
         }
+        for (run, predicted) in &self.holdout {
+            let _ = match predicted {
+                None => writeln!(text, "  {run} (predicted, not fitted): no sample behind its trim"),
+                Some(EquationPrediction { samples, r_squared, rms, response_rms, theil }) => writeln!(
+                    text,
+                    "  {run} (predicted, not fitted): R2 {}, rms {} of {}, TIC {}, {samples} samples",
+                    Fixed(*r_squared, 4),
+                    Power(*rms, 3),
+                    Power(*response_rms, 3),
+                    Fixed(*theil, 3)
+                ),
+            };
+        }
         text
     }
 
@@ -137,10 +157,28 @@ impl Equation {
             "f_total": fit.quality.f_total,
             "samples": fit.quality.samples,
             "collapse": collapse.as_ref().map(ToString::to_string),
+            "holdout": self.holdout.iter().map(|(run, predicted)| json!({
+                "run": run,
+                "r2": predicted.map(|one| one.r_squared),
+                "rms": predicted.map(|one| one.rms),
+                "response_rms": predicted.map(|one| one.response_rms),
+                "theil": predicted.map(|one| one.theil),
+                "samples": predicted.map(|one| one.samples),
+            })).collect::<Vec<_>>(),
             "not_told_apart": groups.collect::<Vec<_>>(),
             "not_in": rejected.iter().map(|one| json!({ "name": self.name(one.place), "reason": reason(&one.reason) })).collect::<Vec<_>>(),
         }})
     }
+}
+
+fn table_of(runs: &[Columns]) -> Result<RegressionTable, Failure> {
+    let mut table = RegressionTable::new();
+    for run in runs {
+        let names = run.names().iter().filter_map(|name| Some((name.as_str(), run.raw(name).ok()?)));
+        let columns: Vec<(&str, &[f64])> = names.collect();
+        table.add_record(&run.times_s, &columns).map_err(|error| Failure::Input(format!("{}: {error}", run.run)))?;
+    }
+    Ok(table)
 }
 
 fn reason(reason: &RejectionReason) -> String {

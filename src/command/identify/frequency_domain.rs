@@ -4,8 +4,8 @@ use crate::command::recordings::run_result::RunResult;
 use serde_json::{Value, json};
 use sideslip::error::Failure;
 use sideslip::flight::setting::check;
-use sideslip::io::outputs::charts::chart::{ChartError, Curve, Panel, svg};
-use sideslip::io::outputs::html::page::escaped;
+use sideslip::io::outputs::charts::chart::{ChartError, Curve, Figure, Panel, figure};
+use sideslip::io::outputs::html::page::{escaped, words};
 use sideslip::io::outputs::number::Fixed;
 use sideslip::io::outputs::tables::terminal::{EstimateTable, Style};
 use sideslip::num::frequency_response::FrequencyResponsePoint;
@@ -103,11 +103,23 @@ impl FrequencyDomainResult {
         for of_run in self.responses.chunk_by(|a, b| a.run == b.run) {
             let Some(first) = of_run.first() else { continue };
             let _ = writeln!(page, "<h2>{}: measured frequency responses</h2>", escaped(&first.run));
-            if of_run.iter().any(|response| response.points.is_ok()) {
-                let _ = writeln!(page, "{}", svg(&panels(of_run))?);
+            page.push_str("<div class=\"side\">\n");
+            let mut inputs: Vec<&str> = Vec::new();
+            for response in of_run.iter().filter(|response| response.points.is_ok()) {
+                if !inputs.contains(&response.input.as_str()) {
+                    inputs.push(&response.input);
+                }
             }
-            let lines: Vec<String> = of_run.iter().map(line).collect();
-            let _ = writeln!(page, "<pre>{}</pre>", escaped(&lines.join("\n")));
+            for input in inputs {
+                for panel in panels(of_run, input) {
+                    let _ = writeln!(page, "{}", figure(&panel, &[], &Figure::OF_A_PAGE)?);
+                }
+            }
+            page.push_str("</div>\n<ul>\n");
+            for response in of_run {
+                let _ = writeln!(page, "<li>{}.</li>", words(&line(response)));
+            }
+            page.push_str("</ul>\n");
         }
         Ok(())
     }
@@ -164,10 +176,11 @@ fn response_json(response: &MeasuredResponse) -> Value {
     document
 }
 
-/// Gain in decibels, phase without jumps, coherence.
-fn panels(of_run: &[MeasuredResponse]) -> Vec<Panel> {
+/// Gain in decibels, phase without jumps, coherence of the responses to one input.
+fn panels(of_run: &[MeasuredResponse], input: &str) -> Vec<Panel> {
     let curves = |value: &dyn Fn(&[FrequencyResponsePoint]) -> Vec<f64>| -> Vec<Curve> {
-        let told = of_run.iter().filter_map(|response| Some((response, response.points.as_ref().ok()?)));
+        let of_input = of_run.iter().filter(|response| response.input == input);
+        let told = of_input.filter_map(|response| Some((response, response.points.as_ref().ok()?)));
         let curve = |(response, points): (&MeasuredResponse, &Vec<_>)| Curve {
             name: format!("{}/{}", response.output, response.input),
             points: points.iter().map(|point: &FrequencyResponsePoint| point.rad_s / TAU).zip(value(points)).collect(),
@@ -175,7 +188,7 @@ fn panels(of_run: &[MeasuredResponse]) -> Vec<Panel> {
         told.map(curve).collect()
     };
     let panel = |title: &str, y: &str, curves: Vec<Curve>| Panel {
-        title: title.to_owned(),
+        title: format!("{title}, response to {input}"),
         x: "frequency, Hz".to_owned(),
         y: y.to_owned(),
         curves,
@@ -195,8 +208,8 @@ fn panels(of_run: &[MeasuredResponse]) -> Vec<Panel> {
     });
     let coherences = curves(&|points| points.iter().map(|point| point.coherence).collect());
     vec![
-        panel("gain", "gain, dB of SI over rad", gains),
+        panel("gain", "gain, dB (SI units)", gains),
         panel("phase", "phase, deg", phases),
-        panel("coherence", "coherence", coherences),
+        panel("coherence", "coherence, 1", coherences),
     ]
 }

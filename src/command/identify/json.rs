@@ -1,13 +1,20 @@
 //! The answer as a JSON document: what each run says by itself, and what output error says of all.
 
+use super::unit::{unit_of_derivative, unit_of_equation};
 use serde_json::{Map, Value, json};
+use sideslip::flight::run::ReferenceDimensions;
 use sideslip::postflight::identification::identify::IdentificationResult;
+use sideslip::postflight::identification::nondimensional::NondimensionalDerivatives;
 use sideslip::postflight::identification::roots::IdentifiedRoot;
 use sideslip::postflight::identification::run_prediction::RunPrediction;
 use sideslip::postflight::validation::prediction::PredictionScore;
 
 /// `runs` as `replay` writes them, `output_error` and `modes` over all runs.
-pub(super) fn document(identified: &IdentificationResult, by_run: &str) -> Result<Value, serde_json::Error> {
+pub(super) fn document(
+    identified: &IdentificationResult,
+    formed: Option<&NondimensionalDerivatives>,
+    by_run: &str,
+) -> Result<Value, serde_json::Error> {
     let mut document: Value = serde_json::from_str(by_run)?;
     document["output_error"] = output_error(identified);
     document["modes"] = modes(identified);
@@ -16,23 +23,44 @@ pub(super) fn document(identified: &IdentificationResult, by_run: &str) -> Resul
     if !identified.linear.assumed_scale.is_empty() {
         document["assumed_scale"] = json!(identified.linear.assumed_scale);
     }
+    document["nondimensional"] = nondimensional(formed);
     Ok(document)
+}
+
+/// Null where no run states reference dimensions.
+pub(super) fn nondimensional(formed: Option<&NondimensionalDerivatives>) -> Value {
+    let Some(NondimensionalDerivatives { reference, derivatives, missing }) = formed else { return Value::Null };
+    let reference = match reference {
+        ReferenceDimensions::Wing { area_m2, span_m, chord_m } => {
+            json!({ "area_m2": area_m2, "span_m": span_m, "chord_m": chord_m })
+        }
+        ReferenceDimensions::Rotor { radius_m, tip_speed_mps } => {
+            json!({ "rotor_radius_m": radius_m, "tip_speed_mps": tip_speed_mps })
+        }
+    };
+    let derivatives = derivatives.iter().map(|one| json!({ "name": one.name, "value": one.value, "std": one.std }));
+    json!({ "reference": reference, "derivatives": derivatives.collect::<Vec<_>>(), "missing": missing })
 }
 
 pub(super) fn output_error(identified: &IdentificationResult) -> Value {
     let (fitted, structure) = (&identified.fitted, &identified.linear.structure);
-    let names = identified.linear.derivatives.iter().map(|(axis, variable)| format!("{axis}_{variable}"));
+    let choice = &identified.linear.choice;
+    let names = identified
+        .linear
+        .derivatives
+        .iter()
+        .map(|(axis, variable)| (format!("{axis}_{variable}"), unit_of_derivative(choice, *axis, variable)));
     let numbers = fitted.theta.iter().zip(&fitted.std).zip(&fitted.std_cramer_rao).zip(&identified.starts);
     let mut parameters: Vec<Value> = names
         .zip(numbers)
-        .map(|(name, (((value, std), bound), start))| {
-            json!({ "name": name, "value": value, "std": std, "std_cramer_rao": bound, "start": start, "runs": "all" })
+        .map(|((name, unit), (((value, std), bound), start))| {
+            json!({ "name": name, "unit": unit, "value": value, "std": std, "std_cramer_rao": bound, "start": start, "runs": "all" })
         })
         .collect();
     let name = |place: usize| identified.linear.name(place);
     let doubts = identified.linear.instrument_parameters.iter().enumerate().map(|(place, doubt)| {
         let at = |values: &[f64]| values.get(identified.linear.derivatives.len() + place).copied();
-        json!({ "name": doubt.name, "value": at(&fitted.theta), "std": at(&fitted.std), "prior": doubt.prior_mean, "prior_std": doubt.prior_std, "runs": "all" })
+        json!({ "name": doubt.name, "unit": if doubt.unit.is_empty() { "1" } else { doubt.unit }, "value": at(&fitted.theta), "std": at(&fitted.std), "prior": doubt.prior_mean, "prior_std": doubt.prior_std, "runs": "all" })
     });
     parameters.extend(doubts);
     let pairs = fitted.correlated.iter();
@@ -43,7 +71,8 @@ pub(super) fn output_error(identified: &IdentificationResult) -> Value {
         for (state, (value, std)) in constants {
             let axis =
                 sideslip::postflight::identification::model_variables::axis(state).map_or_else(|| state.clone(), String::from);
-            parameters.push(json!({ "name": format!("{axis}_0"), "value": value, "std": std, "runs": flown.run }));
+            let (name, unit) = (format!("{axis}_0"), unit_of_equation(state));
+            parameters.push(json!({ "name": name, "unit": unit, "value": value, "std": std, "runs": flown.run }));
         }
     }
     let disturbed = identified.disturbed.as_ref().map(|found| {

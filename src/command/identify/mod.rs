@@ -1,42 +1,50 @@
 //! `sideslip identify`: derivatives and modes from whole runs, after the flight.
 
+mod chosen_states;
 mod equation;
 mod frequency_domain;
 mod json;
+mod model_output;
+mod page;
 mod refusals;
-mod report;
 mod run_columns;
 mod run_pipeline;
 mod table;
-mod test_point_chart;
 mod test_point_result;
 mod test_point_text;
 mod trimmed_models;
+mod unit;
 
+use super::options::fitted_runs::FittedRuns;
 use super::options::flight_condition::number;
 use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
+use super::options::run_parts::PartOptions;
 use super::options::telemetry_source::RecordingSource;
+use super::recordings::chosen_runs::chosen_runs;
+use super::recordings::provenance::Provenance;
+use super::recordings::run_names::tell_apart;
 use super::recordings::run_result::RunResult;
-use super::terminal::console::print;
-use super::terminal::output_file::{refuse_to_overwrite, write_json, write_whole};
+use super::terminal::console::{message_once, print};
+use super::terminal::output_file::{refuse_to_overwrite, write_whole};
 use super::terminal::progress_line::watched;
 use super::terminal::stop::stopped_by_signals;
 use crate::command::message;
 use equation::Equation;
 use frequency_domain::{Domain, FrequencyDomainResult};
-use refusals::{not_identified, refuse_slow_rates, refuse_twice};
+use refusals::{is_converged, not_identified, refuse_slow_rates, refuse_twice};
 use run_columns::read_columns;
 use run_pipeline::through_pipeline;
 use sideslip::error::{Failure, Outcome};
 use sideslip::io::outputs::json::derivatives_json::derivatives_json;
+use sideslip::io::outputs::json::document_schema::DocumentSchema;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::io::telemetry::recording_config::RecordingConfig as Mapping;
 use sideslip::postflight::identification::columns::Columns;
-use sideslip::postflight::identification::identify::{
-    FitMethod, IdentificationRequest, InstrumentTreatment, identify, usual_choice,
-};
+use sideslip::postflight::identification::identify::{FitMethod, IdentificationRequest, InstrumentTreatment, identify};
 use sideslip::postflight::identification::model_variables::ModelVariables;
+use sideslip::postflight::identification::nondimensional::nondimensional;
 use sideslip::postflight::identification::test_condition::{TestCondition, test_points};
+use sideslip::postflight::identification::usual_variables::UsualVariables;
 use sideslip::postflight::output_error::FitSettings;
 use sideslip::realtime::pipeline::PipelineConfig;
 use sideslip::realtime::regression::frequency::band::Band;
@@ -51,28 +59,29 @@ Example:
   sideslip identify coefficients.csv --response Cm --candidates 'alpha;qhat;elevator;alpha*elevator'
   sideslip identify flight.csv --domain frequency --band 0.1:1.2
   sideslip identify gusty.csv --doubt-instruments --method filter-error
+  sideslip identify day.csv --manoeuvre day:1,2,4 --holdout other.csv
   sideslip identify monday/*.csv --holdout tuesday.csv --set 'vane_position_m=[13.1,0,0]' --out result
 
 Every run goes through the pipeline of `replay` (smoothed states, stepwise regression); then output error finds one linear
 model over all runs: each has its own trim, initial state and biases, and the kinematics that a linear model leaves out are
 taken from the measurements. Standard errors are corrected for the colour of the residuals. The effect of what is neither state
 nor input is absorbed by the derivatives of what is. Without --states it takes all eight of a helicopter whose planes are coupled;
-else the lateral motion, or the longitudinal one where that was excited. Runs of --holdout are predicted, not fitted.
+else the plane of motion that the controls excited, or both, without derivatives from one to the other; a note says which runs
+decided it. Runs of --holdout are predicted, not fitted.
 Output error takes all noise as the outputs'; where gusts or noisy recorded controls move the aircraft, --method filter-error has
 smaller errors; in strong gusts its standard errors are still too small. A note says where the residuals show gusts; the scores
 of the fit are those of a free run.
 
-Exit status: 0 done; 1 failed while running; 2 the call or a recording is wrong; 3 done, with rows skipped. With --json - the
+Exit status: 0 done; 1 failed while running; 2 the call or a recording is wrong; 3 done, with rows skipped; 4 nothing
+could be identified, or the search has not converged and no model is written. With --json - the
 table goes to standard error.";
 
 /// Identify a linear model from runs: derivatives with standard errors, modes, prediction of hold-out runs
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct IdentifyArgs {
-    /// Recordings, a run each; their format is recognised by their content; a stream of PCM is
-    /// pcm+file://PATH?format=FRAME.toml, Chapter 10 whose setup does not name the channels ch10+file://PATH?format=FILE.toml
-    #[arg(required = true, value_name = "RUN", value_parser = RecordingSource::parser())]
-    files: Vec<RecordingSource>,
+    #[command(flatten)]
+    runs: FittedRuns,
     /// States of the model, such as v,p,phi,r or p,r
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     states: Vec<String>,
@@ -83,7 +92,7 @@ pub(crate) struct IdentifyArgs {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     outputs: Vec<String>,
     /// Instead of a model: one equation by stepwise regression for this column or term, such as Cm
-    #[arg(long, value_name = "TERM", conflicts_with_all = ["states", "inputs", "outputs", "holdout", "out"])]
+    #[arg(long, value_name = "TERM", conflicts_with_all = ["states", "inputs", "outputs", "out"])]
     response: Option<String>,
     /// Terms offered to --response: columns, products, powers, x*|x|, spline(x,knot)
     #[arg(long, value_name = "TERMS", value_delimiter = ';', requires = "response")]
@@ -96,12 +105,9 @@ pub(crate) struct IdentifyArgs {
     /// disturb the states
     #[arg(long, value_name = "METHOD", value_parser = method, default_value = "output-error", conflicts_with = "response")]
     method: FitMethod,
-    /// A recording to be predicted and not fitted; repeatable
-    #[arg(long, value_name = "RUN", value_parser = RecordingSource::parser())]
-    holdout: Vec<RecordingSource>,
     /// Override a key of every run, such as vane_position_m=[13.08,0,0] or latency_s={tas=0.25} (channels stamped late, s);
-    /// repeatable
-    #[arg(long, value_name = "KEY=VALUE")]
+    /// RUN:KEY=VALUE of that recording alone; repeatable
+    #[arg(long, value_name = "[RUN:]KEY=VALUE")]
     set: Vec<String>,
     /// Length of the window at a run's start whose mean is its trim, s
     #[arg(long, value_name = "S", default_value_t = 1.0)]
@@ -113,8 +119,8 @@ pub(crate) struct IdentifyArgs {
     /// Air density of the model's trim, kg/m^3 [default: the runs' own, or that of the standard atmosphere at their altitude]
     #[arg(long, value_name = "KG/M3", requires = "model", value_parser = number("kg/m^3"))]
     density: Option<f64>,
-    /// A recording with steady-heading sideslips, not fitted: N_v and L_v from what the controls hold; repeatable
-    #[arg(long, value_name = "RUN", conflicts_with = "response", value_parser = RecordingSource::parser())]
+    /// Recordings with steady-heading sideslips, not fitted: N_v and L_v from what the controls hold; one or more
+    #[arg(long, value_name = "RUN", num_args = 1.., conflicts_with = "response", value_parser = RecordingSource::parser())]
     sideslips: Vec<RecordingSource>,
     /// What the equations of each run are fitted to; output error is of signals over time in either. The frequency domain brings
     /// measured frequency responses with coherence besides
@@ -129,6 +135,8 @@ pub(crate) struct IdentifyArgs {
     config: Option<PathBuf>,
     #[command(flatten)]
     map: MapOption,
+    #[command(flatten)]
+    parts: PartOptions,
     /// Write the answer as JSON to this file, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -152,41 +160,48 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
         let found = args.trim_window;
         return Err(Failure::Input(format!("--trim-window: expected seconds, more than zero, found {found}")));
     }
-    let inputs: Vec<RecordingSource> = args.files.iter().chain(&args.holdout).cloned().collect();
+    let (fitted, holdout) = args.runs.lists()?;
+    let files = || fitted.iter().chain(holdout).chain(&args.sideslips).flat_map(RecordingSource::files);
     if let Some(json) = args.json.as_ref().filter(|json| json.as_os_str() != "-") {
-        refuse_to_overwrite("--json", json, &inputs.iter().flat_map(RecordingSource::files).collect::<Vec<_>>())?;
-    }
-    if let Some(both) = args.holdout.iter().find(|file| args.files.contains(file)) {
-        return Err(Failure::file(&both.file, "--holdout: expected a run that is not fitted, found it among them"));
+        refuse_to_overwrite("--json", json, &files().collect::<Vec<_>>())?;
     }
     let band = frequency_domain::asked(args.domain, args.band)?;
     let mapping = read_mapping(args.config.as_deref(), &args.map)?;
+    let [sources, held_out, steady] = chosen_runs([&fitted, holdout, &args.sideslips], &args.parts, &args.set, &mapping)?;
     let read_all = |sources: &[RecordingSource]| {
-        sources.iter().map(|source| read_columns(source, &args.set, &mapping, args.trim_window)).collect::<Result<Vec<_>, _>>()
+        sources.iter().map(|source| read_columns(source, &mapping, args.trim_window)).collect::<Result<Vec<_>, _>>()
     };
-    let (runs, losses): (Vec<_>, Vec<_>) = read_all(&args.files)?.into_iter().unzip();
-    let (holdout, of_holdout): (Vec<_>, Vec<_>) = read_all(&args.holdout)?.into_iter().unzip();
+    let (mut runs, losses): (Vec<_>, Vec<_>) = read_all(&sources)?.into_iter().unzip();
+    let (mut holdout, of_holdout): (Vec<_>, Vec<_>) = read_all(&held_out)?.into_iter().unzip();
+    let every: Vec<&RecordingSource> = sources.iter().chain(&held_out).collect();
+    tell_apart(runs.iter_mut().chain(&mut holdout).map(|run| &mut run.run), &every);
     // Before the analysis: what was lost may be why it fails.
     let mut lost = say_losses(losses.iter().chain(&of_holdout));
-    let all: Vec<(&PathBuf, &Columns)> = inputs.iter().map(|source| &source.file).zip(runs.iter().chain(&holdout)).collect();
+    let named = every.iter().map(|source| &source.file);
+    let all: Vec<(&PathBuf, &Columns)> = named.zip(runs.iter().chain(&holdout)).collect();
     refuse_twice(&all)?;
 
+    let provenance = provenance(args, files(), &all);
     let to_standard_output = args.json.as_ref().is_some_and(|json| json.as_os_str() == "-");
     let style = if to_standard_output { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
     if let Some(response) = &args.response {
-        let equation = Equation::select(&runs, response, &args.candidates)?;
+        let equation = Equation::select(&runs, &holdout, args.trim_window, response, &args.candidates)?;
         say(&equation.text(style), to_standard_output)?;
         if let Some(json) = &args.json {
-            write_json(json, &format!("{:#}\n", equation.document()))?;
+            provenance.write_json(json, DocumentSchema::Regression, &format!("{:#}\n", equation.document()))?;
         }
         return Ok(if lost { Outcome::DataLost } else { Outcome::Done });
     }
-    let choice = choice(args, usual_choice(&runs));
+    let usual = UsualVariables::of(&runs);
+    let choice = choice(args, usual.variables.clone());
+    let by_itself = args.states.is_empty();
+    let only = if by_itself { usual.only(&choice) } else { None };
+    let chosen = by_itself.then(|| chosen_states::note(&usual, &choice, &runs));
     refuse_slow_rates(&all, &choice)?;
     let instruments = if args.doubt_instruments { InstrumentTreatment::Estimated } else { InstrumentTreatment::Trusted };
     let in_band = band.map(|band| FrequencyDomainResult::of(&runs, &choice, band));
-    let wanted = IdentificationRequest { choice, only: None, instruments, method: args.method };
-    let (sideslips, losses): (Vec<_>, Vec<_>) = read_all(&args.sideslips)?.into_iter().unzip();
+    let wanted = IdentificationRequest { choice, only, instruments, method: args.method };
+    let (sideslips, losses): (Vec<_>, Vec<_>) = read_all(&steady)?.into_iter().unzip();
     lost |= say_losses(losses.iter());
     let conditions: Vec<TestCondition> = runs.iter().map(TestCondition::of).collect();
     let groups = test_points(&conditions);
@@ -195,53 +210,84 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
             let settings = FitSettings { watch: Some(work), ..FitSettings::default() };
             by_test_point(args, (&runs, &holdout, &sideslips), &groups, &wanted, &settings)
         })?;
-        let points = points?;
+        let mut points = points?;
         lost |= stopped && say_stopped();
-        let by_run = PipelineResults::of(args, &mapping, band)?;
+        for point in &mut points {
+            point.identified.linear.notes.splice(..0, chosen.clone());
+        }
+        let by_run = PipelineResults::of(args, &sources, &runs, &mapping, band)?;
         let mut document =
             test_point_text::document(&points, &by_run.json()?).map_err(|error| Failure::Running(error.to_string()))?;
         let besides = by_run.frequency_part(in_band.as_ref(), &mut document, style);
         say(&format!("{}{besides}", test_point_text::text(&points, style)), to_standard_output)?;
         if let Some(json) = &args.json {
-            write_json(json, &format!("{document:#}\n"))?;
+            provenance.write_json(json, DocumentSchema::Identify, &format!("{document:#}\n"))?;
+        }
+        let mut good = true;
+        let models = model_output::model_names(&groups, &runs);
+        for (name, point) in models.iter().zip(&points) {
+            let model = args.out.as_ref().map(|folder| folder.join(name));
+            good &= is_converged(&point.identified, model.as_deref(), stopped);
         }
         if let Some(folder) = &args.out {
             std::fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
-            write_json(&folder.join("derivatives.json"), &format!("{document:#}\n"))?;
-            let page = test_point_chart::page(&points, in_band.as_ref()).map_err(|error| Failure::Running(error.to_string()))?;
-            write_whole(&folder.join("report.html"), |file| file.write_all(page.as_bytes()))?;
-            for (name, (group, point)) in report::model_names(&groups, &runs).into_iter().zip(groups.iter().zip(&points)) {
-                if let Some(model) = report::model(&point.identified, &of_group(group, &runs)) {
+            provenance.write_json(&folder.join("derivatives.json"), DocumentSchema::Identify, &format!("{document:#}\n"))?;
+            let page = page::of_test_points(&points, in_band.as_ref()).map_err(|error| Failure::Running(error.to_string()))?;
+            write_whole(&folder.join("report.html"), |file| file.write_all(provenance.at_the_foot_of(&page).as_bytes()))?;
+            for (name, (group, point)) in models.iter().zip(groups.iter().zip(&points)) {
+                if let Some(model) = model_output::model(&point.identified, &of_group(group, &runs)) {
                     write_whole(&folder.join(name), |file| file.write_all(model.as_bytes()))?;
                 }
             }
         }
-        return Ok(if lost { Outcome::DataLost } else { Outcome::Done });
+        return Ok(outcome(good, lost));
     }
     let (identified, stopped) = watched("output error", |work| {
         identify(&runs, &holdout, wanted, &FitSettings { watch: Some(work), ..FitSettings::default() })
     })?;
-    let identified = identified.map_err(not_identified)?;
+    let mut identified = identified.map_err(not_identified)?;
     lost |= stopped && say_stopped();
+    identified.linear.notes.splice(..0, chosen);
+    let formed = nondimensional(&identified, &runs);
 
-    let by_run = PipelineResults::of(args, &mapping, band)?;
-    let mut document = json::document(&identified, &by_run.json()?).map_err(|error| Failure::Running(error.to_string()))?;
+    let by_run = PipelineResults::of(args, &sources, &runs, &mapping, band)?;
+    let mut document =
+        json::document(&identified, formed.as_ref(), &by_run.json()?).map_err(|error| Failure::Running(error.to_string()))?;
     let besides = by_run.frequency_part(in_band.as_ref(), &mut document, style);
 
     say(&format!("{}{besides}", table::text(&identified, style)), to_standard_output)?;
     if let Some(json) = &args.json {
-        write_json(json, &format!("{document:#}\n"))?;
+        provenance.write_json(json, DocumentSchema::Identify, &format!("{document:#}\n"))?;
     }
+    let model = args.out.as_ref().map(|folder| folder.join("model.toml"));
+    let good = is_converged(&identified, model.as_deref(), stopped);
     if let Some(folder) = &args.out {
         std::fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
-        write_json(&folder.join("derivatives.json"), &format!("{document:#}\n"))?;
-        let page = report::page(&identified, in_band.as_ref()).map_err(|error| Failure::Running(error.to_string()))?;
-        write_whole(&folder.join("report.html"), |file| file.write_all(page.as_bytes()))?;
-        if let Some(model) = report::model(&identified, &runs) {
+        provenance.write_json(&folder.join("derivatives.json"), DocumentSchema::Identify, &format!("{document:#}\n"))?;
+        let page = page::of_model(&identified, formed.as_ref(), in_band.as_ref())
+            .map_err(|error| Failure::Running(error.to_string()))?;
+        write_whole(&folder.join("report.html"), |file| file.write_all(provenance.at_the_foot_of(&page).as_bytes()))?;
+        if let Some(model) = model_output::model(&identified, &runs) {
             write_whole(&folder.join("model.toml"), |file| file.write_all(model.as_bytes()))?;
         }
     }
-    Ok(if lost { Outcome::DataLost } else { Outcome::Done })
+    Ok(outcome(good, lost))
+}
+
+/// A search that has not converged gives no answer, whatever was lost.
+fn outcome(converged: bool, lost: bool) -> Outcome {
+    match (converged, lost) {
+        (false, _) => Outcome::NotGood,
+        (true, true) => Outcome::DataLost,
+        (true, false) => Outcome::Done,
+    }
+}
+
+/// The call and everything that it reads.
+fn provenance(args: &IdentifyArgs, files: impl Iterator<Item = PathBuf>, read: &[(&PathBuf, &Columns)]) -> Provenance {
+    let besides = args.model.iter().chain(&args.config).chain(&args.map.map).cloned();
+    let all = Provenance::of(files.chain(besides));
+    read.iter().fold(all, |all, (file, run)| all.dated(file, run.recorded_at.as_deref()))
 }
 
 /// Each run by itself through the pipeline of `replay`.
@@ -251,15 +297,22 @@ struct PipelineResults {
 }
 
 impl PipelineResults {
-    fn of(args: &IdentifyArgs, mapping: &Mapping, band: Option<Band>) -> Result<Self, Failure> {
+    fn of(
+        args: &IdentifyArgs,
+        sources: &[RecordingSource],
+        columns: &[Columns],
+        mapping: &Mapping,
+        band: Option<Band>,
+    ) -> Result<Self, Failure> {
         let mut config = PipelineConfig::default();
         config.estimation.trim_window_s = args.trim_window;
         if let Some(band) = band {
             frequency_domain::whole_record(&mut config, band);
         }
         let stop = stopped_by_signals()?;
-        let through = |source: &RecordingSource| through_pipeline(source, &args.set, &config, mapping, &stop);
-        let runs = args.files.iter().map(through).collect::<Result<Vec<_>, _>>()?;
+        let through = |source: &RecordingSource| through_pipeline(source, &config, mapping, &stop);
+        let mut runs = sources.iter().map(through).collect::<Result<Vec<_>, _>>()?;
+        runs.iter_mut().zip(columns).for_each(|(run, columns)| run.name.clone_from(&columns.run));
         Ok(PipelineResults { runs, in_band: band.is_some() })
     }
 
@@ -331,7 +384,7 @@ fn say_stopped() -> bool {
 /// Whether there are any.
 fn say_losses<'l>(losses: impl Iterator<Item = &'l Vec<String>>) -> bool {
     let losses: Vec<&String> = losses.flatten().collect();
-    losses.iter().for_each(|loss| message(format_args!("sideslip: {loss}")));
+    losses.iter().for_each(|loss| message_once(format_args!("sideslip: {loss}")));
     !losses.is_empty()
 }
 

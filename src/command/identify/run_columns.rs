@@ -12,11 +12,10 @@ use sideslip::postflight::identification::columns::Columns;
 /// Reads a run: its columns, and what of it was lost, a sentence each.
 pub(super) fn read_columns(
     source: &RecordingSource,
-    overrides: &[String],
     mapping: &Mapping,
     trim_window_s: f64,
 ) -> Result<(Columns, Vec<String>), Failure> {
-    let HeadedRecording { mut recording, info, head } = head_of(&source.file, source.open_with_note(mapping)?, overrides)?;
+    let HeadedRecording { mut recording, info, head } = head_of(source, source.open_with_note(mapping)?)?;
     let targets = head.targets();
     let mut columns: Vec<(String, Vec<f64>)> = head.channels.iter().map(|(name, _)| (name.clone(), Vec::new())).collect();
     let mut times_s = Vec::new();
@@ -34,6 +33,8 @@ pub(super) fn read_columns(
     let name = info.run().unwrap_or_default().to_owned();
     let columns = Columns::new(name, *info.geometry(), times_s, columns, trim_window_s);
     let mut columns = columns.map_err(|wrong| Failure::file(&source.file, wrong))?;
+    columns.properties = *info.properties();
+    columns.recorded_at = info.recorded_at().map(str::to_owned);
     columns.assumed_scale = assumed_names(&info);
     Ok((columns, losses))
 }

@@ -14,12 +14,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Estimates a run to its end, or until `stop`.
 pub(super) fn through_pipeline(
     source: &RecordingSource,
-    overrides: &[String],
     config: &PipelineConfig,
     mapping: &Mapping,
     stop: &AtomicBool,
 ) -> Result<RunResult, Failure> {
-    let HeadedRecording { mut recording, info, .. } = head_of(&source.file, source.open(mapping)?, overrides)?;
+    let HeadedRecording { mut recording, info, .. } = head_of(source, source.open(mapping)?)?;
     let pipeline = Pipeline::new(config, *info.geometry()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
     let mut wired = WiredRun::new(pipeline, info.geometry().controls, None, None);
     let name = info.run().unwrap_or_default().to_owned();
@@ -36,6 +35,6 @@ pub(super) fn through_pipeline(
     }
     drop(progress);
     let finished = wired.finish(&mut ()).unwrap_or_else(|never| match never {});
-    let (notes, _) = recording_notes(&recording, finished.rows, interrupted);
-    Ok(RunResult::new(name, info.geometry().controls, finished.range_s, finished, None).of_recording(notes))
+    let (notes, losses) = recording_notes(&recording, finished.rows, interrupted);
+    Ok(RunResult::new(name, info.geometry().controls, finished.range_s, finished, None).of_recording(notes, losses))
 }

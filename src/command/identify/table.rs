@@ -1,12 +1,14 @@
 //! The answer for a person.
 
-use sideslip::io::outputs::number::{Fixed, Power, measured};
+use super::unit::unit_of_derivative;
+use sideslip::io::outputs::number::{Digits, Fixed, Power, measured};
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::io::outputs::words::control_scale::PER_COMMAND;
 use sideslip::postflight::identification::identification_model::InstrumentParameter;
 use sideslip::postflight::identification::identify::IdentificationResult;
 use sideslip::postflight::identification::roots::IdentifiedRoot;
 use sideslip::postflight::identification::run_prediction::RunPrediction;
+use std::f64::consts::TAU;
 use std::fmt::Write;
 
 /// Correlation above which two derivatives are not separable: what their model leaves out moves both far.
@@ -31,45 +33,31 @@ pub(super) fn text(identified: &IdentificationResult, style: Style) -> String {
         fitted.iterations,
         if fitted.converged { "" } else { ", NOT converged: these are no estimates" }
     );
-    let _ = writeln!(text, "  {:<14} {:>12} {:>10}   {:>10}  {:>10}", "derivative", "value", "s.e.", "Cramer-Rao", "start");
+    let _ = writeln!(text, "  {:<14} {:>12} {:>10}   {:>10}  {:>10}  unit", "derivative", "value", "s.e.", "Cramer-Rao", "start");
     for (place, (axis, variable)) in linear.derivatives.iter().enumerate() {
         let at = |values: &[f64]| values.get(place).copied().unwrap_or(f64::NAN);
         let (value, std) = measured(at(&fitted.theta), at(&fitted.std));
         let name = style.bold(format_args!("{:<14}", format!("{axis}_{variable}")));
         let bound = at(&fitted.std_cramer_rao);
         let start = at(&identified.starts);
-        let told = if fitted.insignificant.contains(&place) { "  not significantly different from zero" } else { "" };
-        let of_command = if linear.assumed_scale.contains(variable) { format!("  {PER_COMMAND}") } else { String::new() };
+        let told = if fitted.insignificant.contains(&place) { ", not significantly different from zero" } else { "" };
+        let of_command = if linear.assumed_scale.contains(variable) { format!(", {PER_COMMAND}") } else { String::new() };
+        let unit = unit_of_derivative(&linear.choice, *axis, variable);
         let _ = writeln!(
             text,
-            "  {name} {value:>12} {std:>10}   {bound:>10}  {start:>10}{told}{of_command}",
+            "  {name} {value:>12} {std:>10}   {bound:>10}  {start:>10}  {unit}{told}{of_command}",
             bound = Power(bound, 2),
             start = Fixed(start, 4)
         );
     }
-    let name = |place: usize| linear.name(place);
-    let (mut inseparable, mut hard): (Vec<_>, Vec<_>) = fitted.correlated.iter().partition(|(.., rho)| rho.abs() > INSEPARABLE);
-    if !inseparable.is_empty() {
-        let mut names: Vec<String> = inseparable.drain(..).flat_map(|&(one, other, _)| [name(one), name(other)]).collect();
-        names.sort();
-        names.dedup();
-        let _ = writeln!(
-            text,
-            "  NOT distinguished in these runs: {}; each may be wrong by more than its standard error, their sum in this motion is not",
-            names.join(", ")
-        );
-    }
-    if !hard.is_empty() {
-        let pairs =
-            hard.drain(..).map(|&(one, other, rho)| format!("{} {} ({rho})", name(one), name(other), rho = Fixed(rho, 2)));
-        let _ = writeln!(text, "  strongly correlated estimates: {}", pairs.collect::<Vec<_>>().join(", "));
+    for said in correlations(identified) {
+        let _ = writeln!(text, "  {said}");
     }
     for (place, doubt) in linear.instrument_parameters.iter().enumerate() {
         let at = |values: &[f64]| values.get(linear.derivatives.len() + place).copied().unwrap_or(f64::NAN);
         let (value, std) = measured(at(&fitted.theta), at(&fitted.std));
         let InstrumentParameter { name, prior_mean, prior_std, unit } = doubt;
-        // Whether lag or delay is seen at steps only; most runs tell nothing of most outputs.
-        if name.starts_with("lag_part") && !(at(&fitted.std) < TOLD * prior_std) {
+        if !is_learned(doubt, at(&fitted.std)) {
             continue;
         }
         let _ = writeln!(text, "  {name:<14} {value:>12} {std:>10}   (prior {prior_mean} +- {prior_std}) {unit}");
@@ -87,7 +75,8 @@ pub(super) fn text(identified: &IdentificationResult, style: Style) -> String {
                     let (zeta, std_zeta) = measured(root.zeta, root.std_zeta);
                     let _ = writeln!(
                         text,
-                        "{name}: omega {omega} +- {std_omega} rad/s, zeta {zeta} +- {std_zeta}; {}",
+                        "{name}: omega {omega} +- {std_omega} rad/s ({} Hz), zeta {zeta} +- {std_zeta}; {}",
+                        Digits(root.omega / TAU, 3),
                         stability(root)
                     );
                 } else {
@@ -107,6 +96,33 @@ pub(super) fn text(identified: &IdentificationResult, style: Style) -> String {
         let _ = writeln!(text, "note: {note}");
     }
     text
+}
+
+/// Estimates that these runs do not separate, or hardly, a sentence each.
+pub(super) fn correlations(identified: &IdentificationResult) -> Vec<String> {
+    let name = |place: usize| identified.linear.name(place);
+    let correlated = identified.fitted.correlated.iter();
+    let (inseparable, hard): (Vec<_>, Vec<_>) = correlated.partition(|(.., rho)| rho.abs() > INSEPARABLE);
+    let mut said = Vec::new();
+    if !inseparable.is_empty() {
+        let mut names: Vec<String> = inseparable.into_iter().flat_map(|&(one, other, _)| [name(one), name(other)]).collect();
+        names.sort();
+        names.dedup();
+        said.push(format!(
+            "NOT distinguished in these runs: {}; each may be wrong by more than its standard error, their sum in this motion is not",
+            names.join(", ")
+        ));
+    }
+    if !hard.is_empty() {
+        let pair = |&(one, other, rho): &(usize, usize, f64)| format!("{} {} ({})", name(one), name(other), Fixed(rho, 2));
+        said.push(format!("strongly correlated estimates: {}", hard.into_iter().map(pair).collect::<Vec<_>>().join(", ")));
+    }
+    said
+}
+
+/// Whether a parameter of an instrument is shown: of lag or delay, seen at steps only, most runs tell nothing of most outputs.
+pub(super) fn is_learned(parameter: &InstrumentParameter, std: f64) -> bool {
+    !parameter.name.starts_with("lag_part") || std < TOLD * parameter.prior_std
 }
 
 pub(super) fn method(identified: &IdentificationResult) -> &'static str {

@@ -12,6 +12,7 @@ use sideslip::flight::model::LinearModel;
 use sideslip::postflight::identification::columns::Columns;
 use sideslip::postflight::identification::effective_damping::{EffectiveDamping, with_std};
 use sideslip::postflight::identification::identify::{IdentificationRequest, IdentificationResult, identify};
+use sideslip::postflight::identification::nondimensional::{NondimensionalDerivatives, nondimensional};
 use sideslip::postflight::identification::steady_sideslip::{SteadySideslips, steady_sideslips};
 use sideslip::postflight::identification::test_condition::TestCondition;
 use sideslip::postflight::output_error::FitSettings;
@@ -35,6 +36,8 @@ pub(super) struct TestPointResult {
     /// N_v and L_v of steady sideslips, or why there are none; `None` where none were given.
     pub(super) static_derivatives: Option<Result<StaticDerivatives, String>>,
     pub(super) explained: Option<LateralDampingAnalysis>,
+    /// Where its runs state reference dimensions.
+    pub(super) nondimensional: Option<NondimensionalDerivatives>,
 }
 
 /// The simulation in this flight.
@@ -146,7 +149,8 @@ pub(super) fn test_point(
     let pedals = |name: &String| matches!(name.as_str(), "pedal" | "rudder");
     let by_tail_pitch = if has_tail && wanted.choice.inputs.iter().any(pedals) {
         let mut other = wanted.clone();
-        other.choice.inputs.iter_mut().filter(|name| pedals(name)).for_each(|name| "tail_pitch".clone_into(name));
+        let only = other.only.iter_mut().flatten().map(|(_, variable)| variable);
+        other.choice.inputs.iter_mut().chain(only).filter(|name| pedals(name)).for_each(|name| "tail_pitch".clone_into(name));
         Some(identify(runs, &[], other, settings).map_err(not_identified)?)
     } else {
         None
@@ -155,6 +159,7 @@ pub(super) fn test_point(
     let static_derivatives = (!sideslips.is_empty()).then(|| of_sideslips(sideslips, &identified));
     Ok(TestPointResult {
         condition: TestCondition::mean(&conditions),
+        nondimensional: nondimensional(&identified, runs),
         identified,
         by_tail_pitch,
         simulation,

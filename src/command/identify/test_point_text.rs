@@ -1,7 +1,8 @@
 //! The answer over several test points: tables for a person, a document for a program.
 
-use super::json::{modes, output_error, prediction};
+use super::json::{modes, nondimensional, output_error, prediction};
 use super::test_point_result::{ComplexRoot, LateralDampingAnalysis, SimulatedModes, TestPointResult, ValueAndStd};
+use super::unit::unit_of_derivative;
 use crate::command::identify::table;
 use serde_json::{Value, json};
 use sideslip::io::outputs::number::{Fixed, measured};
@@ -144,7 +145,7 @@ fn one(point: &TestPointResult) -> Value {
         let simulation = point.simulation.as_ref().and_then(|one| one.derivative(identified, *axis, variable));
         let at = |values: &[f64]| values.get(place).copied();
         json!({
-            "name": format!("{axis}_{variable}"), "value": at(&identified.fitted.theta), "std": at(&identified.fitted.std),
+            "name": format!("{axis}_{variable}"), "unit": unit_of_derivative(&identified.linear.choice, *axis, variable), "value": at(&identified.fitted.theta), "std": at(&identified.fitted.std),
             "by_tail_pitch": by_tail_pitch(point, place).map(number), "simulation": simulation,
         })
     });
@@ -177,6 +178,7 @@ fn one(point: &TestPointResult) -> Value {
         "modes": modes(identified),
         "holdout": identified.holdout.iter().map(|flown| prediction(identified, flown)).collect::<Vec<_>>(),
         "notes": identified.linear.notes,
+        "nondimensional": nondimensional(point.nondimensional.as_ref()),
         "simulation": simulation,
         "steady_sideslips": of_sideslips,
         "effective_damping": explained,

@@ -1,6 +1,7 @@
 //! The call of `sideslip ingest`.
 
 use crate::command::options::mapping_input::{CONFIG_HELP, MapOption};
+use crate::command::options::run_parts::PartOptions;
 use crate::command::options::telemetry_source::TelemetrySource;
 use ::replay::Pace;
 use std::path::PathBuf;
@@ -36,6 +37,8 @@ pub(crate) struct IngestArgs {
     pub(super) config: Option<PathBuf>,
     #[command(flatten)]
     pub(super) map: MapOption,
+    #[command(flatten)]
+    pub(super) parts: PartOptions,
     /// Key of MAVLink 2 signing, 64 hexadecimal digits or 32 raw bytes: what is not signed with it is refused and counted, and
     /// our heartbeats are signed. Timestamps are kept in FILE.timestamp-0
     #[arg(long, value_name = "FILE")]

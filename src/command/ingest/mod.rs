@@ -23,6 +23,9 @@ pub(crate) fn run(args: &IngestArgs) -> Result<Outcome, Failure> {
     if args.map.map.is_some() && !matches!(args.source, TelemetrySource::Recording(_)) {
         return Err(Failure::Input("--map: expected with a recording (file://PATH), found a link".into()));
     }
+    if args.parts.any() && !matches!(args.source, TelemetrySource::Recording(_)) {
+        return Err(Failure::Input("--from, --to, --manoeuvre: expected with a recording (file://PATH), found a link".into()));
+    }
     match &args.source {
         TelemetrySource::Recording(_) | TelemetrySource::PcmLink { .. } | TelemetrySource::Chapter10Link { .. }
             if args.signing_key.is_some() =>

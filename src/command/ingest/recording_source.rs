@@ -4,6 +4,8 @@ use super::args::IngestArgs;
 use super::sample_publisher::SamplePublisher;
 use crate::command::options::mapping_input::read_mapping;
 use crate::command::options::telemetry_source::RecordingSource;
+use crate::command::recordings::chosen_runs::chosen_run;
+use crate::command::recordings::provenance::Provenance;
 use crate::command::recordings::run_head::{HeadedRecording, head_of};
 use crate::command::{message, patience, root_path};
 use ::replay::{MonotonicClock, Pace, Player};
@@ -36,9 +38,12 @@ pub(super) fn fitted(mut head: LogHead) -> LogHead {
 /// Plays it to its end, or until it is stopped.
 pub(super) fn play(args: &IngestArgs, source: &RecordingSource, stop: &Arc<AtomicBool>) -> Result<Outcome, Failure> {
     let file = &source.file;
-    let mut recording = source.open_with_note(&read_mapping(args.config.as_deref(), &args.map)?)?;
+    let mapping = read_mapping(args.config.as_deref(), &args.map)?;
+    let source = &chosen_run(source, &args.parts, &args.set, &mapping)?;
+    let mut recording = source.open_with_note(&mapping)?;
     recording.stop_by(Arc::clone(stop));
-    let HeadedRecording { mut recording, head, .. } = head_of(file, recording, &args.set)?;
+    let HeadedRecording { mut recording, info, mut head } = head_of(source, recording)?;
+    head.origin = Provenance::of(source.files()).dated(file, info.recorded_at()).origin();
     let mut bus = Bus::enter(&root_path(args.root.as_ref()))?;
     let _role = bus.take_within(BusRole::Telemetry, patience(args.supervised))?;
     write_head(bus.root(), bus.incarnation(), &fitted(head))?;

@@ -4,10 +4,11 @@
 use super::seen_rows::SeenRows;
 use crate::command::message;
 use crate::command::options::telemetry_source::{RecordingKind, RecordingSource};
+use crate::command::recordings::provenance::Provenance;
 use crate::command::terminal::console::print;
-use crate::command::terminal::output_file::write_json;
 use serde_json::json;
 use sideslip::error::{Failure, Outcome};
+use sideslip::io::outputs::json::document_schema::DocumentSchema;
 use sideslip::io::telemetry::chapter10::header::type_name;
 use sideslip::io::telemetry::chapter10::packet::{Chapter10Reader, PacketTally};
 use sideslip::io::telemetry::chapter10::survey::RecordingSurvey;
@@ -60,8 +61,8 @@ pub(super) fn run(source: &RecordingSource, config: &RecordingConfig, json: Opti
     }
     // Where the user says how its frames are read, they must be read.
     let asked = matches!(source.kind, RecordingKind::Chapter10(Some(_))) || config.chapter10 != Default::default();
-    let seen = match source.open(config).and_then(|recording| SeenRows::read(file, recording)) {
-        Err(why) if asked => return Err(why.into()),
+    let seen = match source.open(config).map_err(Failure::from).and_then(|recording| SeenRows::read(source, recording)) {
+        Err(why) if asked => return Err(why),
         seen => seen,
     };
     match &seen {
@@ -81,7 +82,12 @@ pub(super) fn run(source: &RecordingSource, config: &RecordingConfig, json: Opti
                 document.insert("recording".into(), seen.as_ref().map_or(serde_json::Value::Null, |seen| seen.document.clone()));
                 document.insert("no_rows".into(), json!(seen.as_ref().err().map(ToString::to_string)));
             }
-            write_json(target, &format!("{document:#}\n"))?;
+            let at = seen.as_ref().ok().and_then(|seen| seen.info.recorded_at());
+            Provenance::of(source.files()).dated(file, at).write_json(
+                target,
+                DocumentSchema::Chapter10,
+                &format!("{document:#}\n"),
+            )?;
         }
     }
     let lost =

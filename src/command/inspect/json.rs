@@ -4,7 +4,7 @@ use super::estimable::{EstimableQuantities, Feasibility};
 use super::survey::{ColumnSurvey, Survey};
 use super::table::column_name;
 use serde_json::{Map, Value, json};
-use sideslip::flight::file::run_file::RecordingTarget;
+use sideslip::flight::file::run_file::{RecordingTarget, RunInfo};
 use sideslip::io::outputs::words::control_scale::assumed_names;
 use sideslip::io::telemetry::alignment::dropout::Dropout;
 use sideslip::io::telemetry::alignment::row_alignment::RowAlignment;
@@ -16,6 +16,7 @@ use std::path::Path;
 pub(super) fn document(
     file: &Path,
     recording: &Recording,
+    info: &RunInfo,
     survey: &Survey,
     order: &RowAlignment,
     estimable: &EstimableQuantities,
@@ -40,7 +41,7 @@ pub(super) fn document(
     let mut document = json!({
         "file": file.display().to_string(),
         "format": recording.format(),
-        "run": from_toml(&toml::Value::Table(recording.info().document().clone())),
+        "run": from_toml(&toml::Value::Table(info.document().clone())),
         "rows": survey.rows,
         "skipped": {"rows": skipped.rows(), "reasons": reasons},
         "ends_abruptly": recording.ends_abruptly(),
@@ -61,7 +62,7 @@ pub(super) fn document(
         "messages": recording.traffic().map(messages),
         "estimable": {"state": state, "axes": axes, "by": by, "dutch_roll": answer(&estimable.dutch_roll)},
     });
-    let assumed = assumed_names(recording.info());
+    let assumed = assumed_names(info);
     if !assumed.is_empty() {
         document["assumed_scale"] = json!(assumed);
     }

@@ -4,7 +4,10 @@ use super::estimable::EstimableQuantities;
 use super::survey::Survey;
 use super::{json, table};
 use crate::command::message;
-use sideslip::error::Outcome;
+use crate::command::options::telemetry_source::RecordingSource;
+use crate::command::recordings::run_head::override_keys;
+use sideslip::error::{Failure, Outcome};
+use sideslip::flight::file::run_file::RunInfo;
 use sideslip::io::telemetry::alignment::row_alignment::RowAlignment;
 use sideslip::io::telemetry::record::RecordingError;
 use sideslip::io::telemetry::recording::Recording;
@@ -13,6 +16,8 @@ use std::path::Path;
 /// The rows of a recording, surveyed to the end.
 pub(super) struct SeenRows {
     pub(super) recording: Recording,
+    /// Of the run, keys overridden.
+    pub(super) info: RunInfo,
     rows: u64,
     pub(super) text: String,
     pub(super) document: serde_json::Value,
@@ -20,20 +25,36 @@ pub(super) struct SeenRows {
 
 impl SeenRows {
     /// Reads it.
-    pub(super) fn read(file: &Path, mut recording: Recording) -> Result<Self, RecordingError> {
+    pub(super) fn read(source: &RecordingSource, mut recording: Recording) -> Result<Self, Failure> {
+        let file = source.file.as_path();
+        let mut info = recording.info().clone();
+        override_keys(&mut info, &source.set)?;
         let mut survey = Survey::new(recording.columns());
-        let latencies = recording.info().latencies().copied().unwrap_or_default();
+        let latencies = info.latencies().copied().unwrap_or_default();
         let order = RowAlignment::of_recording(&recording, &latencies);
         let mut order = order.map_err(|wrong| RecordingError::Whole { path: file.into(), what: wrong.to_string() })?;
+        let (mut seen_s, mut begin_s): (Option<[f64; 2]>, Option<f64>) = (None, None);
         while let Some(row) = recording.next_row()? {
+            let time_s = row.sample.time_s;
+            seen_s = Some(seen_s.map_or([time_s; 2], |[first_s, last_s]| [first_s.min(time_s), last_s.max(time_s)]));
+            if !source.span.has(time_s) {
+                continue;
+            }
+            begin_s.get_or_insert(time_s);
             survey.add(row);
             order.push(row.number, &row.sample, &row.others, &mut |_| ());
         }
         order.finish(&mut |_| ());
+        if survey.rows == 0 && !source.span.is_whole() {
+            return Err(Failure::file(file, source.span.refusal(seen_s)));
+        }
+        if let (Some([first_s, _]), Some(begin_s)) = (seen_s, begin_s.filter(|_| !source.span.is_whole())) {
+            info.begin_later(begin_s - first_s);
+        }
         let estimable = EstimableQuantities::of(&survey, recording.info().geometry().controls);
-        let text = table::text(file, &recording, &survey, &order, &estimable);
-        let document = json::document(file, &recording, &survey, &order, &estimable);
-        Ok(SeenRows { recording, rows: survey.rows, text, document })
+        let text = table::text(file, &recording, &info, &survey, &order, &estimable);
+        let document = json::document(file, &recording, &info, &survey, &order, &estimable);
+        Ok(SeenRows { recording, info, rows: survey.rows, text, document })
     }
 
     /// Says what was lost.

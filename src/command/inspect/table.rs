@@ -5,7 +5,7 @@ use super::survey::{ColumnSurvey, Survey};
 use crate::command::inspect::traffic;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::derivative::Axis;
-use sideslip::flight::file::run_file::RecordingColumn;
+use sideslip::flight::file::run_file::{RecordingColumn, RunInfo};
 use sideslip::flight::unit::factor_to_si;
 use sideslip::io::outputs::number::decimals;
 use sideslip::io::outputs::words::control_scale::{assumed_names, assumed_scale};
@@ -22,18 +22,19 @@ const GAPS_SHOWN: usize = 5;
 pub(super) fn text(
     file: &Path,
     recording: &Recording,
+    info: &RunInfo,
     survey: &Survey,
     order: &RowAlignment,
     estimable: &EstimableQuantities,
 ) -> String {
     let mut lines = vec![format!("{}: {}, {}", file.display(), recording.format(), counted(survey.rows, "row"))];
-    lines.extend(run_lines(recording));
+    lines.extend(run_lines(info));
     lines.extend(time_lines(survey));
     lines.extend(dropout_lines(recording, order));
-    lines.extend(row_lines(recording));
+    lines.extend(row_lines(recording, info));
     lines.extend(recording.traffic().into_iter().flat_map(traffic::lines));
     lines.push(String::new());
-    lines.extend(channel_lines(recording, survey));
+    lines.extend(channel_lines(recording, info, survey));
     lines.push(String::new());
     lines.extend(estimable_lines(recording, estimable));
     let mut text = String::new();
@@ -43,8 +44,8 @@ pub(super) fn text(
     text
 }
 
-fn run_lines(recording: &Recording) -> Vec<String> {
-    let document = recording.info().document();
+fn run_lines(info: &RunInfo) -> Vec<String> {
+    let document = info.document();
     let width = document.keys().map(|key| key.chars().count()).max().unwrap_or(0);
     let line = |key: &str, value: &str| format!("  {key:width$}  {value}");
     let lines = document.iter().flat_map(|(key, value)| match value.as_table() {
@@ -127,7 +128,7 @@ pub(super) fn column_name(recording: &Recording, place: usize) -> String {
         .unwrap_or_default()
 }
 
-fn row_lines(recording: &Recording) -> Vec<String> {
+fn row_lines(recording: &Recording, info: &RunInfo) -> Vec<String> {
     let skipped = recording.skipped().reasons().iter();
     let mut lines: Vec<String> = skipped
         .map(|rows| {
@@ -141,7 +142,7 @@ fn row_lines(recording: &Recording) -> Vec<String> {
             )
         })
         .collect();
-    lines.extend(assumed_scale(recording.info()).map(|note| format!("  {note}")));
+    lines.extend(assumed_scale(info).map(|note| format!("  {note}")));
     lines.extend(recording.found_out().iter().map(|found| format!("  {found}")));
     lines.extend(recording.shortfall().map(|shortfall| format!("  {shortfall}")));
     if recording.ends_abruptly() && recording.format() == "CSV" {
@@ -150,9 +151,10 @@ fn row_lines(recording: &Recording) -> Vec<String> {
     lines
 }
 
-fn channel_lines(recording: &Recording, survey: &Survey) -> Vec<String> {
+fn channel_lines(recording: &Recording, info: &RunInfo, survey: &Survey) -> Vec<String> {
     let titles = ["channel", "unit", "samples", "rate Hz", "min", "max", "not finite", "gaps", ""].map(String::from);
-    let rows: Vec<_> = std::iter::once(titles).chain(survey.columns.iter().map(|column| cells(recording, column))).collect();
+    let rows: Vec<_> =
+        std::iter::once(titles).chain(survey.columns.iter().map(|column| cells(recording, info, column))).collect();
     let width = |place: usize| rows.iter().filter_map(|row| row.get(place)).map(|cell| cell.chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..9).map(width).collect();
     let line = |row: &[String; 9]| {
@@ -166,7 +168,7 @@ fn channel_lines(recording: &Recording, survey: &Survey) -> Vec<String> {
     rows.iter().map(line).collect()
 }
 
-fn cells(recording: &Recording, survey: &ColumnSurvey) -> [String; 9] {
+fn cells(recording: &Recording, info: &RunInfo, survey: &ColumnSurvey) -> [String; 9] {
     let column = &survey.column;
     // A map may turn the sign or scale: the unit alone counts here.
     let unit = survey.channel().zip(column.unit_text.as_deref());
@@ -188,11 +190,11 @@ fn cells(recording: &Recording, survey: &ColumnSurvey) -> [String; 9] {
         greatest,
         count(survey.not_finite),
         gaps,
-        note(recording, survey),
+        note(recording, info, survey),
     ]
 }
 
-fn note(recording: &Recording, survey: &ColumnSurvey) -> String {
+fn note(recording: &Recording, info: &RunInfo, survey: &ColumnSurvey) -> String {
     let controls = recording.info().geometry().controls;
     match survey.channel() {
         None => {
@@ -206,9 +208,7 @@ fn note(recording: &Recording, survey: &ColumnSurvey) -> String {
         Some(_) if survey.samples == 0 => "never sampled".into(),
         Some(_) if survey.range.is_none() => "no finite value".into(),
         Some(_) if !survey.moves() => "never moves".into(),
-        Some(channel) if assumed_names(recording.info()).iter().any(|name| name == channel.name(controls)) => {
-            "scale assumed".into()
-        }
+        Some(channel) if assumed_names(info).iter().any(|name| name == channel.name(controls)) => "scale assumed".into(),
         Some(_) => String::new(),
     }
 }

@@ -2,8 +2,9 @@
 
 use super::options::flight_condition;
 use super::options::flight_condition::FlightCondition;
+use super::recordings::provenance::Provenance;
 use super::terminal::console::print;
-use super::terminal::output_file::{refuse_to_overwrite, write_json};
+use super::terminal::output_file::refuse_to_overwrite;
 use crate::command::message;
 use nalgebra::Complex;
 use serde_json::{Map, Value, json};
@@ -14,6 +15,7 @@ use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::flight::effect::{Effect, Family};
 use sideslip::flight::file::model_file::ModelFile;
 use sideslip::flight::model::LinearModel;
+use sideslip::io::outputs::json::document_schema::DocumentSchema;
 use sideslip::io::outputs::number::Fixed;
 use sideslip::realtime::modes::lateral;
 use sideslip::realtime::modes::naming::{Eigenmodes, eigenmodes};
@@ -74,7 +76,7 @@ pub(crate) fn run(args: &LineariseArgs) -> Result<Outcome, Failure> {
             message(format_args!("{}", table.trim_end()));
             let mut text = serde_json::to_string_pretty(&result).map_err(|error| Failure::Running(error.to_string()))?;
             text.push('\n');
-            write_json(path, &text)?;
+            Provenance::of([args.condition.model.clone()]).write_json(path, DocumentSchema::Linearise, &text)?;
         }
     }
     Ok(Outcome::Done)

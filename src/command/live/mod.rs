@@ -9,6 +9,7 @@ mod supervised_process;
 use super::options::estimation_options::EstimationOptions;
 use super::options::mapping_input::{CONFIG_HELP, MapOption};
 use super::options::mavlink_out_options::MavlinkOutOptions;
+use super::options::run_parts::PartOptions;
 use super::options::signing_input::read_key;
 use super::options::telemetry_source::TelemetrySource;
 use super::terminal::stop::{stopped_by_signals, supervised};
@@ -65,6 +66,8 @@ pub(crate) struct LiveArgs {
     config: Option<PathBuf>,
     #[command(flatten)]
     map: MapOption,
+    #[command(flatten)]
+    parts: PartOptions,
     /// Directory for the MCAP logs (made where it is missing)
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -99,6 +102,9 @@ pub(crate) fn run(args: &LiveArgs) -> Result<Outcome, Failure> {
     let stop = stopped_by_signals()?;
     supervised(args.supervised, &stop)?;
     let source = args.source.parse::<TelemetrySource>().map_err(|what| Failure::Input(format!("--source: {what}")))?;
+    if args.parts.any() && !matches!(source, TelemetrySource::Recording(_)) {
+        return Err(Failure::Input("--from, --to, --manoeuvre: expected with a recording (file://PATH), found a link".into()));
+    }
     if let Some(key) = &args.signing_key {
         if !matches!(source, TelemetrySource::Link(_)) && args.station.mavlink_out.is_none() {
             return Err(Failure::Input(
@@ -189,6 +195,7 @@ fn ingest_call(args: &LiveArgs, root: &Path, source: &TelemetrySource) -> Vec<St
     if let Some(map) = &args.map.map {
         call.extend(["--map".to_owned(), map.display().to_string()]);
     }
+    call.extend(args.parts.call());
     if let (Some(key), TelemetrySource::Link(_)) = (&args.signing_key, source) {
         call.extend(["--signing-key".to_owned(), key.display().to_string()]);
     }

@@ -7,6 +7,7 @@ use sideslip::live::output_error::LiveOutputError;
 use sideslip::live::output_error_config::LiveOutputErrorConfig as LiveConfig;
 use sideslip::realtime::estimation::config::RegressionStates;
 use sideslip::realtime::pipeline::PipelineConfig;
+use std::path::PathBuf;
 
 /// Options of the state estimation.
 #[derive(clap::Args)]
@@ -56,6 +57,11 @@ enum States {
 }
 
 impl EstimationOptions {
+    /// The files that they name.
+    pub(crate) fn files(&self) -> Option<PathBuf> {
+        self.model.file()
+    }
+
     /// The configuration that the options ask for.
     pub(crate) fn config(&self) -> PipelineConfig {
         let mut config = PipelineConfig::default();

@@ -29,6 +29,11 @@ pub(crate) struct LiveDiagnosisModel {
 }
 
 impl LiveDiagnosisOptions {
+    /// The model file.
+    pub(crate) fn file(&self) -> Option<PathBuf> {
+        self.model.clone()
+    }
+
     /// Reads the model, where one is given.
     pub(crate) fn read(&self) -> Result<Option<LiveDiagnosisModel>, Failure> {
         self.model.as_ref().map(|path| LiveDiagnosisModel::read(path, self.density)).transpose()

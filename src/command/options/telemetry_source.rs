@@ -1,8 +1,9 @@
 //! Where telemetry comes from: `--source` of `ingest` and `live`, and the recordings that commands read.
 
-use crate::command::message;
+use crate::command::terminal::console::message_once;
 use crate::command::terminal::output_file::same_place;
 use clap::builder::{OsStringValueParser, TypedValueParser};
+use sideslip::io::telemetry::alignment::aligned_recording::TimeSpan;
 use sideslip::io::telemetry::chapter10::channel_choice::FrameDescription;
 use sideslip::io::telemetry::format::RecordingFormat;
 use sideslip::io::telemetry::mavlink::link::Url;
@@ -31,14 +32,31 @@ pub(crate) enum RecordingKind {
     Chapter10(Option<PathBuf>),
 }
 
-/// A recording, and how it is read.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// A recording, how it is read, and what of it.
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RecordingSource {
     pub(crate) file: PathBuf,
     pub(crate) kind: RecordingKind,
+    /// The times that are read.
+    pub(crate) span: TimeSpan,
+    /// The number of the manoeuvre at those times, where one was asked for.
+    pub(crate) manoeuvre: Option<usize>,
+    /// Keys of the run that are overridden, `key=value`.
+    pub(crate) set: Vec<String>,
 }
 
 impl RecordingSource {
+    /// The whole of it, as it says itself.
+    pub(crate) fn whole(file: PathBuf, kind: RecordingKind) -> Self {
+        RecordingSource { file, kind, span: TimeSpan::default(), manoeuvre: None, set: Vec::new() }
+    }
+
+    /// The name of its file without the ending, and the manoeuvre: `flight-m2`.
+    pub(crate) fn stem(&self) -> String {
+        let stem = self.file.file_stem().unwrap_or_default().to_string_lossy();
+        self.manoeuvre.map_or_else(|| stem.to_string(), |number| format!("{stem}-m{number}"))
+    }
+
     /// Opens it.
     pub(crate) fn open(&self, config: &RecordingConfig) -> Result<Recording, RecordingError> {
         match &self.kind {
@@ -54,7 +72,7 @@ impl RecordingSource {
         let recording = self.open(config)?;
         note_setup(&self.file.display(), recording.left_out(), recording.assumed());
         if !recording.found_out().is_empty() {
-            message(format_args!("note: {}: {}", self.file.display(), recording.found_out().join("; ")));
+            message_once(format_args!("note: {}: {}", self.file.display(), recording.found_out().join("; ")));
         }
         Ok(recording)
     }
@@ -70,8 +88,13 @@ impl RecordingSource {
         }
     }
 
-    /// Whether it is the same file, read alike.
+    /// Whether it is the same file, read alike, and the same manoeuvre of it.
     pub(crate) fn is_same(&self, other: &RecordingSource) -> bool {
+        self.manoeuvre == other.manoeuvre && self.is_same_file(other)
+    }
+
+    /// Whether it is the same file, read alike.
+    pub(crate) fn is_same_file(&self, other: &RecordingSource) -> bool {
         self.kind == other.kind && same_place(&self.file, &other.file)
     }
 
@@ -91,6 +114,13 @@ impl RecordingSource {
         url
     }
 
+    /// The options that have another process read the same of it.
+    pub(crate) fn call(&self) -> Vec<String> {
+        let TimeSpan { from_s, to_s } = self.span;
+        let times = [("--from", from_s), ("--to", to_s)].into_iter().filter_map(|(option, s)| Some(format!("{option}={}", s?)));
+        times.chain(self.set.iter().map(|set| format!("--set={set}"))).collect()
+    }
+
     /// The files that it reads.
     pub(crate) fn files(&self) -> Vec<PathBuf> {
         let format = match &self.kind {
@@ -104,13 +134,13 @@ impl RecordingSource {
     pub(crate) fn parser() -> impl TypedValueParser<Value = RecordingSource> {
         OsStringValueParser::new().try_map(|argument| match argument.to_str() {
             Some(text) => RecordingSource::of_path_or_url(text),
-            None => Ok(RecordingSource { file: argument.into(), kind: RecordingKind::ByContent }),
+            None => Ok(RecordingSource::whole(argument.into(), RecordingKind::ByContent)),
         })
     }
 
     fn of_path_or_url(text: &str) -> Result<Self, String> {
         let Some((scheme, _)) = text.split_once("://") else {
-            return Ok(RecordingSource { file: Path::new(text).into(), kind: RecordingKind::ByContent });
+            return Ok(RecordingSource::whole(Path::new(text).into(), RecordingKind::ByContent));
         };
         match text.parse() {
             Ok(TelemetrySource::Recording(recording)) => Ok(recording),
@@ -136,7 +166,7 @@ pub(crate) fn note_setup(of: &impl std::fmt::Display, left_out: &[String], assum
             0 => String::new(),
             count => format!("; and {count} more (`inspect` lists them)"),
         };
-        message(format_args!("note: {of}: {what}: {}{others}", named.join("; ")));
+        message_once(format_args!("note: {of}: {what}: {}{others}", named.join("; ")));
     }
 }
 
@@ -160,7 +190,7 @@ impl FromStr for TelemetrySource {
         if Url::is_link(url) {
             return Url::parse(url).map(TelemetrySource::Link).map_err(|wrong| wrong.to_string());
         }
-        let recording = |file: &str, kind| TelemetrySource::Recording(RecordingSource { file: file.into(), kind });
+        let recording = |file: &str, kind| TelemetrySource::Recording(RecordingSource::whole(file.into(), kind));
         let link = |scheme: &str, address: &str| Url::parse(&format!("{scheme}://{address}")).map_err(|wrong| wrong.to_string());
         // A format that is asked for without a name is none.
         let parts = |rest: &'_ str| match rest.split_once("?format=") {
@@ -207,7 +237,7 @@ mod tests {
 
     #[test]
     fn a_source_is_a_url_of_a_known_kind() {
-        let of = |file: &str, kind| TelemetrySource::Recording(RecordingSource { file: file.into(), kind });
+        let of = |file: &str, kind| TelemetrySource::Recording(RecordingSource::whole(file.into(), kind));
         let chapter10 = |format: Option<&str>| RecordingKind::Chapter10(format.map(Into::into));
         assert_eq!("file://a/b.csv".parse(), Ok(of("a/b.csv", RecordingKind::ByContent)));
         assert_eq!("file:///a b.csv".parse(), Ok(of("/a b.csv", RecordingKind::ByContent)));
@@ -231,7 +261,7 @@ mod tests {
         }
         assert!(matches!("pcm+udp://127.0.0.1:1?format=a".parse(), Ok(TelemetrySource::PcmLink { .. })));
         let source = RecordingSource::of_path_or_url("a.csv");
-        assert_eq!(source, Ok(RecordingSource { file: "a.csv".into(), kind: RecordingKind::ByContent }));
+        assert_eq!(source, Ok(RecordingSource::whole("a.csv".into(), RecordingKind::ByContent)));
         assert!(RecordingSource::of_path_or_url("pcm+file://a").is_err());
         assert!(RecordingSource::of_path_or_url("udpin://127.0.0.1:1").unwrap_err().contains("expected a recording"));
         for url in ["file://a/b.csv", "pcm+file://a.pcm?format=b.toml", "ch10+file://a", "ch10+file://a?format=b"] {

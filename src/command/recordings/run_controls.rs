@@ -54,9 +54,9 @@ fn part<'a>(table: &'a toml::Table, key: &str) -> Option<&'a toml::Table> {
 }
 
 /// Reads the controls of a recording. A row that cannot be read is left out (a straight line goes past it) and counted.
-pub(crate) fn read_controls(source: &RecordingSource) -> Result<ControlHistory, Failure> {
+pub(crate) fn read_controls(source: &RecordingSource, mapping: &RecordingConfig) -> Result<ControlHistory, Failure> {
     let path = source.file.as_path();
-    let mut aligned = aligned_by_its_own(path, source.open_with_note(&RecordingConfig::default())?)?;
+    let mut aligned = aligned_by_its_own(source, source.open_with_note(mapping)?)?;
     let recording = &aligned.recording;
     let mut times_s: Vec<f64> = Vec::new();
     let mut points: [Vec<(f64, f64)>; CONTROLS + 1] = Default::default();

@@ -1,9 +1,9 @@
 //! Recordings read whole, a run each, as commands on samples take them.
 
 use super::recording_losses::losses;
-use crate::command::message;
 use crate::command::options::telemetry_source::RecordingSource;
 use crate::command::recordings::run_head::{HeadedRecording, head_of};
+use crate::command::terminal::console::message_once;
 use sideslip::error::Failure;
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::file::run_file::RunInfo;
@@ -21,12 +21,12 @@ pub(crate) struct RunInput {
     pub(crate) losses: Vec<String>,
 }
 
-/// Reads a recording; `overrides` are keys of the run.
-pub(crate) fn read_run(source: &RecordingSource, overrides: &[String], mapping: &Mapping) -> Result<RunInput, Failure> {
+/// Reads a recording.
+pub(crate) fn read_run(source: &RecordingSource, mapping: &Mapping) -> Result<RunInput, Failure> {
     let file = &source.file;
-    let HeadedRecording { mut recording, info, .. } = head_of(file, source.open_with_note(mapping)?, overrides)?;
+    let HeadedRecording { mut recording, info, .. } = head_of(source, source.open_with_note(mapping)?)?;
     if let Some(note) = assumed_scale(&info) {
-        message(format_args!("note: {}: {note}", file.display()));
+        message_once(format_args!("note: {}: {note}", file.display()));
     }
     let mut samples = Vec::new();
     while let Some(row) = recording.next_row()? {
@@ -37,8 +37,8 @@ pub(crate) fn read_run(source: &RecordingSource, overrides: &[String], mapping: 
 }
 
 /// The same, samples that no instrument measured taken out and told among the losses.
-pub(crate) fn read_screened(source: &RecordingSource, overrides: &[String], mapping: &Mapping) -> Result<RunInput, Failure> {
-    let mut run = read_run(source, overrides, mapping)?;
+pub(crate) fn read_screened(source: &RecordingSource, mapping: &Mapping) -> Result<RunInput, Failure> {
+    let mut run = read_run(source, mapping)?;
     let taken = screen(&mut run.samples);
     let controls = run.info.geometry().controls;
     run.losses.extend(taken.iter().map(|one| screened(&source.file, one, controls)));

@@ -30,8 +30,9 @@ pub(crate) struct RunResult {
     /// R^2 of incidence and sideslip against kinematics.
     consistency: [Option<f64>; 2],
     noise: Option<NoiseUsed>,
-    /// Sentences about the recording itself.
+    /// Sentences about the recording itself, the first so many of them losses, which are said at the end.
     notes: Vec<String>,
+    losses: usize,
     warnings: Vec<String>,
     log: Option<ClosedRunLog>,
     lost_by_output_error: u64,
@@ -59,6 +60,7 @@ impl RunResult {
             consistency: pipeline.estimator().consistency(),
             noise: NoiseUsed::of(pipeline.estimator().noise(), pipeline.estimator().instrumentation()),
             notes: Vec::new(),
+            losses: 0,
             warnings: Vec::new(),
             log,
             lost_by_output_error,
@@ -68,10 +70,11 @@ impl RunResult {
         result
     }
 
-    /// The result of a recording: with notes on the file, and a vane's disagreement as it stands at the end, not at first sight.
-    pub(crate) fn of_recording(self, notes: Vec<String>) -> Self {
+    /// The result of a recording: with notes on the file, the first so many of which are losses, and a vane's disagreement as it
+    /// stands at the end, not at first sight.
+    pub(crate) fn of_recording(self, notes: Vec<String>, losses: usize) -> Self {
         let events = self.events.iter().map(|event| with_final_r2(*event, self.consistency)).collect();
-        let mut result = RunResult { events, notes, ..self };
+        let mut result = RunResult { events, notes, losses, ..self };
         result.warnings = result.warnings();
         result
     }
@@ -97,6 +100,13 @@ impl RunResult {
         RunEstimates { derivatives: Some(derivatives), modes: Some(modes), ..self.estimates() }
     }
 
+    /// Whether any derivative was estimated, by the regression or by output error.
+    pub(crate) fn has_derivatives(&self) -> bool {
+        let regression = self.sink.derivatives.iter().flat_map(|record| &record.equations);
+        regression.flat_map(|equation| &equation.terms).any(|term| term.variable.is_some() && term.std.is_finite())
+            || self.sink.output_error.as_ref().is_some_and(|record| !record.parameters.is_empty())
+    }
+
     /// Data that were lost or not used, a sentence each.
     pub(crate) fn losses(&self) -> Vec<String> {
         let mut losses = self.sink.losses(self.rows);
@@ -108,8 +118,8 @@ impl RunResult {
     pub(crate) fn tables(&self, style: Style) -> String {
         let controls = self.controls;
         let (derivatives, modes) = (self.sink.derivatives.as_ref(), self.sink.modes.as_ref());
-        let mut text =
-            EstimateTable { controls, derivatives, modes, events: &self.events, notes: &self.notes, style }.to_string();
+        let notes = self.notes.get(self.losses..).unwrap_or_default();
+        let mut text = EstimateTable { controls, derivatives, modes, events: &self.events, notes, style }.to_string();
         if let Some(record) = &self.sink.output_error {
             let now_s = self.range_s.map_or(record.time_s, |(_, to_s)| to_s);
             let _ = write!(text, "{}", OutputErrorTable { record, now_s, controls, style });

@@ -1,6 +1,7 @@
 //! A simulated flight as a recording, by the name of the file; whole or not at all: a run file in text, a log, MAVLink, a log of
 //! an autopilot, a stream of PCM with the format of its frames beside it.
 
+use super::provenance::Provenance;
 use crate::command::message;
 use crate::command::terminal::output_file::{OutputFile, write_whole};
 use sideslip::error::Failure;
@@ -67,7 +68,13 @@ fn format_beside(path: &Path) -> PathBuf {
 }
 
 /// Writes the channels that any sample carries.
-pub(crate) fn write_run(path: &Path, format: RunFormat, info: &RunInfo, samples: &[Sample]) -> Result<(), Failure> {
+pub(crate) fn write_run(
+    path: &Path,
+    format: RunFormat,
+    info: &RunInfo,
+    samples: &[Sample],
+    provenance: &Provenance,
+) -> Result<(), Failure> {
     let present = samples.iter().fold(0, |present, sample| present | sample.present);
     let channels: Vec<Channel> = Channel::ALL.into_iter().filter(|channel| present & (1 << channel.index()) != 0).collect();
     match format {
@@ -76,7 +83,7 @@ pub(crate) fn write_run(path: &Path, format: RunFormat, info: &RunInfo, samples:
             samples.iter().try_for_each(|sample| writer.write_row(sample.time_s, |channel| sample.get(channel)))?;
             writer.finish().map(|_| ())
         }),
-        RunFormat::Mcap => write_log(path, info, &channels, samples),
+        RunFormat::Mcap => write_log(path, info, &channels, samples, provenance),
         RunFormat::Tlog => write_tlog(path, info, &channels, samples),
         RunFormat::Dataflash => {
             let log = dataflash_of_samples(samples, info.geometry().controls, &about(info));
@@ -147,10 +154,17 @@ fn note_geometry(what: &str, path: &Path, geometry: &RunGeometry) {
     }
 }
 
-fn write_log(path: &Path, info: &RunInfo, channels: &[Channel], samples: &[Sample]) -> Result<(), Failure> {
+fn write_log(
+    path: &Path,
+    info: &RunInfo,
+    channels: &[Channel],
+    samples: &[Sample],
+    provenance: &Provenance,
+) -> Result<(), Failure> {
     let controls = info.geometry().controls;
     let named = channels.iter().map(|channel| (channel.name(controls).to_owned(), channel.si_unit().to_owned()));
-    let head = LogHead { run_toml: info.to_toml(), channels: named.collect(), controls };
+    let origin = provenance.origin();
+    let head = LogHead { run_toml: info.to_toml(), channels: named.collect(), controls, origin };
     let output = OutputFile::beside(path)?;
     let created = McapLog::create(output.place(), head, Box::new(|_| ()));
     let mut log = created.map_err(|error| Failure::Running(error.to_string()))?.one_file();

@@ -43,7 +43,6 @@ impl BusSource {
         source: &RecordingSource,
         head: &LogHead,
         pace: Pace,
-        overrides: &[String],
         config: Option<&Path>,
         map: &MapOption,
     ) -> Result<Self, Failure> {
@@ -58,9 +57,7 @@ impl BusSource {
         let mut call = Command::new(std::env::current_exe().map_err(failed)?);
         call.args(["ingest", "--supervised", "--lossless", "--speed", &pace.to_string(), "--root"]).arg(bus.root().path());
         call.arg("--source").arg(source.url());
-        for set in overrides {
-            call.args(["--set", set]);
-        }
+        call.args(source.call());
         if let Some(config) = config {
             call.arg("--config").arg(config);
         }

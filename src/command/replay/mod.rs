@@ -1,21 +1,28 @@
 //! `sideslip replay`: recordings through the very pipeline that runs live, at their own pace or as fast as it goes.
 
 mod bus_source;
+mod derivative_history;
 mod output_per_recording;
 mod replayed_run;
 mod smoothed_file;
 
 use super::options::estimation_options::{EstimationOptions, OutputErrorSchedule};
 use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
+use super::options::run_parts::PartOptions;
 use super::options::telemetry_source::RecordingSource;
-use super::terminal::console::print;
-use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, same_place, write_json};
+use super::recordings::chosen_runs::chosen_runs;
+use super::recordings::provenance::Provenance;
+use super::recordings::run_names::tell_apart;
+use super::terminal::console::{message_once, print};
+use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, same_place};
 use super::terminal::stop::stopped_by_signals;
 use crate::command::message;
+use derivative_history::HISTORIES;
 use output_per_recording::{LOGS, make_directory};
 use replayed_run::{ReplayFiles, ReplayRun, ReplaySource, ReplayedRun};
 use sideslip::error::{Failure, Outcome};
 use sideslip::io::outputs::json::derivatives_json::derivatives_json;
+use sideslip::io::outputs::json::document_schema::DocumentSchema;
 use sideslip::io::outputs::tables::terminal::Style;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -26,6 +33,7 @@ Example:
   sideslip replay flight.csv --set 'vane_position_m=[13.08,0,0]' --out flight.mcap --json flight.json
   sideslip replay flight.csv --smoothed states.csv
   sideslip replay flight.csv --bus
+  sideslip replay day.csv --manoeuvre 2
   sideslip replay monday/*.csv --out logs/ --json - | jq '.runs[].modes.dutch_roll'
 
 Every FILE is a run of its own, with its own trim: the mean over its first second. A log holds the keys of the run as
@@ -33,7 +41,7 @@ they were in effect, so that replaying it without --set gives the same numbers; 
 use the whole record: to plot and to compare with; estimating from them again would use the same data twice.
 
 Exit status: 0 done; 1 failed while running, or stopped by a signal (what there was by then is printed); 2 the call or a
-recording is wrong; 3 done, with data lost or skipped. With --json - the table goes to standard error.";
+recording is wrong; 3 done, with data lost or skipped; 4 no derivative could be estimated. With --json - the table goes to standard error.";
 
 /// Play recordings through the estimator: derivatives, Dutch roll, errors of the instruments
 #[derive(clap::Args)]
@@ -53,9 +61,13 @@ pub(crate) struct ReplayArgs {
     /// (a run file) or .mcap (the recording with /smoothed); for several FILEs a directory, a CSV for each
     #[arg(long, value_name = "FILE|DIR")]
     smoothed: Option<PathBuf>,
+    /// Write derivatives with standard errors, and the Dutch roll, against time (CSV): a file name for one FILE; for several a
+    /// directory, a CSV for each
+    #[arg(long, value_name = "FILE|DIR")]
+    derivatives: Option<PathBuf>,
     /// Override a key of every run, such as vane_position_m=[13.08,0,0] or latency_s={tas=0.25} (channels stamped late, s);
-    /// repeatable
-    #[arg(long, value_name = "KEY=VALUE")]
+    /// RUN:KEY=VALUE of that recording alone; repeatable
+    #[arg(long, value_name = "[RUN:]KEY=VALUE")]
     set: Vec<String>,
     /// Write the last estimates as JSON to this file, or to standard output with -
     #[arg(long, value_name = "FILE")]
@@ -66,6 +78,8 @@ pub(crate) struct ReplayArgs {
     config: Option<PathBuf>,
     #[command(flatten)]
     map: MapOption,
+    #[command(flatten)]
+    parts: PartOptions,
     /// Through shared memory: the recording is brought in by another process, nothing is lost on the way
     #[arg(long)]
     bus: bool,
@@ -81,12 +95,26 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<Outcome, Failure> {
     if let Some(json) = args.json.as_ref().filter(|_| !to_standard_output) {
         refuse_to_overwrite("--json", json, &read)?;
     }
-    let logs = LOGS.places(args.out.as_deref(), &args.files)?;
-    let states = smoothed_file::STATES.places(args.smoothed.as_deref(), &args.files)?;
+    let mapping = read_mapping(args.config.as_deref(), &args.map)?;
+    let [sources] = chosen_runs([&args.files], &args.parts, &args.set, &mapping)?;
+    let logs = LOGS.places(args.out.as_deref(), &sources)?;
+    let states = smoothed_file::STATES.places(args.smoothed.as_deref(), &sources)?;
     for file in states.iter().flatten() {
         if logs.iter().flatten().chain(args.json.as_ref()).any(|other| same_place(other, file)) {
             return Err(Failure::file(file, "--smoothed: expected another file than that of --out or --json, found the same"));
         }
+    }
+    let histories = HISTORIES.places(args.derivatives.as_deref(), &sources)?;
+    for file in histories.iter().flatten() {
+        if logs.iter().chain(&states).flatten().chain(args.json.as_ref()).any(|other| same_place(other, file)) {
+            return Err(Failure::file(
+                file,
+                "--derivatives: expected another file than those of the other options, found the same",
+            ));
+        }
+    }
+    if let [Some(file)] = histories.as_slice() {
+        refuse_without_folder("--derivatives", file)?;
     }
     if let [Some(file)] = states.as_slice() {
         refuse_without_folder("--smoothed", file)?;
@@ -94,25 +122,24 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<Outcome, Failure> {
     if let Some(json) = args.json.as_ref().filter(|json| logs.iter().flatten().any(|log| log == *json)) {
         return Err(Failure::file(json, "--json: expected another file than the log of --out, found the same"));
     }
-    let mapping = read_mapping(args.config.as_deref(), &args.map)?;
     let model = args.estimation.live_diagnosis_model()?;
     let output_error = args.estimation.output_error_schedule(OutputErrorSchedule::Manoeuvre);
     let open = |source: &RecordingSource| {
-        Ok(ReplayRun::open(source, &args.set, &config, &mapping)?.with_output_error(output_error).with_diagnosis(model.as_ref()))
+        Ok(ReplayRun::open(source, &config, &mapping)?.with_output_error(output_error).with_diagnosis(model.as_ref()))
     };
-    let runs = args.files.iter().map(open).collect::<Result<Vec<_>, Failure>>()?;
+    let mut runs = sources.iter().map(open).collect::<Result<Vec<_>, Failure>>()?;
+    tell_apart(runs.iter_mut().map(|run| &mut run.name), &sources.iter().collect::<Vec<_>>());
     make_directory(args.out.as_deref(), &logs)?;
     make_directory(args.smoothed.as_deref(), &states)?;
+    make_directory(args.derivatives.as_deref(), &histories)?;
     let stop = stopped_by_signals()?;
     let mut played = Vec::with_capacity(runs.len());
-    for ((run, log), states) in runs.into_iter().zip(logs).zip(states) {
+    for (((run, log), states), derivatives) in runs.into_iter().zip(logs).zip(states).zip(histories) {
         let answer = {
-            let from = if args.bus {
-                ReplaySource::Bus { overrides: &args.set, config: args.config.as_deref(), map: &args.map }
-            } else {
-                ReplaySource::File
-            };
-            run.play(&from, args.speed, &ReplayFiles { log: log.as_deref(), smoothed: states.as_deref() }, &stop)?
+            let from =
+                if args.bus { ReplaySource::Bus { config: args.config.as_deref(), map: &args.map } } else { ReplaySource::File };
+            let files = ReplayFiles { log: log.as_deref(), smoothed: states.as_deref(), derivatives: derivatives.as_deref() };
+            run.play(&from, args.speed, &files, &stop)?
         };
         let style = if to_standard_output { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
         let gap = if played.is_empty() { "" } else { "\n" };
@@ -130,15 +157,24 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<Outcome, Failure> {
     if let Some(json) = &args.json {
         let estimates: Vec<_> = played.iter().map(ReplayedRun::estimates).collect();
         let text = derivatives_json(&estimates).map_err(|error| Failure::Running(error.to_string()))?;
-        write_json(json, &text)?;
+        let read = read.into_iter().chain(args.config.clone()).chain(args.map.map.clone());
+        let provenance = played.iter().map(ReplayedRun::date).fold(Provenance::of(read), |all, (file, at)| all.dated(file, at));
+        provenance.write_json(json, DocumentSchema::Estimates, &text)?;
     }
     let losses: Vec<String> = played.iter().flat_map(ReplayedRun::losses).collect();
     for loss in &losses {
-        message(format_args!("sideslip: {loss}"));
+        message_once(format_args!("sideslip: {loss}"));
     }
-    let unplayed = args.files.len() - played.len();
+    let unplayed = sources.len() - played.len();
     if let Some(last) = played.last().filter(|last| last.interrupted || unplayed > 0) {
         return Err(Failure::Running(last.interruption(unplayed)));
+    }
+    if !played.iter().any(ReplayedRun::has_derivatives) {
+        message(format_args!(
+            "sideslip: no derivative could be estimated: the status of each equation says why; `sideslip inspect` lists what the channels \
+             of a recording allow"
+        ));
+        return Ok(Outcome::NotGood);
     }
     Ok(if losses.is_empty() { Outcome::Done } else { Outcome::DataLost })
 }

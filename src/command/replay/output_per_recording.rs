@@ -29,7 +29,7 @@ impl OutputPerRecording {
             let what = format_args!("{option}: expected a directory for the files of {} recordings, found a file", sources.len());
             return Err(Failure::file(out, what));
         } else {
-            sources.iter().map(|source| out.join(source.file.with_extension(usual).file_name().unwrap_or_default())).collect()
+            sources.iter().map(|source| out.join(format!("{}.{usual}", source.stem()))).collect()
         };
         let read: Vec<PathBuf> = sources.iter().flat_map(RecordingSource::files).collect();
         let mut seen = BTreeSet::new();

@@ -1,11 +1,13 @@
 //! One recording through the pipeline: from a file in this process, or through shared memory.
 
 use super::bus_source::BusSource;
+use super::derivative_history::DerivativeHistory;
 use super::smoothed_file::{RunToSmooth, SmoothedFile};
 use crate::command::options::estimation_options::OutputErrorSchedule;
 use crate::command::options::live_diagnosis_options::LiveDiagnosisModel;
 use crate::command::options::mapping_input::MapOption;
 use crate::command::options::telemetry_source::RecordingSource;
+use crate::command::recordings::provenance::Provenance;
 use crate::command::recordings::recording_losses::recording_notes;
 use crate::command::recordings::run_head::{HeadedRecording, head_of};
 use crate::command::recordings::run_log::{ClosedRunLog, RunLog};
@@ -33,10 +35,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub(super) enum ReplaySource<'a> {
     /// Read in this process.
     File,
-    /// Through shared memory, read by another process with the same keys overridden.
+    /// Through shared memory, read by another process.
     Bus {
-        /// As given to `--set`.
-        overrides: &'a [String],
         /// As given to `--config`.
         config: Option<&'a Path>,
         /// As given to `--map`.
@@ -48,12 +48,15 @@ pub(super) enum ReplaySource<'a> {
 pub(super) struct ReplayFiles<'a> {
     pub(super) log: Option<&'a Path>,
     pub(super) smoothed: Option<&'a Path>,
+    pub(super) derivatives: Option<&'a Path>,
 }
 
 /// A recording with its pipeline, before the first sample.
 pub(super) struct ReplayRun {
     source: RecordingSource,
     recording: AlignedRecording,
+    /// What the run is called in the answer.
+    pub(super) name: String,
     info: RunInfo,
     head: LogHead,
     config: PipelineConfig,
@@ -75,21 +78,19 @@ pub(super) struct ReplayedRun {
     smoothed: Option<SmoothedFile>,
     /// Whether a signal stopped it before its end.
     pub(super) interrupted: bool,
+    recorded_at: Option<String>,
 }
 
 impl ReplayRun {
     /// Opens a recording, overrides keys of its run and readies the pipeline.
-    pub(super) fn open(
-        source: &RecordingSource,
-        overrides: &[String],
-        config: &PipelineConfig,
-        mapping: &Mapping,
-    ) -> Result<Self, Failure> {
-        let HeadedRecording { recording, info, head } = head_of(&source.file, source.open_with_note(mapping)?, overrides)?;
+    pub(super) fn open(source: &RecordingSource, config: &PipelineConfig, mapping: &Mapping) -> Result<Self, Failure> {
+        let HeadedRecording { recording, info, mut head } = head_of(source, source.open_with_note(mapping)?)?;
+        head.origin = Provenance::of(source.files()).dated(&source.file, info.recorded_at()).origin();
         let pipeline = Pipeline::new(config, *info.geometry()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
         Ok(ReplayRun {
             source: source.clone(),
             recording,
+            name: info.run().unwrap_or_default().to_owned(),
             info,
             head,
             config: *config,
@@ -123,13 +124,11 @@ impl ReplayRun {
         let mut player = ::replay::Player::<MonotonicClock>::new(pace);
         let mut bus = match from {
             ReplaySource::File => None,
-            ReplaySource::Bus { overrides, config, map } => {
-                Some(BusSource::start(&self.source, &self.head, pace, overrides, *config, map)?)
-            }
+            ReplaySource::Bus { config, map } => Some(BusSource::start(&self.source, &self.head, pace, *config, map)?),
         };
         let mut progress = ProgressLine::new();
-        let name = self.info.run().unwrap_or_default().to_owned();
-        let (mut writing, mut kept) = (None, Vec::new());
+        let name = std::mem::take(&mut self.name);
+        let (mut writing, mut kept, mut history) = (None, Vec::new(), DerivativeHistory::default());
         let ReplayRun { output_error, diagnosis, .. } = &mut self;
         let (output_error, diagnosis) = (output_error.take().map(Schedule::InStep), diagnosis.take().map(Schedule::InStep));
         let mut wired = WiredRun::new(self.pipeline, self.info.geometry().controls, output_error, diagnosis);
@@ -168,9 +167,16 @@ impl ReplayRun {
                 Some(mut publication) => wired.step(row, &mut publication)?,
                 None => wired.step(row, &mut ()).unwrap_or_else(|never| match never {}),
             }
+            if files.derivatives.is_some() {
+                history.take(wired.sink.derivatives.as_ref(), wired.sink.modes.as_ref());
+            }
             progress.show(|| wired.sink.progress(&name, time_s));
         };
         let finished = wired.finish(&mut ()).unwrap_or_else(|never| match never {});
+        if let Some(path) = files.derivatives {
+            history.take(finished.sink.derivatives.as_ref(), finished.sink.modes.as_ref());
+            history.write(path, &self.info)?;
+        }
         let log = writing.map(RunLog::finish).transpose()?;
         read?;
         if let Some(bus) = bus {
@@ -215,12 +221,31 @@ impl ReplayedRun {
         });
         let (notes, losses) = recording_notes(recording, finished.rows, interrupted);
         let recording_losses = notes.iter().take(losses).cloned().collect();
-        let result = RunResult::new(name, info.geometry().controls, finished.range_s, finished, log).of_recording(notes);
-        ReplayedRun { file, result, about: about.collect(), traffic, recording_losses, smoothed: None, interrupted }
+        let result = RunResult::new(name, info.geometry().controls, finished.range_s, finished, log).of_recording(notes, losses);
+        ReplayedRun {
+            file,
+            result,
+            about: about.collect(),
+            traffic,
+            recording_losses,
+            smoothed: None,
+            interrupted,
+            recorded_at: info.recorded_at().map(str::to_owned),
+        }
+    }
+
+    /// Its file, and the date that its run states.
+    pub(super) fn date(&self) -> (&Path, Option<&str>) {
+        (&self.file, self.recorded_at.as_deref())
     }
 
     pub(super) fn estimates(&self) -> RunEstimates<'_> {
         self.result.estimates()
+    }
+
+    /// Whether any derivative was estimated.
+    pub(super) fn has_derivatives(&self) -> bool {
+        self.result.has_derivatives()
     }
 
     /// Data that were lost or skipped, a sentence each.

@@ -2,10 +2,14 @@
 
 use super::options::flight_condition::{FlightCondition, number};
 use super::options::instrument_input::read_instruments;
+use super::options::mapping_input::{MapOption, read_mapping};
+use super::options::run_parts::PartOptions;
 use super::options::telemetry_source::RecordingSource;
+use super::recordings::chosen_runs::chosen_run;
 use super::recordings::flown_inputs::{
     inputs_of_run, inputs_of_specs, warn_of_stall, warn_of_still_rotor, warn_of_unread_channels,
 };
+use super::recordings::provenance::Provenance;
 use super::recordings::run_controls::read_controls;
 use super::recordings::simulated_run::{RunFormat, write_run};
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder};
@@ -69,6 +73,14 @@ pub(crate) struct SimulateArgs {
     /// Fly the controls of this run (and its rotor speed), straight lines between its samples
     #[arg(long, value_name = "RUN", conflicts_with_all = ["lead"], value_parser = RecordingSource::parser())]
     controls: Option<RecordingSource>,
+    /// Which message (MAVLink) or measurement (IRIG 106 Chapter 10) of --controls carries which channel (TOML, as in
+    /// `convert --help`)
+    #[arg(long, value_name = "FILE", requires = "controls")]
+    config: Option<PathBuf>,
+    #[command(flatten)]
+    map: MapOption,
+    #[command(flatten)]
+    parts: PartOptions,
     /// Fly a test input, control:shape:amplitude:clock[:start]: rad, s; shape step, doublet, 3211 or other digits
     /// (pulse lengths in clocks, signs alternating), prbs3 to prbs8 (7 to 255 clocks, pseudo-random); start in s, after the
     /// lead if left out. Repeatable: inputs add up
@@ -128,6 +140,13 @@ impl PilotMode {
     }
 }
 
+/// The call and everything that it reads.
+fn provenance(args: &SimulateArgs) -> Provenance {
+    let controls = args.controls.iter().flat_map(RecordingSource::files);
+    let besides = args.instruments.iter().chain(&args.config).chain(&args.map.map).cloned();
+    Provenance::of(controls.chain([args.condition.model.clone()]).chain(besides))
+}
+
 fn noise_factor(text: &str) -> Result<f64, String> {
     match text {
         "none" => Ok(0.0),
@@ -182,10 +201,12 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let times = |start_s, duration_s, rate_hz| {
         uniform_times(start_s, duration_s, rate_hz).map_err(|refused| Failure::Input(refused.to_string()))
     };
+    let mapping = read_mapping(args.config.as_deref(), &args.map)?;
     let mut losses = Vec::new();
     let (inputs, times_s, manoeuvre) = match &args.controls {
         Some(source) => {
-            let (path, mut run) = (source.file.as_path(), read_controls(source)?);
+            let (path, mut run) =
+                (source.file.as_path(), read_controls(&chosen_run(source, &args.parts, &[], &mapping)?, &mapping)?);
             losses.extend(run.losses.drain(..).map(|loss| format!("{}: {loss}", path.display())));
             let times_s = match (rate_hz, duration_s) {
                 (None, None) => run.times_s.clone(),
@@ -227,7 +248,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let pilot = args.pilot.pilot();
     let flight = Flight { effects, inputs, pilot, instruments, times_s, seed: args.seed, ..in_trim.clone() };
     let flown = flight.fly().map_err(|refused| Failure::file(&args.condition.model, refused))?;
-    write_run(&args.out, format, &info, &flown.samples)?;
+    write_run(&args.out, format, &info, &flown.samples, &provenance(args))?;
     let last_s = flown.samples.last().map_or(0.0, |sample| sample.time_s);
     message(format_args!("{}: {} samples, to {last_s} s", args.out.display(), flown.samples.len()));
     if let Some(time_s) = flown.diverged_at_s {

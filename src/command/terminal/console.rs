@@ -11,11 +11,12 @@ use crossbeam::channel::{Receiver, RecvTimeoutError, SendTimeoutError, Sender, b
 use sideslip::error::Failure;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::io::outputs::words::printable::printable_json;
+use std::collections::BTreeSet;
 use std::fmt::Arguments;
 use std::io::{Error, ErrorKind, Result as IoResult, Write};
 use std::path::Path;
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, OnceLock};
 use std::thread::{Builder, sleep};
 use std::time::{Duration, Instant};
 
@@ -185,6 +186,15 @@ pub(crate) fn message(line: Arguments<'_>) {
     match console() {
         Some(Console { error, output }) => error.offer(text, output),
         None => drop(std::io::stderr().write_all(text.as_bytes())),
+    }
+}
+
+/// The same, said once: a recording that is read several times, a manoeuvre at a time, has one note.
+pub(crate) fn message_once(line: Arguments<'_>) {
+    static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    let line = line.to_string();
+    if SAID.lock().is_ok_and(|mut said| said.insert(line.clone())) {
+        message(format_args!("{line}"));
     }
 }
 

@@ -7,6 +7,7 @@ mod repetition;
 mod sample_flow;
 mod screen;
 
+use super::recordings::provenance::Provenance;
 use super::terminal::console::{print_json, print_while_read};
 use super::terminal::stop::stopped_by_signals;
 use crate::command::{message, root_path};
@@ -109,7 +110,7 @@ fn print_lines(
         listener.take_in(picture)?;
         listener.name_run(picture);
         let is_read = if json {
-            print_json(&format!("{}\n", lines::json_line(picture)?))?
+            print_json(&Provenance::default().in_front_of(&format!("{}\n", lines::json_line(picture)?), None))?
         } else {
             print_while_read(&lines::table(picture))?
         };

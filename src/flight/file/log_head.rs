@@ -14,6 +14,9 @@ pub const LOG_FORMAT: &str = "1";
 /// Columns that a head can name; more are refused.
 pub const MOST_COLUMNS: usize = 4096;
 
+/// Keys of the origin: the call that wrote the log, and the files that it read (JSON: name, SHA-256, bytes, date).
+pub const ORIGIN: [&str; 2] = ["command_line", "files"];
+
 const ROTORCRAFT: &str = "rotorcraft";
 const FIXED_WING: &str = "fixed_wing";
 
@@ -26,6 +29,8 @@ pub struct LogHead {
     pub channels: Vec<(String, String)>,
     /// How the controls are called.
     pub controls: ControlNames,
+    /// Where the log comes from, texts by [`ORIGIN`]; empty where a log does not say.
+    pub origin: BTreeMap<String, String>,
 }
 
 /// Why a head cannot be read.
@@ -58,7 +63,7 @@ impl LogHead {
         for channel in Channel::ALL {
             channels.push((channel.name(controls).to_owned(), channel.si_unit().to_owned()));
         }
-        LogHead { run_toml, channels, controls }
+        LogHead { run_toml, channels, controls, origin: BTreeMap::new() }
     }
 
     /// The head as the texts of a metadata record, with the program's name and version.
@@ -69,13 +74,15 @@ impl LogHead {
         };
         let channels =
             serde_json::Value::from_iter(self.channels.iter().map(|(name, unit)| [name.as_str(), unit.as_str()].to_vec()));
-        BTreeMap::from([
+        let mut texts = self.origin.clone();
+        texts.extend([
             ("format".to_owned(), LOG_FORMAT.to_owned()),
             ("program".to_owned(), program.to_owned()),
             ("toml".to_owned(), self.run_toml.clone()),
             ("channels".to_owned(), channels.to_string()),
             ("controls".to_owned(), controls.to_owned()),
-        ])
+        ]);
+        texts
     }
 
     /// The head from the texts of a metadata record.
@@ -100,7 +107,8 @@ impl LogHead {
         if channels.len() > MOST_COLUMNS {
             return Err(wrong("channels", "at most 4096 columns", &channels.len().to_string()));
         }
-        let head = LogHead { run_toml: text("toml")?.clone(), channels, controls };
+        let origin = ORIGIN.iter().filter_map(|&key| Some((key.to_owned(), texts.get(key)?.clone())));
+        let head = LogHead { run_toml: text("toml")?.clone(), channels, controls, origin: origin.collect() };
         match head.ambiguous_name() {
             Some(name) => Err(LogHeadError::Ambiguous(name.to_owned())),
             None => Ok(head),
@@ -158,6 +166,7 @@ mod tests {
         let mut head = head(&["p", "fuel \"left\"", "rudder"]);
         head.controls = ControlNames::FixedWing;
         head.run_toml = "run = \"1\"\n".to_owned();
+        head.origin = BTreeMap::from([("command_line".to_owned(), "sideslip replay a.csv".to_owned())]);
         let texts = head.to_metadata("sideslip 0");
         assert_eq!(LogHead::from_metadata(&texts), Ok(head));
         for (key, value) in [("format", "2"), ("controls", "kite"), ("channels", "[1]"), ("channels", r#"[["p",""],["p",""]]"#)] {

@@ -7,4 +7,5 @@ pub mod effect_file;
 pub mod log_head;
 pub mod model_file;
 pub mod run_file;
+pub mod time_stamp;
 pub mod toml_reader;

@@ -14,6 +14,7 @@ pub mod design;
 mod equation_error_tests;
 pub mod expression;
 pub mod fit;
+pub mod holdout;
 pub(crate) mod separation;
 pub mod step;
 pub mod stepwise;

@@ -5,7 +5,7 @@
 //! between their own samples, as everywhere in the program.
 
 use super::resting_controls::hold_resting;
-use crate::flight::run::RunGeometry;
+use crate::flight::run::{AircraftProperties, RunGeometry};
 use crate::flight::signal::GAP_S;
 
 /// Columns of one run.
@@ -15,6 +15,10 @@ pub struct Columns {
     pub run: String,
     /// Positions of its instruments.
     pub geometry: RunGeometry,
+    /// Mass, inertia and reference dimensions; none unless they are set.
+    pub properties: AircraftProperties,
+    /// When it was recorded, where the run states it; none unless it is set.
+    pub recorded_at: Option<String>,
     /// Times of the rows, s, increasing.
     pub times_s: Vec<f64>,
     /// Controls that are commands by a scale that nobody stated.
@@ -64,7 +68,17 @@ impl Columns {
             }
         }
         let (names, values) = columns.into_iter().unzip();
-        Ok(Columns { run, geometry, times_s, assumed_scale: Vec::new(), names, values, trim_window_s })
+        Ok(Columns {
+            run,
+            geometry,
+            properties: AircraftProperties::default(),
+            recorded_at: None,
+            times_s,
+            assumed_scale: Vec::new(),
+            names,
+            values,
+            trim_window_s,
+        })
     }
 
     /// Names of the columns.

@@ -16,6 +16,7 @@ use super::process_noise::disturbances;
 use super::roots::{Modes, modes};
 use super::run_prediction::RunPrediction;
 use super::start_values::starts;
+use super::usual_variables::{STILL_RAD, are_separate, excited, plane_of, square_mean};
 use super::vibration::remove_vibration;
 use crate::postflight::output_error::filter_error;
 use crate::postflight::output_error::filter_error::ProcessNoiseEstimate;
@@ -107,6 +108,7 @@ pub fn identify(
     request: IdentificationRequest,
     settings: &FitSettings,
 ) -> Result<IdentificationResult, IdentificationError> {
+    let separate = request.only.as_deref().is_some_and(|only| are_separate(&request.choice, only));
     let mut linear = IdentificationModel::new(request.choice, runs, request.only.as_deref())?;
     let mut records = runs.iter().map(|run| linear.record(run)).collect::<Result<Vec<_>, _>>()?;
     let mut holdout_records = holdout.iter().map(|run| linear.record(run)).collect::<Result<Vec<_>, _>>()?;
@@ -173,7 +175,15 @@ pub fn identify(
         .zip(&fitted.runs)
         .map(|((run, record), fitted)| RunPrediction::new(run, record, fitted.predicted.clone()));
     let fit: Vec<RunPrediction> = fit.collect();
-    linear.notes.extend(fit.iter().filter_map(|flown| misfit_note(flown, &linear.structure.outputs)));
+    let misfits = fit.iter().zip(runs).filter_map(|(flown, run)| {
+        // Of a model of separate planes a run shows those that it excited.
+        let excited = separate.then(|| excited(run));
+        misfit_note(flown, &linear.structure.outputs, |name| {
+            excited.is_none_or(|planes| plane_of(name).is_none_or(|plane| planes.get(plane) == Some(&true)))
+        })
+    });
+    let misfits: Vec<String> = misfits.collect();
+    linear.notes.extend(misfits);
     let own = zero_run_parameters(&linear);
     let holdout_predictions = holdout.iter().zip(holdout_records).map(|(run, record)| {
         let predicted = predict(&linear.structure, &fitted.theta, &[], &record, &own)?;
@@ -195,8 +205,9 @@ const UNEXCITED: f64 = 0.2;
 fn coloured(fitted: &FitResult) -> Option<String> {
     let ratio = fitted.colour_ratio().filter(|ratio| *ratio > COLOURED)?;
     Some(format!(
-        "the residuals are far from white: standard errors are {ratio:.0} times what white ones would give, and may still be too \
-         small; this model lacks an effect (a state, a nonlinearity, gusts, an instrument)"
+        "the residuals are not noise, a motion is left in them: standard errors are taken {ratio:.0} times as large for it, and \
+         may still be too small; the model lacks something: another state (--states), gusts (--method filter-error), an error of \
+         an instrument (--doubt-instruments, `sideslip check`), or amplitudes that are not small"
     ))
 }
 
@@ -246,58 +257,4 @@ fn unsteady(choice: &ModelVariables, run: &Columns) -> Option<String> {
 fn zero_run_parameters(linear: &IdentificationModel) -> RunParameters {
     let (states, outputs) = (linear.structure.states.len(), linear.structure.outputs.len());
     RunParameters { initial_state: vec![0.0; states], state_bias: vec![0.0; states], output_bias: vec![0.0; outputs] }
-}
-
-/// Default states, inputs and outputs: of a helicopter all eight states, for its planes are coupled and a model of one plane
-/// absorbs the other's derivatives; otherwise the lateral motion, or the longitudinal one where q exceeds p and r (rms); with the
-/// controls that moved.
-pub fn usual_choice(runs: &[Columns]) -> ModelVariables {
-    let all = |name: &str| runs.iter().all(|run| run.has(name));
-    let rms = |name: &str| {
-        let of_run = |run: &Columns| run.deviations(name).map_or(0.0, |values| square_mean(&values));
-        libm::sqrt(runs.iter().map(of_run).fold(0.0, f64::max))
-    };
-    let owned = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
-    let moved = |names: &[&str]| -> Vec<String> {
-        let moved = |name: &&&str| all(name) && rms(name) > STILL_RAD;
-        names.iter().filter(moved).map(|&name| name.to_owned()).collect()
-    };
-    if all("lat_cyclic") && MEASURING_ALL.iter().all(|name| all(name)) {
-        return ModelVariables {
-            states: owned(&["u", "w", "q", "theta", "v", "p", "phi", "r"]),
-            inputs: moved(&["lon_cyclic", "collective", "lat_cyclic", "pedal"]),
-            outputs: owned(&MEASURING_ALL),
-        };
-    }
-    let longitudinal = rms("q") > rms("p").max(rms("r"));
-    let states: &[&str] = match (longitudinal, all("beta"), all("alpha")) {
-        (false, true, _) => &["v", "p", "phi", "r"],
-        (false, false, _) => &["p", "r"],
-        (true, _, true) => &["w", "q"],
-        (true, _, false) => &["q"],
-    };
-    let outputs: &[&str] = match (longitudinal, all("beta"), all("alpha")) {
-        (false, true, _) => &["beta", "p", "phi", "r", "ay"],
-        (false, false, _) => &["p", "r"],
-        (true, _, true) => &["alpha", "q", "az"],
-        (true, _, false) => &["q"],
-    };
-    let inputs = if longitudinal {
-        moved(&["lon_cyclic", "elevator", "collective", "throttle"])
-    } else {
-        moved(&["lat_cyclic", "aileron", "pedal", "rudder"])
-    };
-    let outputs = outputs.iter().copied().filter(|name| all(name)).collect::<Vec<_>>();
-    ModelVariables { states: owned(states), inputs, outputs: owned(&outputs) }
-}
-
-/// Channels that measure all eight states and the specific force.
-const MEASURING_ALL: [&str; 11] = ["tas", "alpha", "q", "theta", "beta", "p", "phi", "r", "ax", "ay", "az"];
-/// A control that moves less than this (rms, rad) is at rest.
-const STILL_RAD: f64 = 5e-4;
-
-fn square_mean(values: &[f64]) -> f64 {
-    let known = values.iter().filter(|value| value.is_finite());
-    let (sum, count) = known.fold((0.0, 0.0), |(sum, count), value| (sum + value * value, count + 1.0));
-    if count > 0.0 { sum / count } else { 0.0 }
 }

@@ -20,9 +20,9 @@ const SIGNIFICANT: f64 = 4.0;
 const CHANGED: f64 = 2.0;
 
 /// A note on the outputs of a run with a misfit.
-pub(crate) fn misfit_note(flown: &RunPrediction, outputs: &[String]) -> Option<String> {
+pub(crate) fn misfit_note(flown: &RunPrediction, outputs: &[String], counts: impl Fn(&str) -> bool) -> Option<String> {
     let misfits = outputs.iter().zip(&flown.scores).zip(&flown.record.outputs).filter_map(|((name, score), measured)| {
-        let score = score.as_ref()?;
+        let score = score.as_ref().filter(|_| counts(name))?;
         let samples = flown.record.times_s.iter().copied().zip(measured.iter().copied());
         let known: Vec<(f64, f64)> = samples.filter(|(_, value)| value.is_finite()).collect();
         let times = score.rms / white_noise_std_between_gaps(&known);

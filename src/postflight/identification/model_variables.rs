@@ -56,7 +56,8 @@ pub fn axis(state: &str) -> Option<char> {
     }
 }
 
-pub(crate) fn is_control(name: &str) -> bool {
+/// Whether a name is that of a control, or of the measured tail pitch.
+pub fn is_control(name: &str) -> bool {
     name == "tail_pitch" || Variable::from_name(name).is_some_and(|variable| Variable::CONTROLS.contains(&variable))
 }
 

@@ -11,6 +11,7 @@ pub(crate) mod channels;
 pub(crate) mod coupling;
 pub(crate) mod damped_sine;
 pub(crate) mod decrement;
+pub mod flight_parts;
 pub(crate) mod free_response;
 pub(crate) mod linearity;
 pub mod manoeuvre;

@@ -1,9 +1,8 @@
 //! The answer in words at the head of the page, and at its foot the limits of the data.
 
 use crate::command::diagnose::answer::{Answer, Flights};
-use crate::command::diagnose::page::parts::words;
 use crate::command::diagnose::rejection::{explained, holdout_word, rejection, share_of_error};
-use sideslip::io::outputs::html::page::escaped;
+use sideslip::io::outputs::html::page::{escaped, words};
 use sideslip::io::outputs::words::cause_sentence::{manoeuvre, statement, unknown};
 use sideslip::io::outputs::words::set_aside::reason;
 use sideslip::io::outputs::words::trim_difference::trim_differences;

@@ -35,7 +35,7 @@ fn ranking(page: &mut String, answer: &Answer, ranking: &[RankedCause]) {
     page.push_str(
         "<h3>Ranking</h3>\n<p class=\"faint\">Bars: logarithm of the posterior odds against no cause, with a penalty for free \
          numbers and for the count of hypotheses; negative means less probable than no cause.</p>\n<div class=\"wide\"><table \
-         class=\"ranking\"><tr><th class=\"words\">hypothesis, as fitted</th><th class=\"words\">log odds</th><th>probability\
+         class=\"ranking\" aria-label=\"ranking\"><tr><th class=\"words\">hypothesis, as fitted</th><th class=\"words\">log odds</th><th>probability\
          </th></tr>\n",
     );
     for one in ranking.iter().take(RIVALS) {

@@ -48,7 +48,7 @@ fn channels(page: &mut String, answer: &Answer, gain: &Improvement, runs: usize)
         page,
         "<p class=\"faint\">Free runs of {runs} hold-out run(s); in brackets 95 % of the moving-block bootstrap. Theil's coefficient: 0 perfect \
          to 1; VAF: variance accounted for, 1 perfect, negative where the mean predicts better.</p>\n<div class=\"wide\">\
-         <table class=\"gain\"><tr><th class=\"words\">channel</th><th class=\"words\">unit</th><th>noise</th><th>rms before</th>\
+         <table class=\"gain\" aria-label=\"gain\"><tr><th class=\"words\">channel</th><th class=\"words\">unit</th><th>noise</th><th>rms before</th>\
          <th>rms after</th><th>Theil before</th><th>after</th><th>VAF before</th><th>after</th><th>rms ratio</th></tr>"
     );
     let class = |ratio: &IntervalEstimate| match ratio.verdict() {
@@ -130,7 +130,7 @@ fn roots(page: &mut String, answer: &Answer) -> Result<(), ChartError> {
     };
     page.push_str("<div class=\"side\">\n");
     plot(page, &panel, &sets, &Figure { size: (560, 360), ..Figure::OF_A_PAGE })?;
-    page.push_str("<div class=\"wide\"><table class=\"roots\"><tr><th class=\"words\">mode</th><th>model as given, 1/s</th>");
+    page.push_str("<div class=\"wide\"><table class=\"roots\" aria-label=\"roots\"><tr><th class=\"words\">mode</th><th>model as given, 1/s</th>");
     page.push_str(if extended { "<th>model extended, 1/s</th></tr>\n" } else { "</tr>\n" });
     let complex = |(re, im): (f64, f64)| if im > 0.0 { format!("{re:+.4} \u{b1} {im:.4} i") } else { format!("{re:+.4}") };
     for (name, root) in &before {

@@ -41,5 +41,5 @@ fn text(answer: &Answer, flights: &Flights<'_>) -> Result<String, Failure> {
 /// Writes the page to a file.
 pub(super) fn write(path: &Path, answer: &Answer, flights: &Flights<'_>) -> Result<(), Failure> {
     let text = text(answer, flights)?;
-    write_whole(path, |file| file.write_all(text.as_bytes()))
+    write_whole(path, |file| file.write_all(flights.provenance.at_the_foot_of(&text).as_bytes()))
 }

@@ -3,12 +3,6 @@
 use crate::command::diagnose::answer::Answer;
 use sideslip::flight::derivative::{Axis, Variable};
 use sideslip::io::outputs::charts::chart::{ChartError, Curve, Figure, Marks, Panel, figure};
-use sideslip::io::outputs::html::page::escaped;
-
-/// Text for the page, plus and minus as one sign.
-pub(super) fn words(text: &str) -> String {
-    escaped(&text.replace("+-", "\u{b1}"))
-}
 
 /// A figure of curves and marks on the page.
 pub(super) fn plot(page: &mut String, panel: &Panel, marks: &[Marks], layout: &Figure) -> Result<(), ChartError> {

@@ -35,7 +35,7 @@ pub(super) fn section(page: &mut String, answer: &Answer) -> Result<(), ChartErr
 
 fn table(page: &mut String, answer: &Answer) {
     page.push_str(
-        "<div class=\"wide\"><table class=\"residuals\"><tr><th class=\"words\">axis</th><th>rms before</th><th>after</th><th>noise\
+        "<div class=\"wide\"><table class=\"residuals\" aria-label=\"residuals\"><tr><th class=\"words\">axis</th><th>rms before</th><th>after</th><th>noise\
          </th><th class=\"words\">unit</th><th>explained</th><th>mostly in, Hz</th><th class=\"words\">correlates with, before</th>\
          <th class=\"words\">after</th></tr>\n",
     );

@@ -6,9 +6,11 @@
 
 use super::error::{RunFileError, quoted};
 use super::latency::{self, ChannelLatencies};
+use super::properties;
 use crate::flight::channel::ControlNames;
 use crate::flight::control::{CONTROLS, Control};
-use crate::flight::run::RunGeometry;
+use crate::flight::file::time_stamp::TimeStamp;
+use crate::flight::run::{AircraftProperties, RunGeometry};
 use toml::de::DeTable;
 use toml::{Table, Value};
 
@@ -17,11 +19,15 @@ use toml::{Table, Value};
 enum Kind {
     Text,
     Position,
+    CentreOfMass,
     Blades,
     Latencies,
     AssumedScale,
+    Properties,
+    RecordedAt,
 }
 
+const RECORDED_AT: &str = "recorded_at";
 const LATENCY: &str = "latency_s";
 /// What the rows of a recording have had subtracted, for a reader; it has no effect.
 const LATENCY_SUBTRACTED: &str = "latency_subtracted_s";
@@ -29,7 +35,7 @@ const LATENCY_SUBTRACTED: &str = "latency_subtracted_s";
 /// Controls whose angles are commands by a scale that nobody stated.
 const ASSUMED_SCALE: &str = "assumed_scale";
 
-const KNOWN: [(&str, Kind); 9] = [
+const KNOWN: [(&str, Kind); 16] = [
     ("run", Kind::Text),
     ("aircraft", Kind::Text),
     ("manoeuvre", Kind::Text),
@@ -39,6 +45,13 @@ const KNOWN: [(&str, Kind); 9] = [
     ("blades", Kind::Blades),
     (LATENCY, Kind::Latencies),
     (ASSUMED_SCALE, Kind::AssumedScale),
+    (RECORDED_AT, Kind::RecordedAt),
+    ("tail", Kind::Text),
+    ("configuration", Kind::Text),
+    ("mass_kg", Kind::Properties),
+    ("cg_m", Kind::CentreOfMass),
+    ("inertia_kgm2", Kind::Properties),
+    ("reference", Kind::Properties),
 ];
 
 /// More blades than any rotor has.
@@ -48,6 +61,7 @@ const BLADES_MAX: u32 = 32;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RunInfo {
     geometry: RunGeometry,
+    properties: Box<AircraftProperties>,
     latencies: Option<Box<ChannelLatencies>>,
     assumed_scale: [bool; CONTROLS],
     document: Table,
@@ -79,7 +93,7 @@ impl RunInfo {
         };
         let (key, text) = (key.trim(), text.trim());
         let takes_text = match (kind_of(key), self.document.get(key)) {
-            (Some(kind), _) => kind == Kind::Text,
+            (Some(kind), _) => matches!(kind, Kind::Text | Kind::RecordedAt),
             (None, Some(present)) => present.is_str(),
             (None, None) => return Err(format!("unknown key {}; known keys are {}", quoted(key), RunInfo::known_keys())),
         };
@@ -108,10 +122,12 @@ impl RunInfo {
             Some(Kind::Text) if !value.is_str() => {
                 return Err(format!("{key}: expected a text in quotes, found {}", described(&value)));
             }
-            Some(Kind::Position) => {
+            Some(kind @ (Kind::Position | Kind::CentreOfMass)) => {
                 let position = position(&value)
                     .ok_or_else(|| format!("{key}: expected three finite numbers [x, y, z] in m, found {}", described(&value)))?;
-                if key == "vane_position_m" {
+                if kind == Kind::CentreOfMass {
+                    // Kept for the reader: positions of instruments are relative to it.
+                } else if key == "vane_position_m" {
                     self.geometry.vane_position_m = position;
                 } else {
                     self.geometry.accelerometer_position_m = position;
@@ -129,6 +145,16 @@ impl RunInfo {
                 let wrong = || format!("{key}: expected names of controls, [\"pedal\"], found {}", described(&value));
                 let controls = controls.ok_or_else(wrong)?;
                 self.assumed_scale = Control::ALL.map(|control| controls.contains(&control));
+            }
+            Some(Kind::Properties) => properties::set(&mut self.properties, key, &value)
+                .map_err(|expected| format!("{key}: expected {expected}, found {}", described(&value)))?,
+            Some(Kind::RecordedAt) => {
+                let text = value.as_str().map(str::to_owned).or_else(|| value.as_datetime().map(ToString::to_string));
+                let dated = text.filter(|text| TimeStamp::parse(text).or_else(|| midnight(text)).is_some_and(|at| at.dated));
+                let wrong =
+                    || format!("{key}: expected a date and time such as 2024-05-17T09:30:01Z, found {}", described(&value));
+                self.document.insert(key.into(), Value::String(dated.ok_or_else(wrong)?));
+                return Ok(());
             }
             Some(Kind::Text) | None => {}
         }
@@ -171,6 +197,34 @@ impl RunInfo {
         }
     }
 
+    /// When its first sample was recorded, as the run states it; a date alone is no time.
+    pub fn recorded_at(&self) -> Option<&str> {
+        self.text(RECORDED_AT)
+    }
+
+    /// The same in nanoseconds since 1970, UTC; `None` where the run states a date alone or nothing.
+    pub fn recorded_at_ns(&self) -> Option<i64> {
+        TimeStamp::parse(self.recorded_at()?)?.unix_ns()
+    }
+
+    /// Moves the time of its first sample on by seconds; a date alone stays.
+    pub fn begin_later(&mut self, by_s: f64) {
+        if by_s == 0.0 {
+            return;
+        }
+        let moved_us = self.recorded_at_ns().map(|ns| libm::round(1e-3 * ns as f64 + 1e6 * by_s));
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative, below 2^64")]
+        let moved_us = moved_us.filter(|us| (0.0..1e18).contains(us)).map(|us| us as u64);
+        if let Some(at) = moved_us.and_then(|us| TimeStamp::of_unix_us(us).iso()) {
+            self.document.insert(RECORDED_AT.into(), Value::String(at));
+        }
+    }
+
+    /// Mass, inertia and reference dimensions.
+    pub fn properties(&self) -> &AircraftProperties {
+        &self.properties
+    }
+
     /// How late channels were stamped; `None` where the run does not say, and rows are taken as they stand.
     pub fn latencies(&self) -> Option<&ChannelLatencies> {
         self.latencies.as_deref()
@@ -189,8 +243,10 @@ impl RunInfo {
 
     /// Adds a text where the run does not have the key; it has no effect.
     pub fn add_text(&mut self, key: &str, text: &str) {
-        if kind_of(key).is_none_or(|kind| kind == Kind::Text) && !self.document.contains_key(key) {
-            self.document.insert(key.into(), Value::String(text.into()));
+        let takes_text = kind_of(key).is_none_or(|kind| matches!(kind, Kind::Text | Kind::RecordedAt));
+        if takes_text && !self.document.contains_key(key) {
+            // A date that is none is left out: it has no effect.
+            let _ = self.put(key, Value::String(text.into()));
         }
     }
 
@@ -223,6 +279,11 @@ impl RunInfo {
     pub fn flight_path(&self) -> Option<&str> {
         self.text("flight_path")
     }
+}
+
+/// The beginning of the day of a date alone.
+fn midnight(date: &str) -> Option<TimeStamp> {
+    TimeStamp::parse(&format!("{date}T00:00:00Z"))
 }
 
 fn kind_of(key: &str) -> Option<Kind> {
@@ -283,6 +344,7 @@ fn place(text: &str, offset: usize, what: String) -> RunFileError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::flight::run::ReferenceDimensions;
 
     #[test]
     fn known_keys_are_typed_and_the_others_kept() {
@@ -305,6 +367,41 @@ mod tests {
         again.set("assumed_scale=[]").unwrap();
         assert_eq!(again.assumed_scale(), [false; CONTROLS]);
         assert!(again.set("assumed_scale=[\"rudr\"]").unwrap_err().contains("names of controls"));
+    }
+
+    #[test]
+    fn a_part_begins_later_and_a_date_alone_stays() {
+        let mut info = RunInfo::from_toml("recorded_at = \"2024-05-17T23:59:59.5Z\"").unwrap();
+        info.begin_later(1.25);
+        assert_eq!(info.recorded_at(), Some("2024-05-18T00:00:00.750Z"));
+        let mut day = RunInfo::from_toml("recorded_at = \"2024-05-17\"").unwrap();
+        day.begin_later(1.25);
+        assert_eq!(day.recorded_at(), Some("2024-05-17"));
+    }
+
+    #[test]
+    fn mass_inertia_and_reference_dimensions_are_typed() {
+        let text = "mass_kg = 17631\ninertia_kgm2 = {xx = 133367, yy = 252687, zz = 359593.0, xz = 11442}\n\
+                    reference = {area_m2 = 64, span_m = 21.5, chord_m = 3.159}\ncg_m = [1, 0, 0]\ntail = \"D-ADAM\"";
+        let info = RunInfo::from_toml(text).unwrap();
+        let AircraftProperties { mass_kg, inertia, reference } = *info.properties();
+        assert_eq!((mass_kg, inertia.map(|inertia| inertia.xz)), (Some(17631.0), Some(11442.0)));
+        assert_eq!(reference, Some(ReferenceDimensions::Wing { area_m2: 64.0, span_m: 21.5, chord_m: 3.159 }));
+        assert_eq!(RunInfo::from_toml(&info.to_toml()), Ok(info));
+        let mut info = RunInfo::default();
+        info.set("reference={rotor_radius_m=7.5, tip_speed_mps=208}").unwrap();
+        assert_eq!(info.properties().reference, Some(ReferenceDimensions::Rotor { radius_m: 7.5, tip_speed_mps: 208.0 }));
+        for (set, expected) in [
+            ("mass_kg=0", "kg, more than zero"),
+            ("inertia_kgm2={xx=1,yy=1,zz=1,xz=2}", "xz^2"),
+            ("inertia_kgm2={xx=1,yy=1}", "xx, yy, zz"),
+            ("reference={area_m2=64,span_m=21.5}", "chord_m"),
+            ("reference={area_m2=64,tip_speed_mps=208}", "of a rotor"),
+            ("cg_m=[1,2]", "three finite numbers"),
+        ] {
+            let said = info.set(set).unwrap_err();
+            assert!(said.contains(expected), "{set}: {said}");
+        }
     }
 
     #[test]

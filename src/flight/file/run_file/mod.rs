@@ -10,6 +10,7 @@ mod error;
 mod header;
 mod info;
 mod latency;
+mod properties;
 mod writer;
 
 pub use error::{RunFileError, quoted};

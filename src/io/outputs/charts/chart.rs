@@ -4,7 +4,7 @@
 //! for a page, whose style sheet sets font and colours. Values that are not finite are left out of a curve. The colours differ in
 //! lightness too (after Okabe and Ito), for readers and printers that do not distinguish hues.
 
-use crate::io::outputs::html::page::escaped;
+use crate::io::outputs::html::page::{escaped, words};
 use plotters::prelude::*;
 use std::fmt::Write;
 
@@ -148,7 +148,7 @@ pub fn figure(panel: &Panel, marks: &[Marks], figure: &Figure) -> Result<String,
     for (name, colour, is_point) in &entries {
         let place = COLOURS.iter().position(|one| one == colour).unwrap_or(0);
         let kind = if *is_point { "dot" } else { "line" };
-        let _ = write!(text, " <span class=\"key {kind} c{place}\">{}</span>", escaped(name));
+        let _ = write!(text, " <span class=\"key {kind} c{place}\">{}</span>", words(name));
     }
     let (view_x, view_y) = (FINE * width, FINE * height);
     let label = escaped(&format!("{}: {} over {}", panel.title, panel.y, panel.x));

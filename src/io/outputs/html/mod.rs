@@ -1,3 +1,4 @@
 //! HTML pages for people.
 
 pub mod page;
+pub mod table;

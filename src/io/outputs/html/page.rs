@@ -19,6 +19,11 @@ pub fn escaped(text: &str) -> String {
     safe
 }
 
+/// Text for the page, plus and minus as one sign.
+pub fn words(text: &str) -> String {
+    escaped(&text.replace("+-", "\u{b1}"))
+}
+
 /// How a page begins, up to its first heading; the title is made safe.
 pub fn head(title: &str) -> String {
     let title = escaped(title);
@@ -60,7 +65,8 @@ figure [stroke=\"#E69F00\"]{stroke:var(--c5)}figure [fill=\"#E69F00\"]{fill:var(
 figure [stroke=\"#000000\"]{stroke:var(--c6)}
 table{border-collapse:collapse;font-size:.9em;font-variant-numeric:tabular-nums;margin:.6em 0}
 th,td{padding:.18em .7em;text-align:right;border-bottom:1px solid var(--rule);vertical-align:top}
-th{color:var(--faint);font-weight:600}td.words,th.words{text-align:left}td.better{color:var(--c2);font-weight:600}
+th{color:var(--faint);font-weight:600}th[scope=row]{color:var(--ink);text-align:left;white-space:nowrap}
+th[scope=row]~td:not(.words){white-space:nowrap}td.words,th.words{text-align:left}td.better{color:var(--c2);font-weight:600}
 td.worse{color:var(--c1);font-weight:600}.wide{overflow-x:auto}td.odds{text-align:left;white-space:nowrap}
 .interval{display:block;font-weight:400;font-size:.86em;color:var(--faint);white-space:nowrap}
 .bar{display:inline-block;height:.8em;min-width:1px;background:var(--c0);print-color-adjust:exact;

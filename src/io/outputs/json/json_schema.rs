@@ -8,6 +8,7 @@ use super::message_json::STATE_FIELDS;
 use crate::flight::derivative::Axis;
 use crate::flight::file::log_head::{ColumnTarget, LogHead};
 use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
 
 /// A topic of the log, in the order of their channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -109,6 +110,30 @@ pub fn schema(topic: Topic, head: &LogHead) -> String {
     .to_string()
 }
 
+/// The unit of every number of that topic, by its path; `see unit` where the message states it beside the number.
+pub fn units(topic: Topic, head: &LogHead) -> BTreeMap<String, String> {
+    let mut units = BTreeMap::new();
+    let whole: Value = serde_json::from_str(&schema(topic, head)).unwrap_or_default();
+    add_units(&mut units, "", &whole);
+    units
+}
+
+fn add_units(units: &mut BTreeMap<String, String>, path: &str, schema: &Value) {
+    for (name, field) in schema["properties"].as_object().into_iter().flatten() {
+        let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
+        let about = field["description"].as_str().unwrap_or_default();
+        match field["type"].as_str() {
+            Some("number") => {
+                let unit = about.strip_suffix(']').and_then(|text| text.rsplit_once('[')).map_or("1", |(_, unit)| unit);
+                units.insert(path, unit.to_owned());
+            }
+            Some("integer") => drop(units.insert(path, "1".to_owned())),
+            Some("array") => add_units(units, &format!("{path}[]"), &field["items"]),
+            _ => add_units(units, &path, field),
+        }
+    }
+}
+
 fn number(about: &str, unit: &str) -> Value {
     json!({ "type": "number", "description": format!("{about} [{unit}]") })
 }
@@ -126,7 +151,8 @@ fn object(about: &str, properties: Value) -> Value {
 }
 
 fn time() -> Value {
-    let about = "time on the recording's own clock; exact, while log_time is this in whole ns, 0 where it is negative";
+    let about =
+        "time on the recording's own clock; exact, while log_time is in whole ns, by the clock that the channel's metadata name";
     number(about, "s")
 }
 
@@ -309,7 +335,7 @@ fn finding() -> Value {
         "channel": text("channel, where the kind has one"),
         "delta": number("size of the effect on a derivative; other kinds have their own key, as in model files", "its own unit"),
         "std": number("standard error of the size", "its own unit"),
-        "probability": { "type": ["number", "null"], "description": "probability that this is the cause; null where there is none" },
+        "probability": number("probability that this is the cause; null where there is none", "1"),
         "rivals": { "type": "integer", "description": "other causes that the data do not rule out" },
         "manoeuvres": { "type": "integer", "description": "manoeuvres that it rests on" },
         "statement": text("one sentence for a person"),

@@ -1,6 +1,7 @@
 //! Records as JSON.
 
 pub mod derivatives_json;
+pub mod document_schema;
 pub mod effect_json;
 pub(crate) mod finding_json;
 pub mod json_schema;

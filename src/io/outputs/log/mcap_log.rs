@@ -7,15 +7,19 @@
 //! attempts follow after 1 s, 2 s and so on, at most once a minute, and dropped messages are counted. A log that is to be one
 //! file ([`McapLog::one_file`]) has no further files.
 //!
-//! `log_time` and `publish_time` are the message's time in whole nanoseconds, max(0, round(1e9 t)): 0 for a negative time or NaN,
-//! `i64::MAX` at most. The exact time is in the payload.
+//! `log_time` and `publish_time` are UTC, nanoseconds since 1970, where the run says when it was recorded (`recorded_at`, of its
+//! first message): with t0 that message's time,
+//!     log_time = recorded_at + round(1e9 (t - t0))                                                     (1)
+//! else the message's own time in whole nanoseconds, max(0, round(1e9 t)): 0 for a negative time or NaN, `i64::MAX` at most. The
+//! exact time is in the payload. The metadata of each channel say which (`clock`), and the unit of each number.
 
+use super::log_clock::LogClock;
 use super::whole_chunks::{CountingWriter, WholeChunks};
 use crate::flight::channel::ControlNames;
 use crate::flight::file::log_head::{ColumnTarget, RUN_METADATA};
 use crate::flight::sample::Sample;
 use crate::io::outputs::json::finding_json::FindingJson;
-use crate::io::outputs::json::json_schema::{TOPICS, Topic, schema};
+use crate::io::outputs::json::json_schema::{TOPICS, Topic, schema, units};
 use crate::io::outputs::json::message_json::{DerivativesJson, EventJson, InnovationJson, SampleJson, SmoothedJson, StateJson};
 use crate::io::outputs::json::modes_json::ModesJson;
 use crate::io::outputs::json::output_error_json::OutputErrorJson;
@@ -24,7 +28,6 @@ use crate::io::outputs::record::{EventRecord, Message};
 use mcap::records::MessageHeader;
 use mcap::write::{Metadata, NoSeek};
 use mcap::{Compression, McapError, WriteOptions, Writer};
-use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
@@ -89,6 +92,7 @@ pub struct McapLog {
     payload: Vec<u8>,
     unsaid: u64,
     newest_s: f64,
+    clock: LogClock,
     summary: LogSummary,
     report: LogFaultReport,
 }
@@ -102,6 +106,7 @@ impl McapLog {
         if let Some(name) = head.ambiguous_name() {
             return Err(LogError::AmbiguousColumn { name: name.to_owned() });
         }
+        let clock = LogClock::of(&head);
         let file = OpenFile::create(path, &head, OpenOptions::new().create(true).truncate(false))
             .map_err(|source| LogError::File { path: path.to_owned(), source })?;
         Ok(McapLog {
@@ -117,6 +122,7 @@ impl McapLog {
             payload: Vec::new(),
             unsaid: 0,
             newest_s: 0.0,
+            clock,
             report,
         })
     }
@@ -256,10 +262,11 @@ impl McapLog {
             self.newest_s = time_s;
         }
         self.summary.written += 1;
+        let time_ns = self.clock.log_time(time_s);
         for _ in 0..2 {
             self.reopen_when_due();
             let Some(file) = &mut self.file else { break };
-            match file.write(topic, time_s, payload) {
+            match file.write(topic, time_ns, payload) {
                 Ok(()) => return,
                 Err(error) => self.file_failed(&error),
             }
@@ -321,7 +328,7 @@ impl McapLog {
         let text = format!("writing the log failed; {dropped} messages were lost before this file");
         let event = EventJson::loss(self.newest_s, "log_write_failed", dropped, text);
         let (Ok(payload), Some(file)) = (serde_json::to_vec(&event), &mut self.file) else { return };
-        match file.write(Topic::Event, self.newest_s, &payload) {
+        match file.write(Topic::Event, self.clock.log_time(self.newest_s), &payload) {
             Ok(()) => self.summary.written += 1,
             Err(error) => self.file_failed(&error),
         }
@@ -375,14 +382,15 @@ impl OpenFile {
         let mut channels = [0; TOPICS];
         for (topic, channel) in Topic::ALL.into_iter().zip(&mut channels) {
             let id = writer.add_schema(topic.schema_name(), "jsonschema", schema(topic, head).as_bytes()).map_err(into_io)?;
-            *channel = writer.add_channel(id, topic.name(), "json", &BTreeMap::new()).map_err(into_io)?;
+            let mut about = units(topic, head);
+            about.insert("clock".to_owned(), LogClock::of(head).name().to_owned());
+            *channel = writer.add_channel(id, topic.name(), "json", &about).map_err(into_io)?;
         }
         writer.flush().map_err(into_io)?;
         Ok(OpenFile { writer, path: path.to_owned(), channels, sequence: [0; TOPICS], whole })
     }
 
-    fn write(&mut self, topic: Topic, time_s: f64, payload: &[u8]) -> Result<(), McapError> {
-        let time = log_time(time_s);
+    fn write(&mut self, topic: Topic, time: u64, payload: &[u8]) -> Result<(), McapError> {
         let place = topic.index();
         let (Some(&channel_id), Some(sequence)) = (self.channels.get(place), self.sequence.get_mut(place)) else {
             return Ok(());
@@ -392,12 +400,6 @@ impl OpenFile {
         let writer = &mut self.writer;
         self.whole.message(|| writer.write_to_known_channel(&header, payload))
     }
-}
-
-/// Time of a message in whole nanoseconds, as the head of this file says.
-pub fn log_time(time_s: f64) -> u64 {
-    let ns = libm::round(time_s * 1e9);
-    if ns.is_nan() { 0 } else { (ns.max(0.0) as u64).min(i64::MAX as u64) }
 }
 
 /// The program and its version, as written in a log.
@@ -425,17 +427,6 @@ fn into_io(error: McapError) -> io::Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn log_time_is_whole_nanoseconds_and_never_negative() {
-        let cases = [(0.0, 0), (1.5, 1_500_000_000), (-3.0, 0), (f64::NAN, 0), (f64::NEG_INFINITY, 0)];
-        for (time_s, ns) in cases {
-            assert_eq!(log_time(time_s), ns);
-        }
-        assert_eq!(log_time(f64::INFINITY), i64::MAX as u64);
-        assert_eq!(log_time(1e300), i64::MAX as u64);
-        assert_eq!(log_time(1.0 / 256.0), 3_906_250);
-    }
 
     #[test]
     fn further_files_are_numbered_before_the_extension() {

@@ -73,30 +73,46 @@ pub(crate) fn estimation_sentence(f: &mut Formatter<'_>, event: &EstimationEvent
         ),
         EstimationEvent::AidMissing { aid } => {
             let aid = AidLabel(aid, controls);
-            write!(f, "the run brings no {aid}; states observable by it alone are not estimated")
+            write!(
+                f,
+                "the run brings no {aid}: what it alone shows is not estimated (`inspect` lists what each derivative needs)"
+            )
         }
         EstimationEvent::AidRejected { aid, test_ratio } => {
             let (aid, ratio) = (AidLabel(aid, controls), Digits(test_ratio, 3));
-            write!(f, "{aid} is rejected: it disagrees with the kinematics (test ratio {ratio}, limit 1)")
+            write!(
+                f,
+                "{aid} is left out: it contradicts the motion that gyros and accelerometers measure (test ratio {ratio}, limit 1); \
+                 look for its bias, sign, unit or delay with `check`"
+            )
         }
         EstimationEvent::AidAccepted { aid } => write!(f, "{} is used again", AidLabel(aid, controls)),
         EstimationEvent::KinematicsDisagree { aid, r_squared } => {
             let (aid, r2) = (AidLabel(aid, controls), Digits(r_squared, 3));
-            write!(f, "{aid} is inconsistent with the kinematics (R2 {r2}): vane position, lag or scale?")
+            write!(
+                f,
+                "{aid} is inconsistent with the motion that gyros and accelerometers measure (R2 {r2}): state where the vane stands \
+                 (--set vane_position_m=[x,y,z]), and look for its lag or scale with `check`"
+            )
         }
         EstimationEvent::InnovationsTooLarge { aid, mean_nis } => {
-            let (aid, nis) = (AidLabel(aid, controls), Digits(mean_nis, 3));
-            write!(f, "{aid} scatters more than expected (mean normalised innovation squared {nis}, expected 1)")
+            let (aid, times) = (AidLabel(aid, controls), Digits(libm::sqrt(mean_nis), 3));
+            write!(
+                f,
+                "{aid} scatters {times} times as much as its noise explains (gusts, vibration, coarse steps or a loose instrument): \
+                 standard errors are too small; look at the channel, and run `check`"
+            )
         }
         EstimationEvent::TrimNotSteady { rate_rms } => write!(
             f,
-            "the aircraft was not steady in its trim window (rms body rate {} rad/s); perturbations have no steady reference",
+            "the aircraft was not in steady flight at the start, where its trim is taken (body rates {} rad/s rms), and derivatives are \
+             about that trim: begin where the flight is steady (--from S), or take another --trim-window",
             Digits(rate_rms, 3)
         ),
         EstimationEvent::StandsStill { channel } => {
             write!(
                 f,
-                "{} stands still while the aircraft moves (frozen, clipped or dead); it is left out",
+                "{} stands still while the aircraft moves (frozen, clipped or dead); it is left out: check the instrument and its wiring",
                 channel.name(controls)
             )
         }
@@ -104,6 +120,8 @@ pub(crate) fn estimation_sentence(f: &mut Formatter<'_>, event: &EstimationEvent
             let corrected = Digits(r_squared, 3);
             write!(f, "it reads like {}: corrected, it agrees with the kinematics (R2 {corrected})", gross_error(error))
         }
-        EstimationEvent::NumericBreakdown => f.write_str("numeric breakdown; the filter starts again"),
+        EstimationEvent::NumericBreakdown => f.write_str(
+            "the state estimate broke down on numbers it cannot hold and starts again; look at the samples before (`inspect`)",
+        ),
     }
 }

@@ -145,13 +145,19 @@ impl Display for ReasonText {
                 )
             }
             Reason::Collinear { condition_index } => {
-                write!(f, "the regressors are collinear (condition index {})", Digits(condition_index, 3))
+                write!(
+                    f,
+                    "the variables moved together (collinear, condition index {}); an input that moves one of them by itself separates them",
+                    Digits(condition_index, 3)
+                )
             }
             Reason::NotExcited { axis, variable } => {
                 let name = variable.name(self.controls);
-                write!(f, "{}_{name} is not identified: {name} hardly moved", axis.name())
+                write!(f, "{}_{name} is not identified: {name} hardly moved; fly an input that moves it", axis.name())
             }
-            Reason::Unresolved => f.write_str("the standard errors are too large to tell it, or whether it is stable"),
+            Reason::Unresolved => f.write_str(
+                "the standard errors are too large to tell it, or whether it is stable; more or larger inputs make them smaller",
+            ),
             Reason::NoInput => f.write_str(
                 "no input moved this plane of motion, nor is it known to follow from the other plane: the air may move it",
             ),

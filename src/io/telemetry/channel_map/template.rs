@@ -7,10 +7,10 @@
 use super::header_guess::{HeaderGuess, guess_in};
 use super::unit_text::{name_and_unit, quantity_of, unit_of, units_of};
 use crate::flight::channel::{Channel, ControlNames};
+use crate::flight::file::time_stamp::TimeStamp;
 use crate::io::telemetry::table::cell::{bare, header_text, number_of};
 use crate::io::telemetry::table::clock::{median_step, unit_by_step};
 use crate::io::telemetry::table::layout::{TableLayout, cells, unit_row};
-use crate::io::telemetry::table::time_stamp::TimeStamp;
 use std::collections::HashSet;
 use std::fmt::Write;
 

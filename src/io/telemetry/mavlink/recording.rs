@@ -12,6 +12,7 @@ use super::stream::{UnusedMessages, VehicleStream, admits};
 use super::tlog::PacketReader;
 use crate::flight::channel::{Channel, ControlNames};
 use crate::flight::file::run_file::{RecordingColumn, RunInfo};
+use crate::flight::file::time_stamp::TimeStamp;
 use crate::flight::sample::Sample;
 use crate::io::telemetry::record::{RecordingError, RecordingRow, SkippedByReason};
 use std::collections::BTreeMap;
@@ -55,6 +56,9 @@ struct SenderCandidate {
     stream: Option<Box<VehicleStream>>,
 }
 
+/// A host's clock that was never set is before it: 2000-01-01, us since 1970.
+const YEAR_2000_US: u64 = 946_684_800_000_000;
+
 impl MavlinkRecording {
     /// Reads the file once to see who is in it; `path` is named in messages only.
     ///
@@ -68,11 +72,13 @@ impl MavlinkRecording {
         let mut senders = Senders::default();
         let mut candidates: BTreeMap<Sender, SenderCandidate> = BTreeMap::new();
         let mut sticks = BTreeMap::new();
+        let mut first_us = None;
         while let Some(packet) = reader.next_packet().map_err(io)? {
             if let Some(gone) = senders.count(&packet) {
                 candidates.remove(&gone);
             }
             let sender = Sender::of(&packet);
+            first_us = first_us.or(packet.stamp_us);
             if senders.of(sender).is_some() && admits(&config, sender) {
                 candidates.entry(sender).or_default().take(&packet, sender, &config);
             }
@@ -103,6 +109,9 @@ impl MavlinkRecording {
         let came = Channel::CONTROLS.map(|channel| (found.channels | directed) & (1 << channel.index()) != 0);
         let assumed = config.assumed_scale();
         info.set_assumed_scale(core::array::from_fn(|place| came[place] && assumed[place]));
+        if let Some(at) = first_us.filter(|us| *us >= YEAR_2000_US).and_then(|us| TimeStamp::of_unix_us(us).iso()) {
+            info.add_text("recorded_at", &at);
+        }
         file.seek(SeekFrom::Start(0)).map_err(io)?;
         Ok(MavlinkRecording {
             path: path.into(),

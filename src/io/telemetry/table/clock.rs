@@ -5,7 +5,7 @@
 //! the spacing of the first rows: recordings have from 3.3 to 3300 rows a second, so that of s, ms, us and ns one fits only.
 
 use super::cell::{bare, number_of};
-use super::time_stamp::{DAY_S, TimeStamp};
+use crate::flight::file::time_stamp::{DAY_S, TimeStamp};
 
 /// The least number of rows a second, 1/s.
 const SLOWEST_HZ: f64 = 10.0 / 3.0;

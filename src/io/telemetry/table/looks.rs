@@ -6,8 +6,8 @@
 use super::cell::{bare, number_of};
 use super::clock::{TableClock, median_step, unit_by_step};
 use super::layout::{TableLayout, cells};
-use super::time_stamp::TimeStamp;
 use crate::flight::file::run_file::{RecordingColumn, RecordingTarget, quoted};
+use crate::flight::file::time_stamp::TimeStamp;
 use crate::flight::unit::{Quantity, factor_to_si};
 use crate::io::telemetry::channel_map::header_guess::{guess, in_words};
 use crate::io::telemetry::channel_map::map_file::{MapSection, MappedTime, MappedTimeFormat};

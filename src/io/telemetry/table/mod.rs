@@ -11,4 +11,3 @@ pub(crate) mod header;
 pub(crate) mod layout;
 pub(crate) mod looks;
 pub(crate) mod preamble;
-pub(crate) mod time_stamp;

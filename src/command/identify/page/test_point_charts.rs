@@ -1,13 +1,10 @@
 //! Derivatives and roots against flight path, as in Fig 20 of Padfield et al. 1987: flight with error bars, the simulation as a
 //! line.
 
-use super::frequency_domain::FrequencyDomainResult;
-use super::report::runs_section;
-use super::test_point_result::{ComplexRoot, TestPointResult};
-use super::test_point_text::{by_tail_pitch, heading, text};
-use sideslip::io::outputs::charts::chart::{ChartError, Curve, Mark, Marks, Panel, svg_with_marks};
-use sideslip::io::outputs::html::page::{FOOT, escaped, head};
-use sideslip::io::outputs::tables::terminal::Style;
+use crate::command::identify::test_point_result::{ComplexRoot, TestPointResult};
+use crate::command::identify::test_point_text::by_tail_pitch;
+use crate::command::identify::unit::unit_of_derivative;
+use sideslip::io::outputs::charts::chart::{ChartError, Curve, Figure, Mark, Marks, Panel, figure};
 use std::fmt::Write;
 
 /// How far a second series stands beside the first, degrees.
@@ -15,18 +12,14 @@ const ASIDE_DEG: f64 = 0.12;
 
 const PATH: &str = "flight-path angle, deg";
 
-/// A page without scripts, fonts or network.
-pub(super) fn page(points: &[TestPointResult], in_band: Option<&FrequencyDomainResult>) -> Result<String, ChartError> {
-    let mut page = head("Derivatives against flight path");
-    let _ = writeln!(page, "<h1>Derivatives against flight path</h1>\n{}", svg_with_marks(&panels(points))?);
-    let _ = writeln!(page, "<pre>{}</pre>", escaped(&text(points, Style::Plain)));
-    for point in points {
-        let _ = writeln!(page, "<h2>{}</h2>", escaped(&heading(point)));
-        runs_section(&mut page, &point.identified)?;
+/// One picture a derivative, two beside each other.
+pub(super) fn section(page: &mut String, points: &[TestPointResult]) -> Result<(), ChartError> {
+    page.push_str("<div class=\"side\">\n");
+    for (panel, marks) in panels(points) {
+        let _ = writeln!(page, "{}", figure(&panel, &marks, &Figure::OF_A_PAGE)?);
     }
-    in_band.map_or(Ok(()), |in_band| in_band.section(&mut page))?;
-    page.push_str(FOOT);
-    Ok(page)
+    page.push_str("</div>\n");
+    Ok(())
 }
 
 fn path_deg(point: &TestPointResult) -> f64 {
@@ -94,24 +87,15 @@ fn derivative(points: &[TestPointResult], axis: char, variable: &str) -> (Panel,
         marks("steady sideslips", -ASIDE_DEG, held),
         marks("N_p derived by (26)", -ASIDE_DEG, derived),
     ];
+    let choice = points.first().map(|point| &point.identified.linear.choice);
+    let unit = choice.map(|choice| unit_of_derivative(choice, axis, variable)).unwrap_or_default();
     let panel = Panel {
         title: format!("{axis}_{variable}"),
         x: PATH.to_owned(),
-        y: format!("{axis}_{variable}, {}", unit(axis, variable)),
+        y: format!("{axis}_{variable}, {unit}"),
         curves: curve("simulation", simulated).into_iter().collect(),
     };
     (panel, series.into_iter().flatten().collect())
-}
-
-fn unit(axis: char, variable: &str) -> &'static str {
-    let is_force = matches!(axis, 'X' | 'Y' | 'Z');
-    match (is_force, variable) {
-        (false, "u" | "v" | "w") => "rad/(s m)",
-        (false, "p" | "q" | "r") | (true, "u" | "v" | "w") => "1/s",
-        (false, _) => "1/s^2",
-        (true, "p" | "q" | "r") => "m/(s rad)",
-        (true, _) => "m/(s^2 rad)",
-    }
 }
 
 fn root(

@@ -4,22 +4,24 @@
 //! (`2024-05-17T09:30:01.25Z`, a space for the T, an offset `+02:00`, a comma for the point), the time of day alone
 //! (`09:30:01.25`), and the day of the year before it (`138:09:30:01.25`, day 1 is the first).
 
-pub(crate) const DAY_S: f64 = 86_400.0;
+/// Seconds of a day.
+pub const DAY_S: f64 = 86_400.0;
 
 /// A date and time, or a time of day.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct TimeStamp {
+pub struct TimeStamp {
     /// Days since 1970-01-01, or since an unnamed year's beginning.
-    pub(crate) day: Option<i64>,
+    pub day: Option<i64>,
     /// Whether the day has a year.
-    pub(crate) dated: bool,
+    pub dated: bool,
     /// Second of that day, s.
-    pub(crate) second_s: f64,
+    pub second_s: f64,
 }
 
 impl TimeStamp {
     /// Reads the text.
-    pub(crate) fn parse(text: &str) -> Option<Self> {
+    #[must_use]
+    pub fn parse(text: &str) -> Option<Self> {
         let text = text.trim();
         if let Some((date, time)) = text.split_once(['T', 't', ' '])
             && let Some(day) = date_of(date)
@@ -52,12 +54,31 @@ impl TimeStamp {
         Some(TimeStamp { day: day.map(|day| day + shift), dated, second_s })
     }
 
-    /// As ISO 8601 to the second, where it has a date.
-    pub(crate) fn iso(self) -> Option<String> {
+    /// As ISO 8601, UTC, to the millisecond, where it has a date.
+    pub fn iso(self) -> Option<String> {
         let (year, month, day) = civil(self.day.filter(|_| self.dated)?);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 86400")]
-        let second = self.second_s as u32;
-        Some(format!("{year:04}-{month:02}-{day:02}T{:02}:{:02}:{:02}Z", second / 3600, second / 60 % 60, second % 60))
+        let ms = libm::floor(1e3 * self.second_s + 1e-3) as u32;
+        let second = ms / 1000;
+        let fraction = if ms.is_multiple_of(1000) { String::new() } else { format!(".{:03}", ms % 1000) };
+        let (hours, minutes, seconds) = (second / 3600, second / 60 % 60, second % 60);
+        Some(format!("{year:04}-{month:02}-{day:02}T{hours:02}:{minutes:02}:{seconds:02}{fraction}Z"))
+    }
+
+    /// Nanoseconds since 1970-01-01, UTC, where it has a date.
+    pub fn unix_ns(self) -> Option<i64> {
+        let day = self.day.filter(|_| self.dated)?;
+        #[expect(clippy::cast_possible_truncation, reason = "a second of the day")]
+        let of_day = libm::round(1e9 * self.second_s) as i64;
+        day.checked_mul(86_400_000_000_000)?.checked_add(of_day)
+    }
+
+    /// The time so many microseconds after 1970-01-01, UTC.
+    pub fn of_unix_us(us: u64) -> Self {
+        const DAY_US: u64 = 86_400_000_000;
+        #[expect(clippy::cast_possible_wrap, clippy::cast_precision_loss, reason = "days of 64 bits of us: below 2^28")]
+        let (day, of_day) = ((us / DAY_US) as i64, (us % DAY_US) as f64);
+        TimeStamp { day: Some(day), dated: true, second_s: 1e-6 * of_day }
     }
 }
 
@@ -150,7 +171,11 @@ mod tests {
         assert_eq!(at("2024-02-29T00:00:00"), Some((Some(19_782), 0.0)));
         assert_eq!(at("09:30:01.25"), Some((None, 34_201.25)));
         assert_eq!(at("138:09:30:01.25"), Some((Some(137), 34_201.25)));
-        assert_eq!(TimeStamp::parse("2024-05-17T09:30:01.25Z").unwrap().iso().as_deref(), Some("2024-05-17T09:30:01Z"));
+        let stamp = TimeStamp::parse("2024-05-17T09:30:01.25Z").unwrap();
+        assert_eq!(stamp.iso().as_deref(), Some("2024-05-17T09:30:01.250Z"));
+        assert_eq!(stamp.unix_ns(), Some(1_715_938_201_250_000_000));
+        assert_eq!(TimeStamp::of_unix_us(1_715_938_201_250_000), stamp);
+        assert_eq!(TimeStamp::parse("09:30:01").unwrap().unix_ns(), None);
         for wrong in [
             "",
             "12.5",

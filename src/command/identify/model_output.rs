@@ -1,64 +1,10 @@
-//! `report.html` and `model.toml`: the pictures and the model of an identification.
+//! `model.toml`: the model of an identification.
 
-use super::frequency_domain::FrequencyDomainResult;
-use crate::command::identify::table;
 use sideslip::flight::derivative::{AXES, Axis, VARIABLES, Variable};
 use sideslip::flight::file::model_file::ModelFile;
 use sideslip::flight::model::{LinearModel, Trim};
-use sideslip::io::outputs::charts::chart::{ChartError, Curve, Panel, svg};
-use sideslip::io::outputs::html::page::{FOOT, escaped, head};
-use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::postflight::identification::columns::Columns;
 use sideslip::postflight::identification::identify::IdentificationResult;
-use sideslip::postflight::identification::run_prediction::RunPrediction;
-use std::fmt::Write;
-
-/// A page without scripts, fonts or network: the table, and every run beside its model.
-pub(super) fn page(identified: &IdentificationResult, in_band: Option<&FrequencyDomainResult>) -> Result<String, ChartError> {
-    let mut page = head("Identification");
-    let _ = writeln!(page, "<h1>Identification</h1>\n<pre>{}</pre>", escaped(&table::text(identified, Style::Plain)));
-    runs_section(&mut page, identified)?;
-    in_band.map_or(Ok(()), |in_band| in_band.section(&mut page))?;
-    page.push_str(FOOT);
-    Ok(page)
-}
-
-/// Every run beside its model.
-pub(super) fn runs_section(page: &mut String, identified: &IdentificationResult) -> Result<(), ChartError> {
-    let kinds = [("fitted", &identified.fit), ("predicted, not fitted", &identified.holdout)];
-    for (how, flown) in kinds.iter().flat_map(|(how, runs)| runs.iter().map(move |run| (how, run))) {
-        let _ = writeln!(page, "<h2>{} ({how})</h2>\n{}", escaped(&flown.run), svg(&panels(identified, flown))?);
-    }
-    Ok(())
-}
-
-fn panels(identified: &IdentificationResult, flown: &RunPrediction) -> Vec<Panel> {
-    let names = &identified.linear.structure.outputs;
-    let series = names.iter().zip(flown.record.outputs.iter().zip(&flown.predicted));
-    series
-        .map(|(name, (measured, predicted))| {
-            let curve = |what: &str, values: &[f64]| Curve {
-                name: what.to_owned(),
-                points: flown.record.times_s.iter().copied().zip(values.iter().copied()).filter(|(_, y)| y.is_finite()).collect(),
-            };
-            Panel {
-                title: name.clone(),
-                x: "time, s".to_owned(),
-                y: format!("{name}, deviation from trim, {}", unit(name)),
-                curves: vec![curve("measured", measured), curve("model", predicted)],
-            }
-        })
-        .collect()
-}
-
-fn unit(name: &str) -> &'static str {
-    match name {
-        "ax" | "ay" | "az" => "m/s^2",
-        "tas" => "m/s",
-        "p" | "q" | "r" => "rad/s",
-        _ => "rad",
-    }
-}
 
 /// What the model of every test point's file is called: `model.toml` where there is one, else after the test point's first run.
 pub(super) fn model_names(groups: &[Vec<usize>], runs: &[Columns]) -> Vec<String> {
@@ -76,8 +22,12 @@ pub(super) fn model_names(groups: &[Vec<usize>], runs: &[Columns]) -> Vec<String
     names
 }
 
-/// The model as a file that `simulate` flies; `None` where a derivative's variable is none of a model file's.
+/// The model as a file that `simulate` flies; `None` where a derivative's variable is none of a model file's, or the search has
+/// not converged.
 pub(super) fn model(identified: &IdentificationResult, runs: &[Columns]) -> Option<String> {
+    if !identified.fitted.converged {
+        return None;
+    }
     let (linear, theta) = (&identified.linear, &identified.fitted.theta);
     let reference_trim = linear.reference_trim;
     let mean = |name: &str| {
