@@ -15,7 +15,8 @@ fn notes(name: &str, effect: &str) -> Vec<String> {
     let (status, _, said) = ended(&sideslip(&call));
     assert_eq!(status, 0, "{said}");
     let (status, answer) = identified(&[run.as_path()], &[]);
-    assert_eq!(status, 0);
+    // Wrong instruments may keep the search from converging.
+    assert!(matches!(status, 0 | 4), "{status}");
     let notes = answer["notes"].as_array().unwrap();
     notes.iter().filter_map(Value::as_str).map(str::to_owned).collect()
 }
