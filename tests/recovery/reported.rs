@@ -103,12 +103,12 @@ pub(super) fn shares(all: &[Reported]) -> [f64; 4] {
     std::array::from_fn(|place| count(place) as f64 / all.len() as f64)
 }
 
-/// Of the flights in which they had one after the test input, the part in which they had one in the end.
-pub(super) fn kept(all: &[Reported]) -> [f64; 4] {
-    let count = |place: usize, holds: &dyn Fn(&Reported) -> bool| {
-        all.iter().filter(|one| one.after_input[place] && holds(one)).count() as f64
-    };
-    std::array::from_fn(|place| count(place, &|one| one.in_the_end()[place]) / count(place, &|_| true).max(1.0))
+/// In how many flights they had one after the test input, and in how many of those in the end.
+pub(super) fn kept(all: &[Reported]) -> [(usize, usize); 4] {
+    std::array::from_fn(|place| {
+        let answered = all.iter().filter(|one| one.after_input[place]);
+        (answered.clone().filter(|one| one.in_the_end()[place]).count(), answered.count())
+    })
 }
 
 /// Root mean square of the scores of all derivatives that the condition holds for.

@@ -38,6 +38,8 @@ pub const TAS_OUTPUT: usize = 9;
 pub const ALPHA_OUTPUT: usize = 10;
 /// Place of the sideslip.
 pub const BETA_OUTPUT: usize = 11;
+/// Places of what shows u, v and w.
+pub const FLOW_OUTPUTS: [usize; 3] = [TAS_OUTPUT, BETA_OUTPUT, ALPHA_OUTPUT];
 /// Place of the altitude.
 pub const ALTITUDE_OUTPUT: usize = 12;
 /// Channels of the outputs, in the order of their places.

@@ -90,6 +90,11 @@ impl Aircraft {
 }
 
 impl ModifiedAircraft<'_> {
+    /// Whether neither the model nor a hypothesis says anything of an axis.
+    pub fn is_unmodelled(&self, axis: Axis) -> bool {
+        self.level1.is_none() && !self.model.speaks_of(axis)
+    }
+
     fn situation(&self, level1: &Trimmed, deviations: &[f64; VARIABLES], rotor: f64) -> Situation {
         let trim = &level1.trim;
         let at = |variable: Variable| trim.of(variable) + deviations[variable.index()];

@@ -20,18 +20,17 @@ use super::parameter::ParameterKind;
 use super::run_model::{OperatingPoint, RunModel, force_rate, initial_state};
 use super::sensitivity::{NormalSums, propagate_sensitivities, step_lag};
 use super::state::{FilterNoise, FilterResult, FilterState, LAG, STATES};
+use super::unseen_velocity;
 use crate::flight::derivative::AXES;
 use crate::flight::effect::PositionedSensor;
 use crate::postflight::diagnosis::data::blade_input::InputVector;
-use crate::postflight::diagnosis::data::run_data::{ALPHA_OUTPUT, BETA_OUTPUT, FORCE_OUTPUT, RATE_OUTPUT, ROTOR, TAS_OUTPUT};
+use crate::postflight::diagnosis::data::run_data::{ALPHA_OUTPUT, BETA_OUTPUT, FLOW_OUTPUTS, FORCE_OUTPUT, RATE_OUTPUT, ROTOR};
 
 /// States without gusts and lag.
 const CORE: usize = LAG;
 /// Standard deviations before the first reading.
 const START_STD: [f64; STATES] = [10.0, 10.0, 10.0, 0.5, 0.5, 0.5, 0.5, 0.5, 1.0, 300.0, 0.0, 0.0, 0.0, 10.0];
 
-/// The vane that shows a component of the velocity.
-const FLOW: [usize; 3] = [TAS_OUTPUT, BETA_OUTPUT, ALPHA_OUTPUT];
 /// Its standard deviation where there is none, m/s.
 const START_STD_UNSEEN: f64 = 2.0;
 
@@ -74,7 +73,7 @@ pub fn run_filter(run: &RunModel<'_>, noise: &FilterNoise, request: FilterReques
     let mut p = [[0.0; STATES]; STATES];
     for (i, std) in START_STD.into_iter().enumerate() {
         // Without a vane the flow is near that of the trim.
-        let std = if (i == 1 || i == 2) && record.outputs[FLOW[i]].is_none() { START_STD_UNSEEN } else { std };
+        let std = if (i == 1 || i == 2) && record.outputs[FLOW_OUTPUTS[i]].is_none() { START_STD_UNSEEN } else { std };
         p[i][i] = std * std;
     }
     if run.lag.is_none() {
@@ -84,6 +83,7 @@ pub fn run_filter(run: &RunModel<'_>, noise: &FilterNoise, request: FilterReques
     let mut moved_d = vec![0.0f32; STATES * width];
     let (mut forces, mut forces_before) = (vec![0.0f32; AXES * width], vec![0.0f32; AXES * width]);
     let mut rows = NormalSums::new(width, kept);
+    let unseen = unseen_velocity::unseen(run);
     let lag_seen = |x: &FilterState, here: &OperatingPoint| run.lag.and_then(|(output, _)| run.predict(output, x, here));
     let mut lag_before: Option<(f64, FilterState)> = None;
     for node in 0..record.mesh.nodes {
@@ -137,6 +137,9 @@ pub fn run_filter(run: &RunModel<'_>, noise: &FilterNoise, request: FilterReques
             lag_before = Some(now);
         }
         let before = x;
+        for &place in &unseen {
+            unseen_velocity::hold(place, run, (&mut x, &mut p), (&mut d, width), noise_score.as_mut(), n)?;
+        }
         let flow = run.rate(&x, &here.force, gust_s)?;
         let around = |k: usize| run.blade_input.nodes.get(k).copied().unwrap_or(moved);
         let (earlier, later) = (around(node.saturating_sub(1)), around(node + 1));

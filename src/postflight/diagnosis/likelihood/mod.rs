@@ -16,3 +16,4 @@ pub mod run_model;
 pub(crate) mod sandwich;
 pub(crate) mod sensitivity;
 pub mod state;
+pub(crate) mod unseen_velocity;

@@ -4,6 +4,7 @@
 //! inertial instruments through the aircraft only, which separates them from process noise. Their standard deviation is estimated
 //! with the other noises, (1) of `maximise`; both numbers are refined by a parabola along their logarithms.
 
+use crate::flight::derivative::{Axis, Variable};
 use crate::flight::effect::Effect;
 use crate::postflight::diagnosis::likelihood::maximise::{Effort, maximise};
 use crate::postflight::diagnosis::likelihood::normal_equations::{Detail, Linearisation, linearise};
@@ -16,6 +17,15 @@ const EXCESS: f64 = 3.0;
 /// Whether there is more noise of forces than the controls' own makes.
 pub(crate) fn has_excess_noise(problem: &DiagnosisProblem, point: &ParameterSet) -> bool {
     point.force_density.iter().zip(problem.noise_floor_at(point)).any(|(force, least)| *force > EXCESS * least)
+}
+
+/// Whether the model has a force or moment by velocity, through which gusts move the aircraft; without one they would be no more
+/// than noise of the vanes.
+fn is_moved_by_gusts(problem: &DiagnosisProblem) -> bool {
+    let by_velocity = |axis: Axis| {
+        [Variable::U, Variable::V, Variable::W].iter().any(|&velocity| problem.aircraft.linear.derivative(axis, velocity) != 0.0)
+    };
+    problem.aircraft.is_curved() || Axis::ALL.into_iter().any(by_velocity)
 }
 
 /// Gusts as they are tried first: standard deviations, m/s, and scale lengths, m.
@@ -35,7 +45,7 @@ pub(crate) fn with_gusts(
     point: &ParameterSet,
     rounds: Effort,
 ) -> Option<(ParameterSet, Linearisation)> {
-    if point.gust.0 > 0.0 {
+    if point.gust.0 > 0.0 || !is_moved_by_gusts(problem) {
         return None;
     }
     let airspeed = problem.aircraft.trim().airspeed().max(1.0);
