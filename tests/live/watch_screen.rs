@@ -3,7 +3,7 @@
 use super::stage::{Running, left_behind, signal, stage};
 use crate::support::patience::until;
 use crate::support::program::{ended, folder, path, puma, sideslip};
-use crate::support::pseudo_terminal::PseudoTerminal;
+use crate::support::pseudo_terminal::{PseudoTerminal, start_and_hang_up};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -135,6 +135,14 @@ fn it_ends_by_keys_and_by_signals_and_gives_the_terminal_back() {
         assert_eq!(terminal.ended(), 0, "{way}");
         assert!(terminal.bytes().contains("\x1b[?1049l"), "{way}");
     }
+}
+
+/// Reading keys from a terminal that has gone never ends: half a core was spent on it.
+#[test]
+fn it_ends_with_its_terminal() {
+    let _turn = crate::alone();
+    let mut program = start_and_hang_up(watch(&folder("watch-hang-up").join("root"), &[]));
+    until("the program has ended", || program.try_wait().unwrap().is_some());
 }
 
 #[test]

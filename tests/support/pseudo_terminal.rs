@@ -24,18 +24,35 @@ struct Seen {
     bytes: Vec<u8>,
 }
 
+/// Both ends of a new terminal; the program in it has no hold of the first.
+fn opened_ends() -> (File, File) {
+    let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
+    grantpt(&master).unwrap();
+    unlockpt(&master).unwrap();
+    let device = ptsname(&master, Vec::new()).unwrap().into_string().unwrap();
+    let mut opened = OpenOptions::new();
+    std::os::unix::fs::OpenOptionsExt::custom_flags(&mut opened, OpenptFlags::NOCTTY.bits() as i32);
+    let slave = opened.read(true).write(true).open(device).unwrap();
+    (File::from(master), slave)
+}
+
+/// Starts a program in a terminal that is gone, without a signal, as soon as something was written to it.
+pub(crate) fn start_and_hang_up(mut program: Command) -> Child {
+    let (mut master, slave) = opened_ends();
+    tcsetwinsize(&slave, size(80, 24)).unwrap();
+    let end = || slave.try_clone().unwrap();
+    let child = program.stdin(end()).stdout(end()).stderr(end()).env("TERM", "xterm-256color").spawn().unwrap();
+    // The command holds ends of its own.
+    drop((program, slave));
+    assert!(master.read(&mut [0; 64]).unwrap() > 0);
+    child
+}
+
 impl PseudoTerminal {
     /// Starts it; colours as `TERM` promises them, unless the call says otherwise.
     pub(crate) fn start(mut program: Command, (columns, rows): (u16, u16)) -> Self {
-        let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
-        grantpt(&master).unwrap();
-        unlockpt(&master).unwrap();
-        let device = ptsname(&master, Vec::new()).unwrap().into_string().unwrap();
-        let mut opened = OpenOptions::new();
-        std::os::unix::fs::OpenOptionsExt::custom_flags(&mut opened, OpenptFlags::NOCTTY.bits() as i32);
-        let slave = opened.read(true).write(true).open(device).unwrap();
+        let (master, slave) = opened_ends();
         let before = tcgetattr(&slave).unwrap();
-        let master = File::from(master);
         let seen = Arc::new(Mutex::new(Seen { screen: vt100::Parser::new(length(rows), length(columns), 0), bytes: Vec::new() }));
         let (mut reader, kept) = (master.try_clone().unwrap(), Arc::clone(&seen));
         tcsetwinsize(&slave, size(columns, rows)).unwrap();

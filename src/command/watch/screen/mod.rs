@@ -77,9 +77,10 @@ pub(super) fn run(
 
 /// Waits that long for keys and takes those that are there; whether to go on.
 fn keys(screen: &mut OpenScreen, view: &mut View, wait: Duration) -> std::io::Result<bool> {
-    let mut wait = wait;
-    while poll(wait)? {
-        wait = Duration::ZERO;
+    if !screen.wait_for_keys(wait)? {
+        return Ok(false);
+    }
+    while poll(Duration::ZERO)? {
         match read()? {
             Event::Key(key) if key.kind != KeyEventKind::Release => {
                 if ends(key) {

@@ -8,9 +8,14 @@ use ratatui::crossterm::style::ResetColor;
 use ratatui::crossterm::terminal::{
     DisableLineWrap, EnableLineWrap, EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode,
 };
-use std::io::{BufWriter, Result, Stdout, stdout};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
+use std::fs::File;
+use std::io::{BufWriter, IsTerminal, Result, Stdout, stdin, stdout};
+use std::os::fd::{AsFd, OwnedFd};
 use std::panic::{set_hook, take_hook};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 /// Whether the terminal is a screen now.
 static OPEN: AtomicBool = AtomicBool::new(false);
@@ -18,6 +23,8 @@ static OPEN: AtomicBool = AtomicBool::new(false);
 /// The terminal, a screen until this is dropped.
 pub(crate) struct OpenScreen {
     pub(super) terminal: Terminal<CrosstermBackend<BufWriter<Stdout>>>,
+    /// What the keys are read from.
+    keyboard: OwnedFd,
 }
 
 impl OpenScreen {
@@ -26,6 +33,7 @@ impl OpenScreen {
     /// # Errors
     /// The system's, where there is no terminal to read keys from or it does not take what is written.
     pub(crate) fn open() -> Result<Self> {
+        let keyboard = if stdin().is_terminal() { stdin().as_fd().try_clone_to_owned()? } else { File::open("/dev/tty")?.into() };
         enable_raw_mode()?;
         OPEN.store(true, Ordering::SeqCst);
         let before = take_hook();
@@ -36,11 +44,28 @@ impl OpenScreen {
         let opened = execute!(stdout(), EnterAlternateScreen, DisableLineWrap)
             .and_then(|()| Terminal::new(CrosstermBackend::new(BufWriter::new(stdout()))));
         match opened {
-            Ok(terminal) => Ok(OpenScreen { terminal }),
+            Ok(terminal) => Ok(OpenScreen { terminal, keyboard }),
             Err(error) => {
                 close();
                 Err(error)
             }
+        }
+    }
+
+    /// Waits that long for a key or a signal; whether the terminal is still there. Reading keys from one that has gone never ends.
+    ///
+    /// # Errors
+    /// The system's.
+    pub(super) fn wait_for_keys(&self, wait: Duration) -> Result<bool> {
+        let mut keyboard = [PollFd::new(&self.keyboard, PollFlags::IN)];
+        let wait = Timespec::try_from(wait).unwrap_or(Timespec { tv_sec: 0, tv_nsec: 0 });
+        match poll(&mut keyboard, Some(&wait)) {
+            Ok(_) => {
+                let [keyboard] = keyboard;
+                Ok(!keyboard.revents().intersects(PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL))
+            }
+            Err(Errno::INTR) => Ok(true),
+            Err(error) => Err(error.into()),
         }
     }
 }
