@@ -52,7 +52,8 @@ impl OpenScreen {
         }
     }
 
-    /// Waits that long for a key or a signal; whether the terminal is still there. Reading keys from one that has gone never ends.
+    /// Waits that long for a key or a signal; whether the terminal is still there. Reading keys from one that has gone never
+    /// ends.
     ///
     /// # Errors
     /// The system's.
