@@ -12,6 +12,7 @@ use super::design::Design;
 use super::expression::{Expression, UnknownColumn};
 use super::fit::EquationFit;
 use super::table::RegressionTable;
+use crate::postflight::validation::metrics::PredictionMoments;
 
 /// How well an equation predicts the response in one record.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,23 +61,16 @@ pub fn predict(
             .collect();
         let end_s = rows.first()?.0 + trim_window_s;
         let trim: Vec<&(f64, f64, f64)> = rows.iter().take_while(|(time_s, ..)| *time_s <= end_s).collect();
-        let (count, all) = (trim.len() as f64, rows.len() as f64);
+        let count = trim.len() as f64;
         let y_trim = trim.iter().map(|(_, y, _)| y).sum::<f64>() / count;
         let x_trim = trim.iter().map(|(.., x)| x).sum::<f64>() / count;
-        let y_mean = rows.iter().map(|(_, y, _)| y).sum::<f64>() / all;
-        let square_sum = |part: &dyn Fn(f64, f64) -> f64| {
-            rows.iter().map(|&(_, y, x)| part(y - y_trim, x - x_trim)).map(|one| one * one).sum::<f64>()
-        };
-        let error = square_sum(&|y, x| y - x);
-        let (flown, predicted) = (square_sum(&|y, _| y), square_sum(&|_, x| x));
-        let about_mean = square_sum(&|y, _| y + y_trim - y_mean);
-        let rms = |squares: f64| libm::sqrt(squares / all);
+        let moments = PredictionMoments::of(rows.iter().map(|(_, y, x)| (y - y_trim, x - x_trim)));
         (rows.len() > trim.len()).then(|| EquationPrediction {
             samples: rows.len(),
-            r_squared: 1.0 - error / about_mean,
-            rms: rms(error),
-            response_rms: rms(flown),
-            theil: rms(error) / (rms(flown) + rms(predicted)),
+            r_squared: 1.0 - moments.error_square / moments.measured_variance,
+            rms: moments.rms(),
+            response_rms: libm::sqrt(moments.measured_square),
+            theil: moments.theil(),
         })
     };
     Ok((0..table.records()).map(of_record).collect())

@@ -15,9 +15,10 @@
 
 use super::columns::Columns;
 use super::identify::IdentificationResult;
+use super::model_variables::is_control;
 use super::test_condition::TestCondition;
 use crate::dynamics::atmosphere::density_at;
-use crate::flight::derivative::{Axis, Variable};
+use crate::flight::derivative::Axis;
 use crate::flight::run::{AircraftProperties, Inertia, ReferenceDimensions};
 
 /// One of them.
@@ -133,7 +134,7 @@ impl DimensionalModel<'_> {
                 "u" | "v" | "w" => tip_speed_mps,
                 "beta" | "alpha" => tip_speed_mps / self.speed,
                 "p" | "q" | "r" => omega,
-                control if is_angle(control) => 1.0,
+                control if is_control(control) => 1.0,
                 other => {
                     all.missing.push(no_scale(axis, other));
                     continue;
@@ -166,7 +167,7 @@ impl DimensionalModel<'_> {
                 "beta" | "alpha" => (1.0, variable.to_owned()),
                 "p" | "r" => (2.0 * flight.speed / flight.span_m, variable.to_owned()),
                 "q" => (2.0 * flight.speed / flight.chord_m, variable.to_owned()),
-                control if is_angle(control) => (1.0, control.to_owned()),
+                control if is_control(control) => (1.0, control.to_owned()),
                 other => {
                     all.missing.push(no_scale(axis, other));
                     continue;
@@ -212,11 +213,6 @@ impl DimensionalModel<'_> {
             - 2.0 * own * inertia.xz * cov(place, beside);
         Some((own * value - inertia.xz * other_value, libm::sqrt(variance.max(0.0))))
     }
-}
-
-/// Whether a variable is a control or an angle of its blades, rad.
-fn is_angle(variable: &str) -> bool {
-    variable == "tail_pitch" || Variable::from_name(variable).is_some_and(Variable::is_control)
 }
 
 fn no_scale(axis: Axis, variable: &str) -> String {

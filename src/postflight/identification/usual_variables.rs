@@ -118,10 +118,7 @@ pub(crate) fn plane_of(name: &str) -> Option<usize> {
     match name {
         "u" | "w" | "alpha" | "q" | "theta" | "tas" | "ax" | "az" => Some(0),
         "v" | "beta" | "p" | "r" | "phi" | "ay" => Some(1),
-        control if is_control(control) => match Variable::from_name(control) {
-            Some(Variable::LonCyclic | Variable::Collective) => Some(0),
-            _ => Some(1),
-        },
+        control if is_control(control) => Some(usize::from(Variable::from_name(control).is_none_or(Variable::is_lateral))),
         _ => None,
     }
 }

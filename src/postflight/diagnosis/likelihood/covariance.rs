@@ -1,7 +1,8 @@
-//! Covariance of the filter's state: over a step, through the lag of an output, and how it hangs on each noise density.
+//! Covariance of the filter's state: over a step, by a reading, through the lag of an output, and how it hangs on each noise
+//! density.
 //!
-//! Consumes Jacobians and noise; produces (1) and (4) of `filter`. Only the first `n` states are carried where the others are
-//! none.
+//! Consumes Jacobians, noise and gains; produces (1), (2) and (4) of `filter`. Only the first `n` states are carried where the
+//! others are none.
 
 use super::state::{FilterNoise, FilterState, GUST, LAG, STATES, StateMatrix, gust_time};
 /// Phi = I + dt A (I + dt/2 A) and Gamma = I + dt/2 A, the columns of velocities, rates and gusts.
@@ -60,6 +61,16 @@ pub(crate) fn add_noise(p: &mut StateMatrix, gamma: &StateMatrix, noise: &Filter
                     *entry += part * row[source];
                 }
             }
+        }
+    }
+}
+
+/// (2) of `filter` for one reading: K, P H' and the innovation; of the first `n` states.
+pub(crate) fn correct(x: &mut FilterState, p: &mut StateMatrix, (gain, ph): (&FilterState, &FilterState), v: f64, n: usize) {
+    for i in 0..n {
+        x[i] += gain[i] * v;
+        for (entry, ph) in p[i].iter_mut().zip(ph).take(n) {
+            *entry -= gain[i] * ph;
         }
     }
 }

@@ -14,11 +14,11 @@
 //!     d cost = sum (2 v dv - (v^2/s - 1) ds)/s        d^2 cost = sum (ds/s)^2 + 2 dv^2/s, expected       (4)
 //! Source: R. V. Jategaonkar, Flight Vehicle System Identification, 2nd ed. 2015, ch. 5 (filter error).
 
-use super::covariance::{add_noise, propagated, transition};
+use super::covariance::{add_noise, correct, propagated, transition};
 use super::noise_score::NoiseScore;
 use super::parameter::ParameterKind;
 use super::run_model::{OperatingPoint, RunModel, force_rate, initial_state};
-use super::sensitivity::{NormalSums, propagate_sensitivities, step_lag};
+use super::sensitivity::{NormalSums, correct_sensitivities, propagate_sensitivities, step_lag};
 use super::state::{FilterNoise, FilterResult, FilterState, LAG, STATES};
 use super::unseen_velocity;
 use crate::flight::derivative::AXES;
@@ -222,13 +222,7 @@ pub fn run_filter(run: &RunModel<'_>, noise: &FilterNoise, request: FilterReques
                         _ => {}
                     }
                 }
-                for (state, gain) in gain.iter().enumerate() {
-                    if *gain != 0.0 {
-                        let column = &mut d[state * width..(state + 1) * width];
-                        let gain = *gain as f32;
-                        column.iter_mut().zip(row.iter()).for_each(|(d, row)| *d -= gain * row);
-                    }
-                }
+                correct_sensitivities(&mut d, row, &gain);
                 let per_root = (1.0 / root) as f32;
                 row.iter_mut().for_each(|entry| *entry *= per_root);
                 let scores = result.scores.iter_mut().skip(node * kept);
@@ -238,12 +232,7 @@ pub fn run_filter(run: &RunModel<'_>, noise: &FilterNoise, request: FilterReques
             if let Some(noise_score) = &mut noise_score {
                 noise_score.correct(&h, &gain, (v, s), &mut result.noise_score, n);
             }
-            for i in 0..n {
-                x[i] += gain[i] * v;
-                for (entry, ph) in p[i].iter_mut().zip(&ph).take(n) {
-                    *entry -= gain[i] * ph;
-                }
-            }
+            correct(&mut x, &mut p, (&gain, &ph), v, n);
             if !x.iter().all(|x| x.is_finite()) {
                 return None;
             }

@@ -43,6 +43,14 @@ pub(crate) fn propagate_sensitivities(
     }
 }
 
+/// (3) by a reading: its slopes H dx + dy/dtheta by column, and K.
+pub(crate) fn correct_sensitivities(d: &mut [f32], reading: &[f32], gain: &FilterState) {
+    for (state, gain) in d.chunks_exact_mut(reading.len()).zip(gain).filter(|(_, gain)| **gain != 0.0) {
+        let gain = *gain as f32;
+        state.iter_mut().zip(reading).for_each(|(d, reading)| *d -= gain * reading);
+    }
+}
+
 /// The lag's state over a step, tau a' = y - a with y a straight line; its covariance and columns with it.
 #[expect(clippy::too_many_arguments, reason = "one step of one state, with everything that it hangs on")]
 pub(crate) fn step_lag(

@@ -6,8 +6,10 @@
 //! is the trim's within `DEVIATION`; that knowledge acts as a reading at each node, which has no part in the likelihood:
 //!     z = v_trim, s = P_vv + DEVIATION^2, corrections as in (2) and (3) of `filter`                          (1)
 
+use super::covariance::correct;
 use super::noise_score::NoiseScore;
 use super::run_model::RunModel;
+use super::sensitivity::correct_sensitivities;
 use super::state::{FilterState, NOISES, STATES, StateMatrix, VELOCITY};
 use crate::flight::derivative::Axis;
 use crate::flight::signal::series::Series;
@@ -46,20 +48,13 @@ pub(crate) fn hold(
     let gain = ph.map(|ph| ph / s);
     if width > 0 {
         let own: Vec<f32> = d.iter().skip(place * width).take(width).copied().collect();
-        for (column, gain) in d.chunks_exact_mut(width).zip(gain).filter(|(_, gain)| *gain != 0.0) {
-            column.iter_mut().zip(&own).for_each(|(d, own)| *d -= gain as f32 * own);
-        }
+        correct_sensitivities(d, &own, &gain);
     }
     if let Some(noise_score) = noise_score {
         let mut h = [0.0; STATES];
         h[place] = 1.0;
         noise_score.correct(&h, &gain, (v, s), &mut [(0.0, 0.0); NOISES], n);
     }
-    for i in 0..n {
-        x[i] += gain[i] * v;
-        for (entry, ph) in p[i].iter_mut().zip(&ph).take(n) {
-            *entry -= gain[i] * ph;
-        }
-    }
+    correct(x, p, (&gain, &ph), v, n);
     x.iter().all(|x| x.is_finite()).then_some(())
 }
