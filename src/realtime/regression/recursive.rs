@@ -357,7 +357,7 @@ impl Recursive {
             let optional = !primary && deviation > UNMOVED * still && moving >= MOVING_SAMPLES;
             offer.primary[place] = primary;
             offer.optional[place] = optional;
-            offer.unmoved[place] = !primary && (follows || belongs && !optional);
+            offer.undetermined[place] = !primary && (follows || belongs && !optional);
         }
         Ok(offer)
     }

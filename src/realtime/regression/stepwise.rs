@@ -46,13 +46,15 @@ pub struct Offer {
     pub primary: [bool; REGRESSORS],
     /// Terms that have to earn their place.
     pub optional: [bool; REGRESSORS],
-    /// Terms that belong to the equation and are not offered, because they hardly moved: what they hide counts by (3).
-    pub unmoved: [bool; REGRESSORS],
+    /// Terms of which, left out, at least the standard error counts by (3): those that belong to the equation and hardly moved,
+    /// and all those of a plane that follows the other.
+    pub undetermined: [bool; REGRESSORS],
 }
 
 impl Offer {
     /// Nothing but the bias.
-    pub const NONE: Offer = Offer { primary: [false; REGRESSORS], optional: [false; REGRESSORS], unmoved: [false; REGRESSORS] };
+    pub const NONE: Offer =
+        Offer { primary: [false; REGRESSORS], optional: [false; REGRESSORS], undetermined: [false; REGRESSORS] };
 }
 
 /// A fitted equation.
@@ -280,18 +282,18 @@ impl<'a> SweptSelection<'a> {
     }
 
     /// The fit with what the terms that were left out may hide. Were term j in, with its own estimate, the others would be
-    /// off by (3); that it did not earn its place does not say that it is zero. One that belongs to the equation and hardly moved
-    /// counts with its standard error where that is larger.
+    /// off by (3); that it did not earn its place does not say that it is zero. One that is undetermined counts with its standard
+    /// error where that is larger.
     fn with_omitted(&self, mut fit: Fit, offer: &Offer) -> Fit {
         for place in 0..REGRESSORS {
             let own = self.swept.at(place, place);
-            let is_out = (offer.optional[place] || offer.unmoved[place]) && !self.swept.is_inside(place);
+            let is_out = (offer.optional[place] || offer.undetermined[place]) && !self.swept.is_inside(place);
             if !is_out || !(own > PIVOT_SECOND) {
                 continue;
             }
             let scaled_theta = self.swept.at(place, self.response) / own * self.scale[self.response];
-            // Noise makes the estimate of a term that hardly moved too small: it may be what its standard error says.
-            let least_f = if offer.unmoved[place] { self.corrected_f_of_entry(place).clamp(F_MIN, 1.0) } else { 1.0 };
+            // Noise makes the estimate of such a term too small: it may be what its standard error says.
+            let least_f = if offer.undetermined[place] { self.corrected_f_of_entry(place).clamp(F_MIN, 1.0) } else { 1.0 };
             let scaled_theta = scaled_theta / libm::sqrt(least_f);
             let mut shift = [0.0; REGRESSORS];
             for &i in &self.order {
