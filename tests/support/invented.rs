@@ -1,5 +1,5 @@
-//! Two aircraft as linear models, invented, with derivatives of a usual size: a slow light aircraft with strong adverse yaw, and
-//! a helicopter with weak weathercock stability whose planes are coupled.
+//! Aircraft as linear models, invented, with derivatives of a usual size: a slow light aircraft with strong adverse yaw, a
+//! helicopter with weak weathercock stability whose planes are coupled, and a glider with a fast roll mode.
 
 use sideslip::flight::file::model_file::ModelFile;
 use sideslip::flight::model::LinearModel;
@@ -97,6 +97,43 @@ pedal = -6.0
 collective = 3.0
 "#;
 
+const GLIDER: &str = r#"
+name = "glider"
+kind = "linear"
+[trim]
+u = 25.0
+w = 0.8
+theta = 0.01
+[trim.controls]
+elevator = -0.02
+[derivatives.X]
+u = -0.03
+w = 0.12
+[derivatives.Y]
+v = -0.15
+rudder = 1.5
+[derivatives.Z]
+u = -0.6
+w = -3.0
+elevator = -4.0
+[derivatives.L]
+v = -0.06
+p = -9.0
+r = 2.0
+aileron = -20.0
+rudder = 0.3
+[derivatives.M]
+w = -0.15
+q = -4.0
+elevator = -8.0
+[derivatives.N]
+v = 0.06
+p = -0.5
+r = -0.6
+aileron = 1.0
+rudder = -2.5
+"#;
+
 /// The light aircraft.
 pub(crate) fn light_aircraft() -> LinearModel {
     ModelFile::parse(LIGHT_AIRCRAFT).unwrap().linear
@@ -105,4 +142,9 @@ pub(crate) fn light_aircraft() -> LinearModel {
 /// The helicopter.
 pub(crate) fn helicopter() -> LinearModel {
     ModelFile::parse(HELICOPTER).unwrap().linear
+}
+
+/// The glider.
+pub(crate) fn glider() -> LinearModel {
+    ModelFile::parse(GLIDER).unwrap().linear
 }

@@ -97,8 +97,9 @@ impl Recursive {
         if axis == Axis::Y && equation.term(Variable::V).is_some_and(along_sideslip) {
             return Some(Reason::NotConfirmed { channel: Channel::Ay });
         }
-        // The sideways velocity follows ay between the readings of the vane.
-        if axis.is_lateral() && self.confirmation(Channel::Ay) == Some(Confirmation::Contradicted) {
+        // The sideways velocity follows ay between the readings of the vane, and the moments' derivatives with it: one of another
+        // unit or sign is not seen where the side force is small.
+        if axis.is_lateral() && self.is_doubted(Channel::Ay) {
             return Some(Reason::NotConfirmed { channel: Channel::Ay });
         }
         let incidence = (!axis.is_lateral()).then_some(Channel::Alpha);
