@@ -80,8 +80,7 @@ fn a_flight_out_of_a_pipe_is_cut_into_its_manoeuvres() {
     std::thread::spawn(move || std::fs::write(end, bytes));
     let (from_pipe, from_file) = (json_of_check(path(&pipe)), json_of_check(path(&file)));
     assert_eq!(from_pipe["interpretation"]["runs"].as_array().unwrap().len(), 3);
-    let verdicts =
-        |answer: &Value| answer["runs"].as_array().unwrap().iter().map(|run| run["verdict"].clone()).collect::<Vec<_>>();
+    let verdicts = |answer: &Value| answer["runs"].as_array().unwrap().iter().map(|run| run["verdict"].clone()).collect::<Vec<_>>();
     assert_eq!(verdicts(&from_pipe), verdicts(&from_file));
 }
 

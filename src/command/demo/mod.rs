@@ -92,8 +92,9 @@ fn refuse_standing(args: &DemoArgs) -> Result<(), Failure> {
     let of_run = |run: String| [NUMBERS, SAID, FRAMES].map(|name| format!("{run}/{name}"));
     let of_runs = TEST_POINTS.iter().flat_map(of_point).flat_map(of_run);
     let of_diagnosis = [DIAGNOSIS, WORDS, PAGES, EXTENDED].map(str::to_owned);
-    let numbered =
-        (1..=TEST_POINTS.len()).flat_map(|number| [PAGES, EXTENDED].map(|name| name.replacen('.', &format!("-{number}."), 1)));
+    let numbered = (1..=TEST_POINTS.len()).flat_map(|number| {
+        [PAGES, EXTENDED].map(|name| name.replacen('.', &format!("-{number}."), 1))
+    });
     args.replace.refuse_each([("--json", args.json.as_deref())])?;
     let mut names = of_runs.chain(of_diagnosis).chain(numbered);
     names.try_for_each(|name| args.replace.refuse("--out", &args.out.join(name)))
@@ -118,8 +119,7 @@ pub(crate) fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
         message(format_args!("  {}", point.name));
         let [fit, kept] = &RUNS;
         let flown_fit = fly_run((point, fit, DemoLink::Mavlink), (&args.out, args.replace), (args.speed, seed), &stop)?;
-        let flown_kept =
-            fly_run((point, kept, DemoLink::Mavlink), (&args.out, args.replace), (args.speed, seed.wrapping_add(1)), &stop)?;
+        let flown_kept = fly_run((point, kept, DemoLink::Mavlink), (&args.out, args.replace), (args.speed, seed.wrapping_add(1)), &stop)?;
         if point.name == BY_BOTH {
             message(format_args!("  {}, the same flight by PCM", point.name));
             let by_pcm = fly_run((point, fit, DemoLink::Pcm), (&args.out, args.replace), (args.speed, seed), &stop)?;

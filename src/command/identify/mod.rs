@@ -245,9 +245,7 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
             std::fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
             provenance.write_json(&folder.join(NUMBERS), DocumentSchema::Identify, &format!("{document:#}\n"))?;
             let page = page::of_test_points(&points, in_band.as_ref()).map_err(|error| Failure::Running(error.to_string()))?;
-            write_marked(&folder.join(REPORT), TextKind::Markup, |file| {
-                file.write_all(provenance.at_the_foot_of(&page).as_bytes())
-            })?;
+            write_marked(&folder.join(REPORT), TextKind::Markup, |file| file.write_all(provenance.at_the_foot_of(&page).as_bytes()))?;
             for (name, (group, point)) in models.iter().zip(groups.iter().zip(&points)) {
                 if let Some(model) = model_output::model(&point.identified, &of_group(group, &runs)) {
                     write_marked(&folder.join(name), TextKind::Toml, |file| file.write_all(model.as_bytes()))?;

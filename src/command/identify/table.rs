@@ -1,10 +1,10 @@
 //! The answer for a person.
 
+use sideslip::io::outputs::words::printable::printable;
 use super::unit::unit_of_derivative;
 use sideslip::io::outputs::number::{Digits, Fixed, Power, measured};
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::io::outputs::words::control_scale::PER_COMMAND;
-use sideslip::io::outputs::words::printable::printable;
 use sideslip::postflight::identification::identification_model::InstrumentParameter;
 use sideslip::postflight::identification::identify::IdentificationResult;
 use sideslip::postflight::identification::roots::IdentifiedRoot;

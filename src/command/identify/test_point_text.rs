@@ -1,5 +1,6 @@
 //! The answer over several test points: tables for a person, a document for a program.
 
+use sideslip::io::outputs::words::printable::printable;
 use super::json::{modes, nondimensional, output_error, prediction};
 use super::test_point_result::{ComplexRoot, LateralDampingAnalysis, SimulatedModes, TestPointResult, ValueAndStd};
 use super::unit::unit_of_derivative;
@@ -7,7 +8,6 @@ use crate::command::identify::table;
 use serde_json::{Value, json};
 use sideslip::io::outputs::number::{Fixed, measured};
 use sideslip::io::outputs::tables::terminal::Style;
-use sideslip::io::outputs::words::printable::printable;
 use std::fmt::Write;
 
 /// Every test point as it would stand alone, then all beside the simulation.

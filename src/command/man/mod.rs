@@ -1,7 +1,7 @@
 //! `sideslip man`: the manual pages, one of the program and one of each command.
 
-use super::options::replace_option::ReplaceOption;
 use super::terminal::console::print;
+use super::options::replace_option::ReplaceOption;
 use super::terminal::output_file::write_marked;
 use super::terminal::written_mark::TextKind;
 use clap_mangen::Man;

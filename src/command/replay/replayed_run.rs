@@ -1,5 +1,6 @@
 //! One recording through the pipeline: from a file in this process, or through shared memory.
 
+use sideslip::io::outputs::words::printable::printable;
 use super::bus_source::BusSource;
 use super::derivative_history::DerivativeHistory;
 use super::smoothed_file::{RunToSmooth, SmoothedFile};
@@ -19,7 +20,6 @@ use sideslip::flight::file::log_head::LogHead;
 use sideslip::flight::file::run_file::RunInfo;
 use sideslip::io::outputs::json::derivatives_json::RunEstimates;
 use sideslip::io::outputs::tables::terminal::Style;
-use sideslip::io::outputs::words::printable::printable;
 use sideslip::io::telemetry::alignment::aligned_recording::AlignedRecording;
 use sideslip::io::telemetry::mavlink::recording::Traffic;
 use sideslip::io::telemetry::recording_config::RecordingConfig as Mapping;

@@ -163,9 +163,7 @@ mod tests {
                 assert!(!is_own_text(&[&whole[..], b"c = 3\n"].concat()));
             }
         }
-        for theirs in
-            ["", "a = 1\n", "{}", "{\"provenance\": {}}", "{\"provenance\": {\"sha256_of_the_rest\": \"\"}, \"x\": 1}", "{"]
-        {
+        for theirs in ["", "a = 1\n", "{}", "{\"provenance\": {}}", "{\"provenance\": {\"sha256_of_the_rest\": \"\"}, \"x\": 1}", "{"] {
             assert!(!is_own_text(theirs.as_bytes()), "{theirs}");
         }
     }

@@ -32,11 +32,7 @@ pub fn check_watched(candidates: &[RecordedRun], watch: Watch) -> Option<Vec<Run
     let refusals: Vec<Option<VerdictReason>> =
         gathered.map(|(record, (samples, taken))| refusal(record, samples, taken)).collect();
     let usable: Vec<usize> = (0..records.len()).filter(|&place| refusals.get(place).is_some_and(Option::is_none)).collect();
-    let runs: Vec<RunWithNoise> = usable
-        .iter()
-        .filter_map(|&place| records.get(place).cloned())
-        .map(|record| RunWithNoise { watch, ..run_of(record) })
-        .collect();
+    let runs: Vec<RunWithNoise> = usable.iter().filter_map(|&place| records.get(place).cloned()).map(|record| RunWithNoise { watch, ..run_of(record) }).collect();
     let names: Vec<String> = usable.iter().filter_map(|&place| Some(candidates.get(place)?.name.clone())).collect();
     let mut verdicts: Vec<Option<RunVerdict>> = vec![None; candidates.len()];
     for group in groups(&runs) {
