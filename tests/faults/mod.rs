@@ -15,5 +15,4 @@ mod raw_numbers;
 mod replay;
 mod run_files;
 mod silence;
-mod standing_files;
 mod stopped_analyses;

@@ -33,31 +33,6 @@ fn through_shared_memory_the_numbers_are_the_same_bit_for_bit() {
     }
 }
 
-/// Samples that wait to be taken reach an estimator that came after them: telemetry published no more before the first was taken,
-/// so nothing connected them, and on a loaded machine `live --speed max` waited without end.
-#[test]
-fn an_estimator_that_comes_after_the_samples_takes_them_all() {
-    let _turn = crate::alone();
-    let stage = stage("late-estimator");
-    let (root, long) = (stage.join("root"), puma());
-    let short = stage.join("short.csv");
-    let text = std::fs::read_to_string(&long).unwrap();
-    // One that fits into shared memory whole, its end too, and one that does not.
-    std::fs::write(&short, text.lines().take(300).map(|line| format!("{line}\n")).collect::<String>()).unwrap();
-    for file in [&short, &long] {
-        let log = stage.join("log.mcap");
-        let _ = std::fs::remove_file(&log);
-        let mut ingest = Running::start(&["ingest", "--source", &source(file), "--speed", "max", "--root", path(&root)]);
-        until("samples that wait", || ingest.said().iter().any(|(_, line)| line.contains("waiting for an estimator")));
-        let mut estimate = Running::start(&["estimate", "--root", path(&root), "--out", path(&log)]);
-        assert_eq!(ingest.ended(), 0, "{:?}", ingest.said());
-        assert!(signal("TERM", estimate.number()));
-        assert_eq!(estimate.ended(), 0, "{:?}", estimate.said());
-        assert_eq!(times(&log), times(file), "{}", file.display());
-    }
-    assert_eq!(left_behind(&root), [""; 0]);
-}
-
 #[test]
 fn bits_without_a_frame_end_by_a_signal_and_with_the_parent() {
     let _turn = crate::alone();

@@ -2,20 +2,14 @@
 
 use super::child_guard::ChildGuard;
 use crate::command::message;
-use crate::command::options::replace_option::ReplaceOption;
-use crate::command::terminal::written_mark::first_line;
 use sideslip::error::{Failure, Outcome};
 use std::fs::File;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// The longest that it may take to end.
 const ENDING: Duration = Duration::from_secs(30);
-
-/// What the processes of a run say.
-pub(super) const SAID: &str = "processes.log";
 
 /// The process; it ends with this one, however that ends.
 pub(super) struct LiveChild {
@@ -27,19 +21,13 @@ pub(super) struct LiveChild {
 impl LiveChild {
     /// Starts it for a run (`run=NAME`): telemetry from that URL, logs into `out`, the numbers into `json`. What it says goes
     /// into a file.
-    pub(super) fn start(
-        run: &str,
-        url: &str,
-        root: &Path,
-        (out, json, replace): (&Path, &Path, ReplaceOption),
-    ) -> Result<Self, Failure> {
+    pub(super) fn start(run: &str, url: &str, root: &Path, out: &Path, json: &Path) -> Result<Self, Failure> {
         let failed = |error: std::io::Error| Failure::Running(format!("live cannot be started: {error}"));
-        let log = out.join(SAID);
-        let mut said = File::create(&log).map_err(|error| Failure::io(&log, &error))?;
-        said.write_all(first_line().as_bytes()).map_err(|error| Failure::io(&log, &error))?;
+        let log = out.join("processes.log");
+        let said = File::create(&log).map_err(|error| Failure::io(&log, &error))?;
         let mut call = Command::new(std::env::current_exe().map_err(failed)?);
         call.args(["live", "--supervised", "--source", url, "--set", run, "--set", "aircraft=puma", "--root"]).arg(root);
-        call.arg("--out").arg(out).arg("--json").arg(json).args(replace.call());
+        call.arg("--out").arg(out).arg("--json").arg(json);
         let process = call.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(said).spawn().map_err(failed)?;
         Ok(LiveChild { process: ChildGuard(process), log, out: out.into() })
     }

@@ -15,20 +15,16 @@ mod result_table;
 mod test_flight;
 mod test_run;
 
-use super::options::replace_option::ReplaceOption;
 use super::terminal::console::print;
 use super::terminal::output_file::write_json;
 use super::terminal::stop::stopped_by_signals;
-use crate::command::{message, message_text};
-use diagnosis_child::{DIAGNOSIS, EXTENDED, PAGES, WORDS, diagnosed};
-use live_child::SAID;
-use pcm_vehicle::FRAMES;
+use crate::command::message;
 use result_table::ResultTable;
 use sideslip::error::{Failure, Outcome};
 use sideslip::io::outputs::tables::terminal::Style;
 use std::path::PathBuf;
 use test_flight::{RATE_HZ, RUNS, TEST_POINTS};
-use test_run::{BY_PCM, DemoLink, FlownRun, NUMBERS, fly_run};
+use test_run::{DemoLink, FlownRun, fly_run};
 
 const EXAMPLE: &str = "\
 Example:
@@ -57,8 +53,6 @@ pub(crate) struct DemoArgs {
     /// Write the last estimates, those of the climb, as JSON to this file too, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    #[command(flatten)]
-    replace: ReplaceOption,
 }
 
 /// The test point that is flown by both links.
@@ -83,30 +77,12 @@ fn speed(text: &str) -> Result<f64, String> {
     factor.ok_or_else(|| format!("expected a factor from 0.25 to 20, found `{text}`"))
 }
 
-/// Refuses, before anything is flown, to write over files of the user in the folder of the results. Logs take free names.
-fn refuse_standing(args: &DemoArgs) -> Result<(), Failure> {
-    let of_point = |point: &test_flight::DemoTestPoint| {
-        let both = RUNS.iter().map(|run| format!("{}-{}", point.name, run.name));
-        both.flat_map(|run| [run.clone(), format!("{run}{BY_PCM}")]).collect::<Vec<_>>()
-    };
-    let of_run = |run: String| [NUMBERS, SAID, FRAMES].map(|name| format!("{run}/{name}"));
-    let of_runs = TEST_POINTS.iter().flat_map(of_point).flat_map(of_run);
-    let of_diagnosis = [DIAGNOSIS, WORDS, PAGES, EXTENDED].map(str::to_owned);
-    let numbered = (1..=TEST_POINTS.len()).flat_map(|number| {
-        [PAGES, EXTENDED].map(|name| name.replacen('.', &format!("-{number}."), 1))
-    });
-    args.replace.refuse_each([("--json", args.json.as_deref())])?;
-    let mut names = of_runs.chain(of_diagnosis).chain(numbered);
-    names.try_for_each(|name| args.replace.refuse("--out", &args.out.join(name)))
-}
-
 /// Flies, estimates, diagnoses, compares.
 pub(crate) fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
     let stop = stopped_by_signals()?;
-    refuse_standing(args)?;
     std::fs::create_dir_all(&args.out).map_err(|error| Failure::io(&args.out, &error))?;
     let pilot = RUNS.each_ref().map(|run| format!("{} ({})", run.inputs(), run.name));
-    message_text(&format!(
+    message(format_args!(
         "A helicopter flies three test points, {} times real time: {}\nIts telemetry is MAVLink at {RATE_HZ:.0} Hz over the loopback, at level flight PCM too; \
          each run is estimated live and logged",
         args.speed,
@@ -118,33 +94,33 @@ pub(crate) fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
         let seed = args.seed.wrapping_mul(10).wrapping_add(2 * flown.len() as u64);
         message(format_args!("  {}", point.name));
         let [fit, kept] = &RUNS;
-        let flown_fit = fly_run((point, fit, DemoLink::Mavlink), (&args.out, args.replace), (args.speed, seed), &stop)?;
-        let flown_kept = fly_run((point, kept, DemoLink::Mavlink), (&args.out, args.replace), (args.speed, seed.wrapping_add(1)), &stop)?;
+        let flown_fit = fly_run((point, fit, DemoLink::Mavlink), &args.out, (args.speed, seed), &stop)?;
+        let flown_kept = fly_run((point, kept, DemoLink::Mavlink), &args.out, (args.speed, seed.wrapping_add(1)), &stop)?;
         if point.name == BY_BOTH {
             message(format_args!("  {}, the same flight by PCM", point.name));
-            let by_pcm = fly_run((point, fit, DemoLink::Pcm), (&args.out, args.replace), (args.speed, seed), &stop)?;
+            let by_pcm = fly_run((point, fit, DemoLink::Pcm), &args.out, (args.speed, seed), &stop)?;
             both_links = links_compared(point.name, &flown_fit, &by_pcm);
         }
         flown.push([flown_fit, flown_kept]);
     }
     message(format_args!("Diagnosis of a Level-1 simulation by these flights, a minute or two:"));
     let logs = |of: fn(&[FlownRun; 2]) -> &FlownRun| -> Vec<PathBuf> { flown.iter().map(|both| of(both).log.clone()).collect() };
-    let diagnosis = diagnosed(&logs(|[fit, _]| fit), &logs(|[_, kept]| kept), (&args.out, args.replace), &stop)?;
+    let diagnosed = diagnosis_child::diagnosed(&logs(|[fit, _]| fit), &logs(|[_, kept]| kept), &args.out, &stop)?;
     let to_standard_output = args.json.as_ref().is_some_and(|json| json.as_os_str() == "-");
     let style = if to_standard_output { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
     let fits: Vec<&FlownRun> = flown.iter().map(|[fit, _]| fit).collect();
-    let mut closing = ResultTable { flown: &fits, answer: &diagnosis.answer, style }.to_string();
+    let mut closing = ResultTable { flown: &fits, answer: &diagnosed.answer, style }.to_string();
     let paths = [
         ("logs", args.out.join("*/live.mcap")),
-        ("numbers", diagnosis.json),
-        ("words", diagnosis.said),
+        ("numbers", diagnosed.json),
+        ("words", diagnosed.said),
         ("pages", args.out.join("report-*.html")),
     ];
     closing.push_str(&both_links);
     closing.push('\n');
     paths.iter().for_each(|(what, path)| closing.push_str(&format!("{what:<8} {}\n", path.display())));
     if to_standard_output {
-        message_text(closing.trim_end());
+        message(format_args!("{}", closing.trim_end()));
     } else {
         print(&closing)?;
     }

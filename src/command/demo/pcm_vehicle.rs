@@ -1,8 +1,6 @@
 //! The radio of a test flight as PCM: the same samples as by MAVLink, a minor frame each.
 
 use super::test_flight::{RATE_HZ, SimulatedVehicle, VehicleState};
-use crate::command::terminal::output_file::write_marked;
-use crate::command::terminal::written_mark::TextKind;
 use ::replay::{MonotonicClock, Pace, Player};
 use sideslip::error::Failure;
 use sideslip::flight::channel::{Channel, ControlNames};
@@ -17,8 +15,6 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-/// The format of the frames, beside the run.
-pub(super) const FRAMES: &str = "frame.toml";
 /// Words of 32 bits in a minor frame, the sync pattern counted as one: 819,200 bits a second, so that the words of a frame stand
 /// within a millisecond.
 const WORDS: u32 = 512;
@@ -47,8 +43,8 @@ impl SimulatedVehicle {
         let mut channels: Vec<Channel> =
             Channel::ALL.into_iter().filter(|channel| present & (1 << channel.index()) != 0).collect();
         channels.sort_by_key(|channel| !Channel::GYROS.contains(channel));
-        let (text, file) = (format_of(&channels), folder.join(FRAMES));
-        write_marked(&file, TextKind::Toml, |file| file.write_all(text.as_bytes()))?;
+        let (text, file) = (format_of(&channels), folder.join("frame.toml"));
+        std::fs::write(&file, &text).map_err(|error| Failure::io(&file, &error))?;
         let format = PcmFormat::from_toml(&text).map_err(|wrong| failed(&wrong))?;
         let encoder = PcmEncoder::new(&format, 0.0).map_err(|wrong| failed(&wrong))?;
         let listener = TcpListener::bind("127.0.0.1:0").map_err(|error| failed(&error))?;

@@ -4,7 +4,6 @@ use super::child_guard::stopped_early;
 use super::live_child::LiveChild;
 use super::live_table::LiveTable;
 use super::test_flight::{DemoTestPoint, RunPlan, SimulatedVehicle, TestFlight};
-use crate::command::options::replace_option::ReplaceOption;
 use crate::command::terminal::console::{clear_terminal, print_while_read};
 use sideslip::error::{Failure, Outcome};
 use sideslip::io::bus::reader::{NewestEstimate, Reader};
@@ -25,10 +24,6 @@ const AFTER: Duration = Duration::from_millis(600);
 /// The longest wait for the first estimate.
 const FIRST: Duration = Duration::from_secs(20);
 
-/// What the folder of a run is called by, and its numbers.
-pub(super) const BY_PCM: &str = "-pcm";
-pub(super) const NUMBERS: &str = "derivatives.json";
-
 pub(super) struct FlownRun {
     pub(super) flight: TestFlight,
     pub(super) estimate: NewestEstimate,
@@ -48,23 +43,23 @@ pub(super) enum DemoLink {
 /// Flies a run and waits until it is estimated and its log closed.
 pub(super) fn fly_run(
     (point, run, link): (&DemoTestPoint, &RunPlan, DemoLink),
-    (out, replace): (&Path, ReplaceOption),
+    out: &Path,
     (speed, seed): (f64, u64),
     stop: &AtomicBool,
 ) -> Result<FlownRun, Failure> {
     let flight = TestFlight::fly(point, run, seed)?;
-    let by = if link == DemoLink::Pcm { BY_PCM } else { "" };
+    let by = if link == DemoLink::Pcm { "-pcm" } else { "" };
     let name = format!("{}-{}{by}", point.name, run.name);
     let folder = out.join(&name);
     std::fs::create_dir_all(&folder).map_err(|error| Failure::io(&folder, &error))?;
     // Everybody in it is gone before this process leaves it, and takes it along.
     let bus = Bus::enter_private(&BusRoot::private_path())?;
-    let numbers = folder.join(NUMBERS);
+    let numbers = folder.join("derivatives.json");
     let vehicle = match link {
         DemoLink::Mavlink => SimulatedVehicle::ready(flight.samples.clone(), speed)?,
         DemoLink::Pcm => SimulatedVehicle::ready_by_pcm(flight.samples.clone(), speed, &folder)?,
     };
-    let mut live = LiveChild::start(&format!("run={name}"), &vehicle.url(), bus.root().path(), (&folder, &numbers, replace))?;
+    let mut live = LiveChild::start(&format!("run={name}"), &vehicle.url(), bus.root().path(), &folder, &numbers)?;
     let watched = watch(&bus, (&name, run, &flight), &vehicle, &mut live, speed, stop);
     // Whatever happened, the log is closed.
     vehicle.land();

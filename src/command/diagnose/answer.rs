@@ -2,9 +2,8 @@
 
 use super::args::DiagnoseArgs;
 use crate::command::recordings::provenance::Provenance;
-use crate::command::terminal::output_file::write_marked;
+use crate::command::terminal::output_file::write_whole;
 use crate::command::terminal::progress_line::watched;
-use crate::command::terminal::written_mark::TextKind;
 use sideslip::error::Failure;
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::file::effect_file::DeclaredEffect;
@@ -60,6 +59,6 @@ impl Answer {
         let Some(path) = &self.extended else { return Ok(()) };
         let all: Vec<DeclaredEffect> = self.model.file.effects.iter().chain(&self.extension).copied().collect();
         let text = self.model.with_effects(&all).map_err(|wrong| Failure::Running(wrong.to_string()))?;
-        write_marked(path, TextKind::Toml, |file| file.write_all(text.as_bytes()))
+        write_whole(path, |file| file.write_all(text.as_bytes()))
     }
 }

@@ -1,6 +1,5 @@
 //! The answer for a person.
 
-use sideslip::io::outputs::words::printable::printable;
 use super::unit::unit_of_derivative;
 use sideslip::io::outputs::number::{Digits, Fixed, Power, measured};
 use sideslip::io::outputs::tables::terminal::Style;
@@ -161,7 +160,7 @@ pub(super) fn stability(root: &IdentifiedRoot) -> String {
 }
 
 fn scores(text: &mut String, how: &str, flown: &RunPrediction, identified: &IdentificationResult) {
-    let _ = write!(text, "{} ({how}):", printable(&flown.run));
+    let _ = write!(text, "{} ({how}):", flown.run);
     for (name, score) in identified.linear.structure.outputs.iter().zip(&flown.scores) {
         match score {
             Some(score) => {

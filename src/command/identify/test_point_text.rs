@@ -1,6 +1,5 @@
 //! The answer over several test points: tables for a person, a document for a program.
 
-use sideslip::io::outputs::words::printable::printable;
 use super::json::{modes, nondimensional, output_error, prediction};
 use super::test_point_result::{ComplexRoot, LateralDampingAnalysis, SimulatedModes, TestPointResult, ValueAndStd};
 use super::unit::unit_of_derivative;
@@ -26,7 +25,7 @@ pub(super) fn text(points: &[TestPointResult], style: Style) -> String {
 }
 
 pub(super) fn heading(point: &TestPointResult) -> String {
-    let runs: Vec<_> = point.identified.fit.iter().map(|flown| printable(&flown.run)).collect();
+    let runs: Vec<&str> = point.identified.fit.iter().map(|flown| flown.run.as_str()).collect();
     format!("{}: {}", condition(point), runs.join(", "))
 }
 

@@ -2,7 +2,7 @@
 //! its PCM channels, or why it gives none.
 
 use super::seen_rows::SeenRows;
-use crate::command::message_text;
+use crate::command::message;
 use crate::command::options::telemetry_source::{RecordingKind, RecordingSource};
 use crate::command::recordings::provenance::Provenance;
 use crate::command::terminal::console::print;
@@ -76,7 +76,7 @@ pub(super) fn run(source: &RecordingSource, config: &RecordingConfig, json: Opti
     match json {
         None => print(&text)?,
         Some(target) => {
-            message_text(text.trim_end());
+            message(format_args!("{}", text.trim_end()));
             let mut document = document(file, &survey, &tally, &contradictions);
             if let Some(document) = document.as_object_mut() {
                 document.insert("recording".into(), seen.as_ref().map_or(serde_json::Value::Null, |seen| seen.document.clone()));

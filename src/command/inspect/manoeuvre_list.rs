@@ -1,6 +1,6 @@
 //! `inspect --manoeuvres`: the manoeuvres of a flight by number, each with control, shape and condition, for `--manoeuvre`.
 
-use crate::command::message_text;
+use crate::command::message;
 use crate::command::options::telemetry_source::RecordingSource;
 use crate::command::recordings::chosen_runs::{FlightManoeuvres, manoeuvres_of};
 use crate::command::recordings::provenance::Provenance;
@@ -28,7 +28,7 @@ pub(super) fn run(
     match json {
         None => print(&text)?,
         Some(target) => {
-            message_text(text.trim_end());
+            message(format_args!("{}", text.trim_end()));
             let manoeuvres: Vec<Value> = parts.iter().enumerate().map(|(place, part)| entry(place, part, controls)).collect();
             let document = json!({ "file": source.file.display().to_string(), "manoeuvres": manoeuvres });
             let provenance = Provenance::of(files).dated(&source.file, recorded_at.as_deref());

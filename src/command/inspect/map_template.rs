@@ -3,8 +3,7 @@
 use crate::command::message;
 use crate::command::options::telemetry_source::RecordingSource;
 use crate::command::terminal::console::print;
-use crate::command::terminal::output_file::{refuse_without_folder, write_marked};
-use crate::command::terminal::written_mark::TextKind;
+use crate::command::terminal::output_file::{refuse_without_folder, write_whole};
 use sideslip::error::{Failure, Outcome};
 use sideslip::io::telemetry::channel_map::template;
 use sideslip::io::telemetry::format::{HEAD_BYTES, RecordingFormat};
@@ -16,20 +15,20 @@ const LOOKED_AT: u64 = 256 << 10;
 /// So many files of a folder.
 const FILES: usize = 1000;
 
-/// Writes the map to the file, or to standard output with `-`. A map is there to be edited: none is replaced unasked.
-pub(super) fn run(source: &RecordingSource, output: &Path, force: bool) -> Result<Outcome, Failure> {
+/// Writes the map to the file, or to standard output with `-`.
+pub(super) fn run(source: &RecordingSource, output: &Path) -> Result<Outcome, Failure> {
     let file = &source.file;
     if output.as_os_str() != "-" {
         refuse_without_folder("--map-template", output)?;
-        if output.exists() && !force {
-            return Err(Failure::file(output, "--map-template: exists already; --force replaces it"));
+        if output.exists() {
+            return Err(Failure::file(output, "exists already; name another file for --map-template"));
         }
     }
     let map = if file.is_dir() { of_folder(file)? } else { of_one(file)? };
     if output.as_os_str() == "-" {
         print(&map)?;
     } else {
-        write_marked(output, TextKind::Toml, |sink| sink.write_all(map.as_bytes()))?;
+        write_whole(output, |sink| sink.write_all(map.as_bytes()))?;
         message(format_args!(
             "{}: guesses to be checked, then: sideslip inspect {} --map {}",
             output.display(),

@@ -2,11 +2,10 @@
 
 use super::options::flight_condition;
 use super::options::flight_condition::FlightCondition;
-use super::options::replace_option::ReplaceOption;
 use super::recordings::provenance::Provenance;
 use super::terminal::console::print;
 use super::terminal::output_file::refuse_to_overwrite;
-use crate::command::{message, message_text};
+use crate::command::message;
 use nalgebra::Complex;
 use serde_json::{Map, Value, json};
 use sideslip::dynamics::linear::{INPUTS, STATES, input_matrix, state_matrix, with_effects};
@@ -37,15 +36,12 @@ pub(crate) struct LineariseArgs {
     /// Write the result as JSON to this file, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    #[command(flatten)]
-    replace: ReplaceOption,
 }
 
 pub(crate) fn run(args: &LineariseArgs) -> Result<Outcome, Failure> {
     if let Some(json) = &args.json {
         refuse_to_overwrite("--json", json, std::slice::from_ref(&args.condition.model))?;
     }
-    args.replace.refuse_each([("--json", args.json.as_deref())])?;
     let read = args.condition.read()?;
     let FlightModel { file, level1, .. } = &read;
     let effects = file.own_effects();
@@ -77,7 +73,7 @@ pub(crate) fn run(args: &LineariseArgs) -> Result<Outcome, Failure> {
     match &args.json {
         None => print(&table)?,
         Some(path) => {
-            message_text(table.trim_end());
+            message(format_args!("{}", table.trim_end()));
             let mut text = serde_json::to_string_pretty(&result).map_err(|error| Failure::Running(error.to_string()))?;
             text.push('\n');
             Provenance::of([args.condition.model.clone()]).write_json(path, DocumentSchema::Linearise, &text)?;

@@ -9,7 +9,6 @@ mod supervised_process;
 use super::options::estimation_options::EstimationOptions;
 use super::options::mapping_input::{CONFIG_HELP, MapOption};
 use super::options::mavlink_out_options::MavlinkOutOptions;
-use super::options::replace_option::ReplaceOption;
 use super::options::run_parts::PartOptions;
 use super::options::signing_input::read_key;
 use super::options::telemetry_source::TelemetrySource;
@@ -93,8 +92,6 @@ pub(crate) struct LiveArgs {
     /// counted, and what is sent is signed. Timestamps are kept in FILE.timestamp-0 and FILE.timestamp-1
     #[arg(long, value_name = "FILE")]
     signing_key: Option<PathBuf>,
-    #[command(flatten)]
-    replace: ReplaceOption,
     /// End when standard input ends
     #[arg(long, hide = true)]
     supervised: bool,
@@ -108,7 +105,6 @@ pub(crate) fn run(args: &LiveArgs) -> Result<Outcome, Failure> {
     if args.parts.any() && !matches!(source, TelemetrySource::Recording(_)) {
         return Err(Failure::Input("--from, --to, --manoeuvre: expected with a recording (file://PATH), found a link".into()));
     }
-    args.replace.refuse_each([("--json", args.json.as_deref())])?;
     if let Some(key) = &args.signing_key {
         if !matches!(source, TelemetrySource::Link(_)) && args.station.mavlink_out.is_none() {
             return Err(Failure::Input(
@@ -224,7 +220,6 @@ fn estimate_call(args: &LiveArgs, root: &Path, source: &TelemetrySource) -> Vec<
     if let Some(json) = &args.json {
         call.extend(["--json".to_owned(), json.display().to_string()]);
     }
-    call.extend(args.replace.call());
     call
 }
 

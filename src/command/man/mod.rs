@@ -1,9 +1,7 @@
 //! `sideslip man`: the manual pages, one of the program and one of each command.
 
 use super::terminal::console::print;
-use super::options::replace_option::ReplaceOption;
-use super::terminal::output_file::write_marked;
-use super::terminal::written_mark::TextKind;
+use super::terminal::output_file::write_whole;
 use clap_mangen::Man;
 use sideslip::error::{Failure, Outcome};
 use std::path::PathBuf;
@@ -26,8 +24,6 @@ pub(crate) struct ManArgs {
     /// Write every page to this directory
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    #[command(flatten)]
-    replace: ReplaceOption,
 }
 
 /// Writes the pages of this program.
@@ -47,13 +43,10 @@ pub(crate) fn run(args: &ManArgs, program: &clap::Command) -> Result<Outcome, Fa
     };
     std::fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
     let all = commands(program).map(|(_, command)| command).chain([program.clone()]);
-    let pages: Vec<(PathBuf, clap::Command)> = all
-        .map(|command| (folder.join(format!("{}.1", command.get_display_name().unwrap_or(command.get_name()))), command))
-        .collect();
-    pages.iter().try_for_each(|(file, _)| args.replace.refuse("--out", file))?;
-    for (file, command) in pages {
+    for command in all {
+        let file = folder.join(format!("{}.1", command.get_display_name().unwrap_or(command.get_name())));
         let page = page_of(command)?;
-        write_marked(&file, TextKind::Manual, |file| file.write_all(page.as_bytes()))?;
+        write_whole(&file, |file| file.write_all(page.as_bytes()))?;
     }
     Ok(Outcome::Done)
 }

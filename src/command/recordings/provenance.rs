@@ -5,7 +5,6 @@
 //! (the built-in model) is left out; of a folder its files are listed.
 
 use crate::command::terminal::output_file::write_json;
-use crate::command::terminal::written_mark::{BLOCK, DIGEST, sha256};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use sideslip::error::Failure;
@@ -17,6 +16,9 @@ use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::fs::File;
 use std::path::{Path, PathBuf};
+
+/// Key of the block in every JSON document.
+const KEY: &str = "provenance";
 
 #[derive(Clone, Debug)]
 struct SourceFile {
@@ -70,13 +72,12 @@ impl Provenance {
         self
     }
 
-    /// For a program; the schema names the document and gives its units, the digest tells whether anybody changed the rest.
-    fn document(&self, schema: Option<DocumentSchema>, rest: &str) -> Value {
+    /// For a program; the schema names the document and gives its units.
+    fn document(&self, schema: Option<DocumentSchema>) -> Value {
         let mut document = json!({ "program": program(), "command_line": command_line(), "files": self.listed() });
         if let Some(schema) = schema {
             document["schema"] = json!(schema.name());
             document["units"] = json!(schema.units());
-            document[DIGEST] = json!(sha256(rest.as_bytes()));
         }
         document
     }
@@ -106,10 +107,10 @@ impl Provenance {
         let Some(rest) = text.strip_prefix('{') else { return text.to_owned() };
         let comma = if rest.trim_start().starts_with('}') { "" } else { "," };
         if rest.starts_with('\n') {
-            let block = format!("{:#}", self.document(schema, text)).replace('\n', "\n  ");
-            format!("{{\n  \"{BLOCK}\": {block}{comma}{rest}")
+            let block = format!("{:#}", self.document(schema)).replace('\n', "\n  ");
+            format!("{{\n  \"{KEY}\": {block}{comma}{rest}")
         } else {
-            format!("{{\"{BLOCK}\":{}{comma}{rest}", self.document(schema, text))
+            format!("{{\"{KEY}\":{}{comma}{rest}", self.document(schema))
         }
     }
 

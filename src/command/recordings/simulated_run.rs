@@ -3,8 +3,7 @@
 
 use super::provenance::Provenance;
 use crate::command::message;
-use crate::command::terminal::output_file::{OutputFile, write_marked, write_whole};
-use crate::command::terminal::written_mark::TextKind;
+use crate::command::terminal::output_file::{OutputFile, write_whole};
 use sideslip::error::Failure;
 use sideslip::flight::channel::{CHANNELS, Channel};
 use sideslip::flight::file::log_head::LogHead;
@@ -62,7 +61,7 @@ impl RunFormat {
 }
 
 /// Where the format of a stream's frames stands: `run.pcm.toml` beside `run.pcm`.
-pub(crate) fn format_beside(path: &Path) -> PathBuf {
+fn format_beside(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".toml");
     name.into()
@@ -79,7 +78,7 @@ pub(crate) fn write_run(
     let present = samples.iter().fold(0, |present, sample| present | sample.present);
     let channels: Vec<Channel> = Channel::ALL.into_iter().filter(|channel| present & (1 << channel.index()) != 0).collect();
     match format {
-        RunFormat::Csv => write_marked(path, TextKind::RunFile, |file| {
+        RunFormat::Csv => write_whole(path, |file| {
             let mut writer = RunFileWriter::new(file, info, &channels)?;
             samples.iter().try_for_each(|sample| writer.write_row(sample.time_s, |channel| sample.get(channel)))?;
             writer.finish().map(|_| ())
@@ -102,12 +101,9 @@ pub(crate) fn write_run(
     }
 }
 
-/// So a simulated log of an autopilot begins to say what it is.
-pub(crate) const SIMULATED: &str = "simulated: ";
-
 /// What the flight is, in a line for people.
 fn about(info: &RunInfo) -> String {
-    format!("{SIMULATED}{}", info.aircraft().unwrap_or_default())
+    format!("simulated: {}", info.aircraft().unwrap_or_default())
 }
 
 fn write_bytes(path: &Path, bytes: Result<Vec<u8>, LogEncodeError>) -> Result<(), Failure> {
@@ -120,7 +116,7 @@ fn write_pcm(path: &Path, info: &RunInfo, samples: &[Sample]) -> Result<(), Fail
     let stream = stream.map_err(|wrong| Failure::file(path, wrong))?;
     let format = format_beside(path);
     write_whole(path, |file| file.write_all(&stream.line))?;
-    write_marked(&format, TextKind::Toml, |file| file.write_all(stream.format.as_bytes())).inspect_err(|_| {
+    write_whole(&format, |file| file.write_all(stream.format.as_bytes())).inspect_err(|_| {
         // A stream without its format is no recording.
         let _ = std::fs::remove_file(path);
     })?;
@@ -189,7 +185,7 @@ pub(crate) fn close_whole(log: McapLog, output: &OutputFile) -> Result<(), Failu
 
 /// When the first sample of every simulated tlog was received, us since 1970 (2026-01-01 UTC): no clock is read, so that
 /// the same flight gives the same bytes.
-pub(crate) const TLOG_START_US: u64 = 1_767_225_600_000_000;
+const TLOG_START_US: u64 = 1_767_225_600_000_000;
 
 /// Each frame is stamped with the time of its sample. What MAVLink does not carry is left out, and it is said.
 fn write_tlog(path: &Path, info: &RunInfo, channels: &[Channel], samples: &[Sample]) -> Result<(), Failure> {

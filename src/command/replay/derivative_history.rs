@@ -5,8 +5,7 @@
 //! A cell is empty where there is no number at that time.
 
 use super::output_per_recording::OutputPerRecording;
-use crate::command::terminal::output_file::write_marked;
-use crate::command::terminal::written_mark::TextKind;
+use crate::command::terminal::output_file::write_whole;
 use sideslip::error::Failure;
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::derivative::{AXES, Axis, VARIABLES, Variable};
@@ -86,7 +85,7 @@ impl DerivativeHistory {
     /// Writes the table, whole or not at all; how many rows it has.
     pub(super) fn write(&self, path: &Path, info: &RunInfo) -> Result<usize, Failure> {
         let controls = info.geometry().controls;
-        write_marked(path, TextKind::RunFile, |file| {
+        write_whole(path, |file| {
             for line in info.to_toml().lines() {
                 writeln!(file, "# {line}")?;
             }

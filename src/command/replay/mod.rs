@@ -8,7 +8,6 @@ mod smoothed_file;
 
 use super::options::estimation_options::{EstimationOptions, OutputErrorSchedule};
 use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
-use super::options::replace_option::ReplaceOption;
 use super::options::run_parts::PartOptions;
 use super::options::telemetry_source::RecordingSource;
 use super::recordings::chosen_runs::chosen_runs;
@@ -17,7 +16,7 @@ use super::recordings::run_names::tell_apart;
 use super::terminal::console::{message_once, print};
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, same_place};
 use super::terminal::stop::stopped_by_signals;
-use crate::command::{message, message_text};
+use crate::command::message;
 use derivative_history::HISTORIES;
 use output_per_recording::{LOGS, make_directory};
 use replayed_run::{ReplayFiles, ReplayRun, ReplaySource, ReplayedRun};
@@ -86,8 +85,6 @@ pub(crate) struct ReplayArgs {
     bus: bool,
     #[command(flatten)]
     estimation: EstimationOptions,
-    #[command(flatten)]
-    replace: ReplaceOption,
 }
 
 /// Plays every recording and prints what it came to.
@@ -98,7 +95,6 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<Outcome, Failure> {
     if let Some(json) = args.json.as_ref().filter(|_| !to_standard_output) {
         refuse_to_overwrite("--json", json, &read)?;
     }
-    args.replace.refuse_each([("--json", args.json.as_deref())])?;
     let mapping = read_mapping(args.config.as_deref(), &args.map)?;
     let [sources] = chosen_runs([&args.files], &args.parts, &args.set, &mapping)?;
     let logs = LOGS.places(args.out.as_deref(), &sources)?;
@@ -126,9 +122,6 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<Outcome, Failure> {
     if let Some(json) = args.json.as_ref().filter(|json| logs.iter().flatten().any(|log| log == *json)) {
         return Err(Failure::file(json, "--json: expected another file than the log of --out, found the same"));
     }
-    for (option, files) in [("--out", &logs), ("--smoothed", &states), ("--derivatives", &histories)] {
-        files.iter().flatten().try_for_each(|file| args.replace.refuse(option, file))?;
-    }
     let model = args.estimation.live_diagnosis_model()?;
     let output_error = args.estimation.output_error_schedule(OutputErrorSchedule::Manoeuvre);
     let open = |source: &RecordingSource| {
@@ -152,7 +145,7 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<Outcome, Failure> {
         let gap = if played.is_empty() { "" } else { "\n" };
         let table = format!("{gap}{}", answer.table(style));
         if to_standard_output {
-            message_text(table.trim_end_matches('\n'))
+            message(format_args!("{}", table.trim_end_matches('\n')))
         } else {
             print(&table)?
         }

@@ -1,6 +1,5 @@
 //! One recording through the pipeline: from a file in this process, or through shared memory.
 
-use sideslip::io::outputs::words::printable::printable;
 use super::bus_source::BusSource;
 use super::derivative_history::DerivativeHistory;
 use super::smoothed_file::{RunToSmooth, SmoothedFile};
@@ -271,11 +270,11 @@ impl ReplayedRun {
     }
 
     pub(super) fn table(&self, style: Style) -> String {
-        let mut text = format!("{}: {} samples", printable(&self.file.display().to_string()), self.result.rows);
+        let mut text = format!("{}: {} samples", self.file.display(), self.result.rows);
         if let Some((from, to)) = self.result.range_s {
             let _ = write!(text, ", {from:.2} to {to:.2} s");
         }
-        let _ = write!(text, "\nrun {}", printable(&self.result.name));
+        let _ = write!(text, "\nrun {}", self.result.name);
         for about in &self.about {
             let _ = write!(text, ", {about}");
         }

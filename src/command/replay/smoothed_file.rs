@@ -2,8 +2,7 @@
 
 use super::output_per_recording::OutputPerRecording;
 use crate::command::recordings::simulated_run::close_whole;
-use crate::command::terminal::output_file::{OutputFile, write_marked};
-use crate::command::terminal::written_mark::TextKind;
+use crate::command::terminal::output_file::{OutputFile, write_whole};
 use sideslip::error::Failure;
 use sideslip::flight::file::log_head::{ColumnTarget, LogHead};
 use sideslip::flight::file::run_file::RunInfo;
@@ -85,7 +84,7 @@ impl RunToSmooth<'_> {
             ColumnTarget::Unknown(_) => None,
         });
         let channels: Vec<_> = known.filter(|&channel| self.rows.iter().any(|row| row.sample.get(channel).is_some())).collect();
-        write_marked(path, TextKind::RunFile, |file| {
+        write_whole(path, |file| {
             let rows = self.with_states(states).filter_map(|(row, state)| Some((state?, &row.sample)));
             state_file::write(file, self.info, &channels, rows)
         })

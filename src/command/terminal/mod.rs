@@ -4,4 +4,3 @@ pub(crate) mod console;
 pub(crate) mod output_file;
 pub(crate) mod progress_line;
 pub(crate) mod stop;
-pub(crate) mod written_mark;

@@ -4,7 +4,6 @@
 //! where it does, and what it points to is replaced.
 
 use super::console::print_json;
-use super::written_mark::TextKind;
 use sideslip::error::Failure;
 use std::fs::File;
 use std::io::{BufWriter, ErrorKind, Result as IoResult, Write};
@@ -85,17 +84,6 @@ pub(crate) fn write_whole(path: &Path, write: impl FnOnce(&mut dyn Write) -> IoR
     });
     written.map_err(|error| Failure::io(path, &error))?;
     output.keep()
-}
-
-/// The same with the mark by which a rerun knows the text as the program's own.
-pub(crate) fn write_marked(
-    path: &Path,
-    kind: TextKind,
-    write: impl FnOnce(&mut dyn Write) -> IoResult<()>,
-) -> Result<(), Failure> {
-    let mut text = Vec::new();
-    write(&mut text).map_err(|error| Failure::io(path, &error))?;
-    write_whole(path, |file| file.write_all(&kind.marked(&text)))
 }
 
 /// A result as JSON: to standard output where the path is `-`, else to a file, whole or not at all.

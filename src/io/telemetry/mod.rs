@@ -23,8 +23,6 @@ pub mod mcap;
 #[cfg(feature = "log")]
 mod mcap_stream;
 pub mod pcm;
-#[cfg(all(feature = "log", feature = "mavlink"))]
-pub mod read_recording;
 pub mod record;
 #[cfg(all(feature = "log", feature = "mavlink"))]
 pub mod recording;

@@ -16,7 +16,6 @@ use super::mavlink::packet::Framing;
 use super::mavlink::recording::{MavlinkRecording, Traffic};
 use super::pcm::format_file::PcmFormatFile;
 use super::pcm::recording::PcmRecording;
-use super::read_recording::KeptRecording;
 use super::record::{RecordingError, RecordingRow, SkippedByReason};
 use super::recording_config::RecordingConfig;
 use super::table::files::TablesRecording;
@@ -46,8 +45,6 @@ pub enum Recording {
     Pcm(Box<PcmRecording>),
     /// Packets after IRIG 106 Chapter 10.
     Chapter10(Box<Chapter10Recording>),
-    /// One that was read before.
-    Kept(KeptRecording),
 }
 
 impl Recording {
@@ -157,7 +154,6 @@ impl Recording {
             Recording::Autopilot(recording) => recording.format(),
             Recording::Pcm(_) => "PCM",
             Recording::Chapter10(_) => "IRIG 106 Chapter 10",
-            Recording::Kept(recording) => recording.read.format,
         }
     }
 
@@ -172,7 +168,6 @@ impl Recording {
             | Recording::Autopilot(_)
             | Recording::Pcm(_)
             | Recording::Chapter10(_) => "sample",
-            Recording::Kept(recording) => recording.read.counted_in,
         }
     }
 
@@ -187,7 +182,6 @@ impl Recording {
             Recording::Autopilot(recording) => recording.info(),
             Recording::Pcm(recording) => recording.info(),
             Recording::Chapter10(recording) => recording.info(),
-            Recording::Kept(recording) => &recording.read.info,
         }
     }
 
@@ -202,7 +196,6 @@ impl Recording {
             Recording::Autopilot(recording) => recording.columns(),
             Recording::Pcm(recording) => recording.columns(),
             Recording::Chapter10(recording) => recording.columns(),
-            Recording::Kept(recording) => &recording.read.columns,
         }
     }
 
@@ -217,8 +210,7 @@ impl Recording {
             | Recording::Mcap(_)
             | Recording::MappedLog(_)
             | Recording::Mavlink(_)
-            | Recording::Autopilot(_)
-            | Recording::Kept(_) => {}
+            | Recording::Autopilot(_) => {}
         }
     }
 
@@ -237,7 +229,6 @@ impl Recording {
             Recording::Autopilot(recording) => recording.next_row(),
             Recording::Pcm(recording) => recording.next_row(),
             Recording::Chapter10(recording) => recording.next_row(),
-            Recording::Kept(recording) => Ok(recording.next_row()),
         }
     }
 
@@ -252,7 +243,6 @@ impl Recording {
             Recording::Autopilot(recording) => recording.skipped(),
             Recording::Pcm(recording) => recording.skipped(),
             Recording::Chapter10(recording) => recording.skipped(),
-            Recording::Kept(recording) => &recording.read.skipped,
         }
     }
 
@@ -260,7 +250,6 @@ impl Recording {
     pub fn left_out(&self) -> &[String] {
         match self {
             Recording::Chapter10(recording) => recording.left_out(),
-            Recording::Kept(recording) => &recording.read.left_out,
             _ => &[],
         }
     }
@@ -269,7 +258,6 @@ impl Recording {
     pub fn assumed(&self) -> &[String] {
         match self {
             Recording::Chapter10(recording) => recording.assumed(),
-            Recording::Kept(recording) => &recording.read.assumed,
             _ => &[],
         }
     }
@@ -279,7 +267,6 @@ impl Recording {
         match self {
             Recording::Csv(recording) => recording.found_out(),
             Recording::Tables(recording) => recording.found_out(),
-            Recording::Kept(recording) => &recording.read.found_out,
             _ => &[],
         }
     }
@@ -295,7 +282,6 @@ impl Recording {
             Recording::Autopilot(recording) => recording.shortfall(),
             Recording::Pcm(recording) => recording.shortfall(),
             Recording::Chapter10(recording) => recording.shortfall(),
-            Recording::Kept(recording) => recording.read.shortfall.clone(),
         }
     }
 
@@ -310,7 +296,6 @@ impl Recording {
             | Recording::Autopilot(_)
             | Recording::Pcm(_)
             | Recording::Chapter10(_) => false,
-            Recording::Kept(recording) => recording.read.ends_abruptly,
         }
     }
 
@@ -325,7 +310,6 @@ impl Recording {
             | Recording::Pcm(_)
             | Recording::Chapter10(_) => None,
             Recording::Mavlink(recording) => Some(recording.traffic()),
-            Recording::Kept(recording) => recording.read.traffic.as_ref(),
         }
     }
 }

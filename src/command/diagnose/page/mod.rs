@@ -11,8 +11,7 @@ mod parts;
 mod residuals;
 
 use crate::command::diagnose::answer::{Answer, Flights};
-use crate::command::terminal::output_file::write_marked;
-use crate::command::terminal::written_mark::TextKind;
+use crate::command::terminal::output_file::write_whole;
 use sideslip::error::Failure;
 use sideslip::io::outputs::charts::chart::ChartError;
 use sideslip::io::outputs::html::page::{FOOT, escaped, head};
@@ -42,5 +41,5 @@ fn text(answer: &Answer, flights: &Flights<'_>) -> Result<String, Failure> {
 /// Writes the page to a file.
 pub(super) fn write(path: &Path, answer: &Answer, flights: &Flights<'_>) -> Result<(), Failure> {
     let text = text(answer, flights)?;
-    write_marked(path, TextKind::Markup, |file| file.write_all(flights.provenance.at_the_foot_of(&text).as_bytes()))
+    write_whole(path, |file| file.write_all(flights.provenance.at_the_foot_of(&text).as_bytes()))
 }
