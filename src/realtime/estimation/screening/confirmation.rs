@@ -74,11 +74,10 @@ const STILL_AIR: f64 = 0.5;
 /// What the kinematics tell about sign and unit of an instrument.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Confirmation {
-    /// They contradict, or tell too little where only they could.
+    /// They contradict, do not show its readings in the motion (another channel's, or far too small), or tell too little where
+    /// only they could.
     #[default]
     Doubted,
-    /// What it reads does not account for the motion that it should: it is another channel's, or far too small.
-    Contradicted,
     /// They do not contradict: moving air may hide an error.
     Plausible {
         /// How wrong a derivative may be by it, relative to the derivative.
@@ -161,7 +160,6 @@ impl InstrumentSlopes {
             None => Confirmation::NotComparable,
             Some(slope) if sideslip_agrees && confirms_ay(&slope) => Confirmation::Confirmed,
             Some(slope) if is_hidden_by_air(&slope) => Confirmation::Plausible { relative_error: hidden_error_of_ay(&slope) },
-            Some(slope) if is_not_seen(&slope) => Confirmation::Contradicted,
             Some(_) => Confirmation::Doubted,
         };
         [ax, ay]

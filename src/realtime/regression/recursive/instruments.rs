@@ -97,13 +97,10 @@ impl Recursive {
         if axis == Axis::Y && equation.term(Variable::V).is_some_and(along_sideslip) {
             return Some(Reason::NotConfirmed { channel: Channel::Ay });
         }
-        // The sideways velocity follows ay between the readings of the vane, and the moments' derivatives with it: one of another
-        // unit or sign is not seen where the side force is small.
-        if axis.is_lateral() && self.is_doubted(Channel::Ay) {
-            return Some(Reason::NotConfirmed { channel: Channel::Ay });
-        }
+        // The sideways velocity follows ay between the readings of the vane, and the derivatives of Y, L and N with it.
+        let carries = if axis.is_lateral() { Some(Channel::Ay) } else { accelerometer(axis) };
         let incidence = (!axis.is_lateral()).then_some(Channel::Alpha);
-        let needed = [accelerometer(axis), Some(Channel::Tas), incidence];
+        let needed = [carries, Some(Channel::Tas), incidence];
         let doubted = needed.into_iter().flatten().find(|&channel| self.is_doubted(channel));
         doubted.map(|channel| Reason::NotConfirmed { channel })
     }
@@ -113,7 +110,7 @@ impl Recursive {
     }
 
     fn is_doubted(&self, channel: Channel) -> bool {
-        matches!(self.confirmation(channel), Some(Confirmation::Doubted | Confirmation::Contradicted))
+        self.confirmation(channel) == Some(Confirmation::Doubted)
     }
 
     /// By how much the term may be wrong because moving air hides an error of ay, which a side force follows, or of the
