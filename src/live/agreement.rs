@@ -12,10 +12,13 @@ use crate::io::outputs::words::status_text::DerivativeLabel;
 use crate::postflight::output_error::record::{OutputErrorProgress, OutputErrorRecord};
 use crate::realtime::modes::record::{ModesRecord, OscillatoryMode, RealRoot};
 use crate::realtime::regression::record::{DerivativesRecord, Reason, Status};
+use core::fmt::{self, Display, Formatter};
 
 /// Combined standard errors by which regression and output error may differ and still agree: the largest of some fifty
 /// differences is beyond it once in 300 fits where the errors are independent and normal.
 const AGREE_WITHIN: f64 = 4.0;
+/// Combined standard errors from which on the largest difference is remarked.
+const REMARKED_FROM: f64 = 2.0;
 
 /// What is compared.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,25 +98,45 @@ impl MethodAgreement {
         self.apart.contains(&true)
     }
 
-    /// Adds the largest difference to the fit's reason, where it is beyond what both standard errors allow; a fit that has not
-    /// failed gets the status `disagree`, whatever its age.
+    /// Adds the largest difference to the fit's reason. Beyond what both standard errors allow it stands first, and a fit that has
+    /// not failed gets the status `disagree`, whatever its age; otherwise it is remarked from `REMARKED_FROM` on, so that two
+    /// numbers of one thing do not stand beside each other without a word.
     pub fn mark(&self, fit: &mut OutputErrorRecord, controls: ControlNames) {
-        let Some((quantity, standard_errors)) = self.worst.filter(|_| self.is_apart()) else { return };
-        if fit.progress != OutputErrorProgress::Failed {
+        let Some((quantity, standard_errors)) = self.worst else { return };
+        let apart = self.is_apart();
+        if !apart && standard_errors.abs() < REMARKED_FROM {
+            return;
+        }
+        if apart && fit.progress != OutputErrorProgress::Failed {
             fit.progress = OutputErrorProgress::Disagree;
         }
         let before = fit.reason.clone();
         let separator = if before.is_empty() { "" } else { "; " };
-        let how_far = format_args!("{:.1} combined standard errors from the regression's", standard_errors.abs());
-        match quantity {
+        let quantity = InWords { quantity, controls };
+        let how_far = format_args!("{quantity}: {:.1} combined standard errors from the regression's", standard_errors.abs());
+        match apart {
+            true => fit.explain(format_args!("{how_far}{separator}{before}")),
+            false => fit.explain(format_args!("{before}{separator}largest difference, within what both errors allow: {how_far}")),
+        }
+    }
+}
+
+/// What is compared, as a person reads it.
+struct InWords {
+    quantity: Compared,
+    controls: ControlNames,
+}
+
+impl Display for InWords {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self.quantity {
             Compared::Derivative(axis, variable) => {
-                let name = DerivativeLabel { axis, variable: Some(variable), controls };
-                fit.explain(format_args!("{name}: {how_far}{separator}{before}"));
+                write!(f, "{}", DerivativeLabel { axis, variable: Some(variable), controls: self.controls })
             }
-            Compared::Omega => fit.explain(format_args!("Dutch roll omega: {how_far}{separator}{before}")),
-            Compared::Zeta => fit.explain(format_args!("Dutch roll zeta: {how_far}{separator}{before}")),
-            Compared::Roll => fit.explain(format_args!("roll mode: {how_far}{separator}{before}")),
-            Compared::Spiral => fit.explain(format_args!("spiral mode: {how_far}{separator}{before}")),
+            Compared::Omega => f.write_str("Dutch roll omega"),
+            Compared::Zeta => f.write_str("Dutch roll zeta"),
+            Compared::Roll => f.write_str("roll mode"),
+            Compared::Spiral => f.write_str("spiral mode"),
         }
     }
 }
@@ -143,22 +166,9 @@ pub fn limit_modes(regression: Option<&ModesRecord>, fit: &mut OutputErrorRecord
 /// them, and the modes that they make: both methods rest on the same readings.
 pub fn withhold_axes(derivatives: Option<&DerivativesRecord>, fit: &mut OutputErrorRecord) {
     let Some(derivatives) = derivatives else { return };
-    let withheld = |axis: Axis| {
-        let reason = match derivatives.equations[axis.index()].status {
-            Status::NotIdentifiable(reason) => reason,
-            _ => return false,
-        };
-        matches!(
-            reason,
-            Reason::NoRates
-                | Reason::NoAccelerometer { .. }
-                | Reason::NoTrim { .. }
-                | Reason::Unobserved { .. }
-                | Reason::AidRejected { .. }
-                | Reason::InstrumentDoubted { .. }
-                | Reason::NotConfirmed { .. }
-                | Reason::NoInput
-        )
+    let withheld = |axis: Axis| match derivatives.equations[axis.index()].status {
+        Status::NotIdentifiable(reason) => reason.is_of_an_instrument() || reason == Reason::NoInput,
+        _ => false,
     };
     fit.parameters.retain(|one| !withheld(one.axis));
     let (lateral, longitudinal) =
@@ -229,14 +239,19 @@ mod tests {
     #[test]
     fn a_difference_is_measured_in_combined_standard_errors() {
         // Combined standard error 0.005: 3.9 of them agree, 4.1 do not.
-        for (difference, apart) in [(0.0195, false), (-0.0195, false), (0.0205, true), (-0.0205, true)] {
+        for (difference, apart) in [(0.0095, false), (0.0195, false), (-0.0195, false), (0.0205, true), (-0.0205, true)] {
             let mut fit = fit(0.04 + difference, 0.003, OutputErrorProgress::Converged);
             let agreement = MethodAgreement::new(Some(&derivatives(Status::Converged, 0.04, 0.004)), None, &fit);
             assert_eq!(agreement.apart, Axis::ALL.map(|axis| apart && axis == Axis::N), "{difference}");
             fit.explain("a note");
             agreement.mark(&mut fit, ControlNames::FixedWing);
             let (progress, reason) = match apart {
-                false => (OutputErrorProgress::Converged, "a note"),
+                false if difference.abs() < 0.01 => (OutputErrorProgress::Converged, "a note"),
+                false => (
+                    OutputErrorProgress::Converged,
+                    "a note; largest difference, within what both errors allow: N_v: 3.9 combined standard errors from the \
+                     regression's",
+                ),
                 true => (OutputErrorProgress::Disagree, "N_v: 4.1 combined standard errors from the regression's; a note"),
             };
             assert_eq!((fit.progress, fit.reason.as_str()), (progress, reason));

@@ -1,5 +1,6 @@
 //! Recovery: a simulated aircraft whose derivatives are known gives them back inside their own standard errors.
 
+mod fast_roll;
 mod gusts;
 mod instrument_faults;
 mod instruments;

@@ -134,6 +134,84 @@ aileron = 1.0
 rudder = -2.5
 "#;
 
+const HIGH_ASPECT_RATIO: &str = r#"
+name = "high aspect ratio"
+kind = "linear"
+[trim]
+u = 18.0
+w = 0.9
+theta = 0.04
+[trim.controls]
+elevator = -0.02
+throttle = 0.4
+[derivatives.X]
+u = -0.05
+w = 0.15
+throttle = 1.5
+[derivatives.Y]
+v = -0.1
+rudder = 0.8
+[derivatives.Z]
+u = -0.9
+w = -3.2
+elevator = -2.5
+[derivatives.L]
+v = -0.08
+p = -7.0
+r = 3.5
+aileron = -6.0
+rudder = 0.2
+[derivatives.M]
+w = -0.12
+q = -3.0
+elevator = -6.0
+[derivatives.N]
+v = 0.04
+p = -0.9
+r = -0.35
+aileron = 0.7
+rudder = -1.2
+"#;
+
+const UNMANNED: &str = r#"
+name = "unmanned"
+kind = "linear"
+[trim]
+u = 20.0
+w = 0.7
+theta = 0.03
+[trim.controls]
+elevator = -0.01
+throttle = 0.5
+[derivatives.X]
+u = -0.15
+w = 0.4
+throttle = 6.0
+[derivatives.Y]
+v = -0.6
+rudder = 3.0
+[derivatives.Z]
+u = -1.0
+w = -4.5
+elevator = -6.0
+[derivatives.L]
+v = -1.0
+p = -16.0
+r = 3.0
+aileron = -90.0
+rudder = 4.0
+[derivatives.M]
+w = -1.0
+q = -6.0
+elevator = -60.0
+[derivatives.N]
+v = 0.8
+p = -1.0
+r = -1.8
+aileron = 3.0
+rudder = -15.0
+"#;
+
 /// The light aircraft.
 pub(crate) fn light_aircraft() -> LinearModel {
     ModelFile::parse(LIGHT_AIRCRAFT).unwrap().linear
@@ -147,4 +225,14 @@ pub(crate) fn helicopter() -> LinearModel {
 /// The glider.
 pub(crate) fn glider() -> LinearModel {
     ModelFile::parse(GLIDER).unwrap().linear
+}
+
+/// The aircraft of high aspect ratio: slow, with a roll mode of 7 1/s and little weathercock stability.
+pub(crate) fn high_aspect_ratio() -> LinearModel {
+    ModelFile::parse(HIGH_ASPECT_RATIO).unwrap().linear
+}
+
+/// The small unmanned aeroplane: a roll mode of 16 1/s.
+pub(crate) fn unmanned() -> LinearModel {
+    ModelFile::parse(UNMANNED).unwrap().linear
 }

@@ -24,6 +24,8 @@ use nalgebra::SMatrix;
 /// c of (2): half of the largest variance that any correlation can bring, in every direction at once. With 1/8 of it the numbers
 /// in gusts of 1 m/s are 1.1 standard errors off (rms), with 1/2 0.7.
 const PRIOR: f64 = 0.5;
+/// K of (5).
+const TERMS: usize = 10;
 /// C of (1): by how much the noise may exceed what is known of it.
 const MARGIN: f64 = 1.2;
 
@@ -49,12 +51,19 @@ pub fn disturbance_variance(fit: &Fit, residual_var: f64, noise: &[f64; SIGNALS]
 }
 
 /// Adds the square of the attenuation by noise on the regressors to the covariance: with the variances N of that noise,
-///     E(theta_LS) - theta = -W (X'X)^-1 N theta                                                       (5)
-/// to first order. It matters where a control answers the motion, so that the two are told apart by their noise alone.
+///     E(theta_LS) = (I - A) theta,   A = W (X'X)^-1 N,   E(theta_LS) - theta = -sum_k A^k theta,  k = 1 .. K      (5)
+/// of theta_LS. It matters where a regressor differs from a combination of the others by its noise alone: a control that answers
+/// the motion, the rate of a fast roll mode. Summed to K terms, the largest change is K times the estimate.
 pub fn account_for_attenuation(fit: &mut Fit, noise: &[f64; SIGNALS], weight: f64) {
     let mut attenuation = [0.0; REGRESSORS];
-    for &i in &fit.order {
-        attenuation[i] = -weight * fit.order.iter().map(|&j| fit.dispersion[i][j] * noise[j] * fit.theta[j]).sum::<f64>();
+    let mut power = fit.theta;
+    for _ in 0..TERMS {
+        let mut next = [0.0; REGRESSORS];
+        for &i in &fit.order {
+            next[i] = weight * fit.order.iter().map(|&j| fit.dispersion[i][j] * noise[j] * power[j]).sum::<f64>();
+            attenuation[i] -= next[i];
+        }
+        power = next;
     }
     for &i in &fit.order {
         for &j in &fit.order {

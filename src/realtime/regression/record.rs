@@ -77,6 +77,27 @@ pub enum Reason {
     },
 }
 
+impl Reason {
+    /// Whether an instrument is why: missing, doubted, not confirmed. What rests on its readings has no number by any method.
+    pub const fn is_of_an_instrument(&self) -> bool {
+        match self {
+            Reason::NoRates
+            | Reason::NoAccelerometer { .. }
+            | Reason::NoTrim { .. }
+            | Reason::Unobserved { .. }
+            | Reason::AidRejected { .. }
+            | Reason::InstrumentDoubted { .. }
+            | Reason::NotConfirmed { .. } => true,
+            Reason::RateTooLow { .. }
+            | Reason::Collinear { .. }
+            | Reason::NotExcited { .. }
+            | Reason::Unresolved
+            | Reason::NoInput
+            | Reason::Equation { .. } => false,
+        }
+    }
+}
+
 /// How far along an answer is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Status {

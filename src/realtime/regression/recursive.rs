@@ -340,6 +340,7 @@ impl Recursive {
     /// in a slow response other terms take its place.
     fn offer(&self, axis: Axis, instruments: &Instrumentation) -> Result<Offer, Reason> {
         let mut offer = Offer::NONE;
+        offer.noise_vars.copy_from_slice(&noise_variances(&instruments.noise)[..REGRESSORS]);
         let follows = self.excitation.response_s(axis.is_lateral()).is_none();
         for variable in Variable::ALL {
             let place = regressor(variable);
@@ -355,6 +356,7 @@ impl Recursive {
             }
             let moving = endogeneity::independent_samples(self.information.moving_samples(place), self.interval_s);
             let optional = !primary && deviation > UNMOVED * still && moving >= MOVING_SAMPLES;
+            offer.belongs[place] = belongs && !variable.is_control() && variable != Variable::U;
             offer.primary[place] = primary;
             offer.optional[place] = optional;
             offer.undetermined[place] = !primary && (follows || belongs && !optional);

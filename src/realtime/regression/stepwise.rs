@@ -3,15 +3,19 @@
 //! Consumes an information matrix, the response and the terms that are offered; produces a [`Fit`].
 //!     theta = (X'X)^-1 X'y                                                                           (1)
 //!     F_i = theta_i^2/s_i^2                                       s_i for coloured residuals        (2)
-//!     Sigma <- Sigma + sum_j d_j d_j',  d_j = theta_j (X'X)^-1 X'x_j, over the j left out           (3)
+//!     Sigma <- Sigma + sum_j d_j d_j',  d_j = (theta_j/rho_j) (X'X)^-1 X'x_j, over the j left out   (3)
+//!     rho_j = 1 - W (n_j + sum_i b_i^2 n_i)/|x_j - sum_i b_i x_i|^2                                 (4)
 //! Primary terms enter first, the one with the largest partial F ahead; then, one a step, the term with the largest partial F
 //! (the highest partial correlation with the residual) whose corrected F exceeds `f_enter`; after each entry terms that are not
 //! primary and have fallen below `f_remove` leave, and stay out. A second pass enters all the others at once and removes the
 //! insignificant ones, for terms that are significant only together. Last, terms leave that fall below `f_remove` on their final
 //! standard errors. Standard errors conditional on the selection, as if the terms out were known to be zero, can be ten times too
-//! small. (3) restores those of the full equation, in the mean, where the terms out are zero.
+//! small. (3) restores those of the full equation, in the mean, where the terms out are zero. rho_j is the reliability of what term
+//! j has beyond its regression b on the terms in: the part of it that is motion, not noise of the variances n. The noise makes
+//! the estimate of j, and its standard error, too small by it.
 //! Source: Padfield et al. 1987, (18), (22) and section 2.2.5; N. R. Draper and H. Smith, Applied Regression Analysis, 3rd ed.,
-//! ch. 15; (3) after S. T. Buckland, K. P. Burnham and N. H. Augustin, Biometrics 53, 1997 (uncertainty of the model itself).
+//! ch. 15; (3) after S. T. Buckland, K. P. Burnham and N. H. Augustin, Biometrics 53, 1997 (uncertainty of the model itself);
+//! (4): W. A. Fuller, Measurement Error Models, 1987, (1.1.11), of the partial regression.
 //! Numerics: sums scaled to unit diagonal, pivots below `PIVOT_MIN` refused: such a term is collinear with those in.
 
 use super::candidate::Coefficients;
@@ -26,6 +30,15 @@ const PIVOT_MIN: f64 = 1e-9;
 
 /// The same for terms that enter together: condition indexes stay in the tens.
 const PIVOT_SECOND: f64 = 1e-4;
+
+/// Least reliability of a term of the other plane: its derivative may be ten times what it seems.
+const RELIABILITY_MIN: f64 = 0.1;
+
+/// Part of its squares that a term of the equation's own plane has beyond those in, below which its own estimate says nothing:
+/// the rate of a fast roll mode follows v, r and the controls, and what is left of it is as much the filter's error and the
+/// gusts' as its own. With 0.1 one of 108 flights of such aircraft in still air has numbers beyond four standard errors, with
+/// 0.25 none.
+const OWN_MIN: f64 = 0.25;
 
 /// F of an estimate that is as good as zero.
 const F_MIN: f64 = 1e-6;
@@ -49,12 +62,21 @@ pub struct Offer {
     /// Terms of which, left out, at least the standard error counts by (3): those that belong to the equation and hardly moved,
     /// and all those of a plane that follows the other.
     pub undetermined: [bool; REGRESSORS],
+    /// Motions of the fast modes (all but u) that belong to the equation, whether they moved or not.
+    pub belongs: [bool; REGRESSORS],
+    /// Variances of the noise on the regressors.
+    pub noise_vars: [f64; REGRESSORS],
 }
 
 impl Offer {
     /// Nothing but the bias.
-    pub const NONE: Offer =
-        Offer { primary: [false; REGRESSORS], optional: [false; REGRESSORS], undetermined: [false; REGRESSORS] };
+    pub const NONE: Offer = Offer {
+        primary: [false; REGRESSORS],
+        optional: [false; REGRESSORS],
+        undetermined: [false; REGRESSORS],
+        belongs: [false; REGRESSORS],
+        noise_vars: [0.0; REGRESSORS],
+    };
 }
 
 /// A fitted equation.
@@ -294,7 +316,7 @@ impl<'a> SweptSelection<'a> {
             let scaled_theta = self.swept.at(place, self.response) / own * self.scale[self.response];
             // Noise makes the estimate of such a term too small: it may be what its standard error says.
             let least_f = if offer.undetermined[place] { self.corrected_f_of_entry(place).clamp(F_MIN, 1.0) } else { 1.0 };
-            let scaled_theta = scaled_theta / libm::sqrt(least_f);
+            let scaled_theta = self.with_unreliability(scaled_theta / libm::sqrt(least_f), place, offer);
             let mut shift = [0.0; REGRESSORS];
             for &i in &self.order {
                 shift[i] = -scaled_theta * self.swept.at(i, place) / self.scale[i];
@@ -306,6 +328,25 @@ impl<'a> SweptSelection<'a> {
             }
         }
         fit
+    }
+
+    /// What the term at that place, left out, may account for, given its own estimate, both in units of the response's root of
+    /// squares: divided by (4). Of a term that belongs to the equation and hardly differs from a combination of those in nothing
+    /// is known, but that it does not account for more than there is.
+    fn with_unreliability(&self, scaled_theta: f64, place: usize, offer: &Offer) -> f64 {
+        let own = self.swept.at(place, place);
+        let of_others = self.order.iter().map(|&other| {
+            let coefficient = self.swept.at(other, place) * self.scale[place] / self.scale[other];
+            coefficient * coefficient * offer.noise_vars[other]
+        });
+        let noise: f64 = offer.noise_vars[place] + of_others.sum::<f64>();
+        let reliability = 1.0 - self.information.weight() * noise / (own * self.scale[place] * self.scale[place]);
+        if !offer.belongs[place] {
+            return scaled_theta / reliability.max(RELIABILITY_MIN);
+        }
+        let most = self.scale[self.response];
+        let known = reliability > 0.0 && own >= OWN_MIN;
+        if known { (scaled_theta / reliability).clamp(-most, most) } else { most }
     }
 
     /// The fit as the selection stands.

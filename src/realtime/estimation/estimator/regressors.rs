@@ -19,9 +19,9 @@ use crate::realtime::estimation::process::{ATTITUDE, SCALE_ERROR, VELOCITY};
 use crate::realtime::estimation::record::{Aid, EstimationEvent, SignalNoise, SmoothedRecord, StateRecord, TrimRecord};
 use crate::realtime::estimation::trim::STEADY_RATE_RMS;
 
-/// Part of the white noise of airspeed and vanes that the filter leaves in the velocities at 100 Hz, measured in still air: 0.6
-/// of a sideslip vane's, 0.3 of an incidence vane's.
-const PASSED_BY_FILTER: f64 = 0.6;
+/// Parts of the white noise of airspeed, incidence and sideslip that the filter leaves in the velocities at 100 Hz, measured in
+/// still air: airspeed and incidence are held by the attitude as well.
+const PASSED_BY_FILTER: [f64; 3] = [0.3, 0.3, 0.6];
 
 /// The instruments of the air data and their signals, in the order of `AirData::ALL`.
 const AIR_DATA: [(Aid, usize); 3] =
@@ -223,7 +223,7 @@ impl Estimator {
         // Of airspeed, incidence, sideslip.
         let left: [f64; 3] = core::array::from_fn(|i| {
             let (_, signal) = AIR_DATA[i];
-            let by_filter = PASSED_BY_FILTER / libm::sqrt(self.delay.ticks_a_sample(signal));
+            let by_filter = PASSED_BY_FILTER[i] / libm::sqrt(self.delay.ticks_a_sample(signal));
             libm::sqrt(air_data_noise_vars[i]) * libm::hypot((1.0 - gust_gains[i]) * by_filter, gust_gains[i])
         });
         let times = |gains: [f64; 3], stds: [f64; 3]| core::array::from_fn(|i| gains[i] * stds[i]);
