@@ -98,9 +98,9 @@ impl MethodAgreement {
         self.apart.contains(&true)
     }
 
-    /// Adds the largest difference to the fit's reason. Beyond what both standard errors allow it stands first, and a fit that has
-    /// not failed gets the status `disagree`, whatever its age; otherwise it is remarked from `REMARKED_FROM` on, so that two
-    /// numbers of one thing do not stand beside each other without a word.
+    /// Adds the largest difference to the fit's reason. Beyond what both standard errors allow it stands first, and a fit that
+    /// has not failed gets the status `disagree`, whatever its age; otherwise it is remarked from `REMARKED_FROM` on, so that
+    /// two numbers of one thing do not stand beside each other without a word.
     pub fn mark(&self, fit: &mut OutputErrorRecord, controls: ControlNames) {
         let Some((quantity, standard_errors)) = self.worst else { return };
         let apart = self.is_apart();
@@ -116,7 +116,9 @@ impl MethodAgreement {
         let how_far = format_args!("{quantity}: {:.1} combined standard errors from the regression's", standard_errors.abs());
         match apart {
             true => fit.explain(format_args!("{how_far}{separator}{before}")),
-            false => fit.explain(format_args!("{before}{separator}largest difference, within what both errors allow: {how_far}")),
+            false => {
+                fit.explain(format_args!("{before}{separator}largest difference, within what both errors allow: {how_far}"));
+            }
         }
     }
 }
