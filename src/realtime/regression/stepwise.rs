@@ -10,9 +10,9 @@
 //! primary and have fallen below `f_remove` leave, and stay out. A second pass enters all the others at once and removes the
 //! insignificant ones, for terms that are significant only together. Last, terms leave that fall below `f_remove` on their final
 //! standard errors. Standard errors conditional on the selection, as if the terms out were known to be zero, can be ten times too
-//! small. (3) restores those of the full equation, in the mean, where the terms out are zero. rho_j is the reliability of what term
-//! j has beyond its regression b on the terms in: the part of it that is motion, not noise of the variances n. The noise makes
-//! the estimate of j, and its standard error, too small by it.
+//! small. (3) restores those of the full equation, in the mean, where the terms out are zero. rho_j is the reliability of what
+//! term j has beyond its regression b on the terms in: the part of it that is motion, not noise of the variances n. The noise
+//! makes the estimate of j, and its standard error, too small by it.
 //! Source: Padfield et al. 1987, (18), (22) and section 2.2.5; N. R. Draper and H. Smith, Applied Regression Analysis, 3rd ed.,
 //! ch. 15; (3) after S. T. Buckland, K. P. Burnham and N. H. Augustin, Biometrics 53, 1997 (uncertainty of the model itself);
 //! (4): W. A. Fuller, Measurement Error Models, 1987, (1.1.11), of the partial regression.
