@@ -98,28 +98,21 @@ impl MethodAgreement {
         self.apart.contains(&true)
     }
 
-    /// Adds the largest difference to the fit's reason. Beyond what both standard errors allow it stands first, and a fit that
-    /// has not failed gets the status `disagree`, whatever its age; otherwise it is remarked from `REMARKED_FROM` on, so that
-    /// two numbers of one thing do not stand beside each other without a word.
+    /// Puts the largest difference before the fit's reason, from `REMARKED_FROM` on, so that two numbers of one thing do not stand
+    /// beside each other without a word. Beyond what both standard errors allow, a fit that has not failed gets the status
+    /// `disagree`, whatever its age.
     pub fn mark(&self, fit: &mut OutputErrorRecord, controls: ControlNames) {
         let Some((quantity, standard_errors)) = self.worst else { return };
-        let apart = self.is_apart();
-        if !apart && standard_errors.abs() < REMARKED_FROM {
+        if standard_errors.abs() < REMARKED_FROM {
             return;
         }
-        if apart && fit.progress != OutputErrorProgress::Failed {
+        if self.is_apart() && fit.progress != OutputErrorProgress::Failed {
             fit.progress = OutputErrorProgress::Disagree;
         }
         let before = fit.reason.clone();
         let separator = if before.is_empty() { "" } else { "; " };
-        let quantity = InWords { quantity, controls };
-        let how_far = format_args!("{quantity}: {:.1} combined standard errors from the regression's", standard_errors.abs());
-        match apart {
-            true => fit.explain(format_args!("{how_far}{separator}{before}")),
-            false => {
-                fit.explain(format_args!("{before}{separator}largest difference, within what both errors allow: {how_far}"));
-            }
-        }
+        let (quantity, how_far) = (InWords { quantity, controls }, standard_errors.abs());
+        fit.explain(format_args!("{quantity}: {how_far:.1} combined standard errors from the regression's{separator}{before}"));
     }
 }
 
@@ -249,11 +242,7 @@ mod tests {
             agreement.mark(&mut fit, ControlNames::FixedWing);
             let (progress, reason) = match apart {
                 false if difference.abs() < 0.01 => (OutputErrorProgress::Converged, "a note"),
-                false => (
-                    OutputErrorProgress::Converged,
-                    "a note; largest difference, within what both errors allow: N_v: 3.9 combined standard errors from the \
-                     regression's",
-                ),
+                false => (OutputErrorProgress::Converged, "N_v: 3.9 combined standard errors from the regression's; a note"),
                 true => (OutputErrorProgress::Disagree, "N_v: 4.1 combined standard errors from the regression's; a note"),
             };
             assert_eq!((fit.progress, fit.reason.as_str()), (progress, reason));
