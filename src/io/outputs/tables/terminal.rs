@@ -176,7 +176,8 @@ impl EstimateTable<'_> {
         if !unresolved.is_empty() {
             writeln!(
                 f,
-                "     not resolved (standard error above the value and not small beside the response, or moved by feedback alone): {}",
+                "     not resolved (standard error above the value and not small beside the response, or moved by \
+                 feedback alone): {}",
                 unresolved.join(" ")
             )?;
         }
