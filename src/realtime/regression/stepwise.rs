@@ -12,7 +12,7 @@
 //! standard errors. Standard errors conditional on the selection, as if the terms out were known to be zero, can be ten times too
 //! small. (3) restores those of the full equation, in the mean, where the terms out are zero. rho_j is the reliability of what
 //! term j has beyond its regression b on the terms in: the part of it that is motion, not noise of the variances n. The noise
-//! makes the estimate of j, and its standard error, too small by it.
+//! makes the estimate of j, and its standard error, too small by it. It is 1 for terms of the other plane.
 //! Source: Padfield et al. 1987, (18), (22) and section 2.2.5; N. R. Draper and H. Smith, Applied Regression Analysis, 3rd ed.,
 //! ch. 15; (3) after S. T. Buckland, K. P. Burnham and N. H. Augustin, Biometrics 53, 1997 (uncertainty of the model itself);
 //! (4): W. A. Fuller, Measurement Error Models, 1987, (1.1.11), of the partial regression.
@@ -30,9 +30,6 @@ const PIVOT_MIN: f64 = 1e-9;
 
 /// The same for terms that enter together: condition indexes stay in the tens.
 const PIVOT_SECOND: f64 = 1e-4;
-
-/// Least reliability of a term of the other plane: its derivative may be ten times what it seems.
-const RELIABILITY_MIN: f64 = 0.1;
 
 /// Part of its squares that a term of the equation's own plane has beyond those in, below which its own estimate says nothing:
 /// the rate of a fast roll mode follows v, r and the controls, and what is left of it is as much the filter's error and the
@@ -316,7 +313,9 @@ impl<'a> SweptSelection<'a> {
             let scaled_theta = self.swept.at(place, self.response) / own * self.scale[self.response];
             // Noise makes the estimate of such a term too small: it may be what its standard error says.
             let least_f = if offer.undetermined[place] { self.corrected_f_of_entry(place).clamp(F_MIN, 1.0) } else { 1.0 };
-            let scaled_theta = self.with_unreliability(scaled_theta / libm::sqrt(least_f), place, offer);
+            let scaled_theta = scaled_theta / libm::sqrt(least_f);
+            let scaled_theta =
+                if offer.belongs[place] { self.with_unreliability(scaled_theta, place, offer) } else { scaled_theta };
             let mut shift = [0.0; REGRESSORS];
             for &i in &self.order {
                 shift[i] = -scaled_theta * self.swept.at(i, place) / self.scale[i];
@@ -330,9 +329,9 @@ impl<'a> SweptSelection<'a> {
         fit
     }
 
-    /// What the term at that place, left out, may account for, given its own estimate, both in units of the response's root of
-    /// squares: divided by (4). Of a term that belongs to the equation and hardly differs from a combination of those in nothing
-    /// is known, but that it does not account for more than there is.
+    /// What a motion of the equation's own plane that is left out may account for, given its own estimate, both in units of the
+    /// response's root of squares: divided by (4). Of one that hardly differs from a combination of the terms in nothing is known,
+    /// but that it does not account for more than there is.
     fn with_unreliability(&self, scaled_theta: f64, place: usize, offer: &Offer) -> f64 {
         let own = self.swept.at(place, place);
         let of_others = self.order.iter().map(|&other| {
@@ -341,9 +340,6 @@ impl<'a> SweptSelection<'a> {
         });
         let noise: f64 = offer.noise_vars[place] + of_others.sum::<f64>();
         let reliability = 1.0 - self.information.weight() * noise / (own * self.scale[place] * self.scale[place]);
-        if !offer.belongs[place] {
-            return scaled_theta / reliability.max(RELIABILITY_MIN);
-        }
         let most = self.scale[self.response];
         let known = reliability > 0.0 && own >= OWN_MIN;
         if known { (scaled_theta / reliability).clamp(-most, most) } else { most }
