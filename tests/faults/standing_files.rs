@@ -74,7 +74,12 @@ fn results_on_models_replace_nothing_without_force() {
         let simulate = ["simulate", "--model", path(&model), "--input", "pedal:doublet:0.01:1", "--duration", "6", "--out"];
         stands_the_test(&call(&[&simulate[..], &[path(&out)]].concat(), &outputs));
     }
-    stands_the_test(&call(&["man", "--out", path(&folder)], &[&file("sideslip.1"), &file("sideslip-man.1")]));
+    let pages = file("pages");
+    let manual = call(&["man", "--out", path(&pages)], &[]);
+    assert_eq!(run(&manual, &[]).0, 0);
+    let (status, said) = run(&manual, &[]);
+    assert!(status == 2 && said.contains("--force replaces it"), "{status} {said}");
+    assert_eq!(run(&manual, &["--force"]).0, 0);
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! A recording that was read to its end, its rows kept: what needs the whole of it first, such as the manoeuvres of a flight,
 //! need not read the file again, which may be a pipe.
 //!
-//! Consumes what a recording gave; produces the same rows and the same words as often as it is opened. Memory is that of the rows.
+//! Consumes what a recording gave; produces the same rows and the same words as often as it is opened. Memory is that of the
+//! rows.
 
 use super::mavlink::recording::Traffic;
 use super::record::{RecordingRow, SkippedByReason};
