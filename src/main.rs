@@ -12,7 +12,7 @@ mod allocations;
 static ALLOCATOR: allocations::Counted = allocations::Counted;
 
 use clap::{CommandFactory, Parser, Subcommand};
-use sideslip::io::outputs::words::printable::printable_lines;
+use sideslip::io::outputs::words::printable::{printable, printable_lines};
 use std::process::ExitCode;
 
 #[derive(Parser)]
@@ -83,12 +83,17 @@ fn status_of_call() -> ExitCode {
     }
 }
 
-/// What is wrong with the call, or the help that was asked for; arguments cannot steer the terminal.
+/// What is wrong with the call, or the help that was asked for; arguments cannot steer the terminal, and make no line of their
+/// own.
 fn say_refused(refused: &clap::Error) -> ExitCode {
-    let said = refused.render().to_string();
-    if printable_lines(&said) == said {
+    let mut said = refused.render().to_string();
+    let given = std::env::args_os().map(|argument| argument.to_string_lossy().into_owned());
+    let parts = given.flat_map(|argument| [argument.clone(), argument.split('=').next_back().unwrap_or_default().to_owned()]);
+    let parts: Vec<String> = parts.filter(|part| part.contains('\n')).collect();
+    if parts.is_empty() && printable_lines(&said) == said {
         refused.exit();
     }
-    command::message(format_args!("{}", said.trim_end()));
+    parts.iter().for_each(|part| said = said.replace(part, &printable(part)));
+    command::message_text(said.trim_end());
     ExitCode::from(2)
 }

@@ -22,7 +22,7 @@ mod terminal;
 pub(crate) mod watch;
 
 use std::path::PathBuf;
-pub(crate) use terminal::console::{finish, message};
+pub(crate) use terminal::console::{finish, message, message_text};
 pub(crate) use terminal::stop::file_size_limit_is_an_error;
 
 /// Directory that the processes of a run share: as named, or the user's own place.

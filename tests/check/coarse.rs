@@ -6,8 +6,10 @@ use sideslip::flight::channel::Channel;
 use sideslip::flight::channel::Channel::{Alpha, Altitude, Ay, Az, Beta, P, Phi, Psi, Q, R, Tas, Theta};
 use sideslip::io::outputs::words::instrument_words::verdict_reason;
 use sideslip::postflight::reconstruction::screening::Damage;
-use sideslip::postflight::reconstruction::verdict::{Fitness, check};
+use sideslip::postflight::reconstruction::verdict::{Fitness, check, check_watched};
 use sideslip::postflight::recorded_run::RecordedRun;
+use sideslip::postflight::work_progress::WorkProgress;
+use std::time::Instant;
 
 /// One run of the sortie, each channel's samples changed.
 fn changed(run: usize, seed: u64, mut change: impl FnMut(Channel, f64, f64) -> f64) -> RecordedRun {
@@ -20,6 +22,21 @@ fn changed(run: usize, seed: u64, mut change: impl FnMut(Channel, f64, f64) -> f
         }
     }
     one
+}
+
+/// The check lasts as long as its fits: one that is asked to end gives no verdict, and its fits give no result.
+#[test]
+fn a_check_that_is_asked_to_end_ends_without_a_verdict() {
+    static WORK: WorkProgress = WorkProgress::new();
+    let runs: Vec<RecordedRun> = (0..3).map(|run| changed(run, 1, |_, _, value| value)).collect();
+    assert_eq!(check_watched(&runs, Some(&WORK)).map(|verdicts| verdicts.len()), Some(3));
+    WORK.stop();
+    let begun = Instant::now();
+    assert_eq!(check_watched(&runs, Some(&WORK)), None);
+    let stopped = begun.elapsed();
+    let begun = Instant::now();
+    check(&runs);
+    assert!(stopped < begun.elapsed() / 2, "{stopped:?}");
 }
 
 /// Pedal, lateral, longitudinal: each channel in a run that moves it.

@@ -33,7 +33,7 @@ fn smoothed_by_the_library(recording: &Read) -> Vec<StateRecord> {
 }
 
 fn written(args: &[&str]) -> String {
-    let (status, out, said) = ended(&sideslip(&[&["replay"], args].concat()));
+    let (status, out, said) = ended(&sideslip(&[&["replay", "--force"], args].concat()));
     // Without a derivative the states are written all the same.
     assert!(matches!(status, 0 | 4), "{status} {said}");
     out
@@ -170,7 +170,7 @@ fn what_cannot_be_smoothed_is_refused_in_one_line_and_nothing_is_written() {
         (vec![path(&blind), "--smoothed", "s.mcap", "--out", "s.mcap"], "expected another file than that of --out or --json"),
         (vec![path(&model), "--smoothed", path(&standing)], "puma.toml"),
     ] {
-        let (status, _, said) = ended(&sideslip(&[&["replay"], args.as_slice()].concat()));
+        let (status, _, said) = ended(&sideslip(&[&["replay", "--force"], args.as_slice()].concat()));
         assert_eq!(status, 2, "{said}");
         assert!(said.contains(expected) && said.trim_end().lines().count() == 1, "{said}");
     }

@@ -8,14 +8,15 @@ use std::path::{Path, PathBuf};
 fn flown(folder: &Path, name: &str, model: &Path, input: &str, seed: &str) -> PathBuf {
     let file = folder.join(name);
     let args = ["simulate", "--model", path(model), "--input", input, "--out", path(&file), "--duration", "12", "--seed", seed];
-    let (status, _, said) = ended(&sideslip(&[args.as_slice(), &["--noise", "--rate", "64", "--pilot", "attitude"]].concat()));
+    let (status, _, said) =
+        ended(&sideslip(&[args.as_slice(), &["--noise", "--rate", "64", "--pilot", "attitude", "--force"]].concat()));
     assert_eq!(status, 0, "{said}");
     file
 }
 
 /// The answer for a run to fit and a hold-out run.
 fn diagnosed(model: &Path, [fit, holdout]: [&Path; 2], json: &Path, extended: &Path) -> Value {
-    let args = ["diagnose", "--model", path(model), "--fit", path(fit), "--holdout", path(holdout)];
+    let args = ["diagnose", "--model", path(model), "--fit", path(fit), "--holdout", path(holdout), "--force"];
     let (status, _, said) = ended(&sideslip(&[&args[..], &["--json", path(json), "--extended", path(extended)]].concat()));
     assert_eq!(status, 0, "{said}");
     serde_json::from_str(&std::fs::read_to_string(json).unwrap()).unwrap()
@@ -67,7 +68,7 @@ fn parts_of_a_record_between_gaps_are_runs_however_long_the_gaps_are() {
         // A second of it by itself, which is too short to be used.
         let scrap: String = rows("pedal:step:0.001", "3", scrap_s).1.split_inclusive('\n').take(64).collect();
         std::fs::write(&joined, [head.as_str(), &first, &scrap, &second].concat()).unwrap();
-        let args = ["diagnose", "--model", path(&model), "--fit", path(&joined), "--json", path(&json)];
+        let args = ["diagnose", "--model", path(&model), "--fit", path(&joined), "--json", path(&json), "--force"];
         let (status, _, said) = ended(&sideslip(&args));
         assert_eq!(status, 3, "{said}");
         assert!(said.contains("the longest of 2 gaps: diagnosed as 2 run(s)"), "{said}");
@@ -106,7 +107,7 @@ fn a_turned_vane_and_exchanged_gyros_are_the_answer_and_the_extended_model_predi
         // The extended model predicts what is recorded, wrong as it is.
         let compared = folder.join("compared.json");
         let call = ["compare", path(&holdout), "--model", path(&model), "--beside", path(&extended), "--json", path(&compared)];
-        let (status, _, said) = ended(&sideslip(&call));
+        let (status, _, said) = ended(&sideslip(&[&call[..], &["--force"]].concat()));
         assert_eq!(status, 0, "{said}");
         let text = std::fs::read_to_string(&compared).unwrap();
         let compared: Value = serde_json::from_str(&text).unwrap();

@@ -9,7 +9,7 @@ fn calls<'c>(model: &'c str, out: &'c Path) -> [Vec<&'c str>; 3] {
     [
         vec!["linearise", "--model", model],
         vec!["design", "--model", model, "--control", "pedal", "--longest", "1", "--derivatives", "N_pedal"],
-        vec!["simulate", "--model", model, "--input", "pedal:doublet:0.01:0.5", "--duration", "3", "--out", path(out)],
+        vec!["simulate", "--model", model, "--input", "pedal:doublet:0.01:0.5", "--duration", "3", "--force", "--out", path(out)],
     ]
 }
 

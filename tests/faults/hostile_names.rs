@@ -59,6 +59,51 @@ fn no_command_writes_them_raw() {
     }
 }
 
+/// What a name of several lines would say in a line of its own.
+const FORGED: &str = "forged: all is well";
+
+#[test]
+fn a_name_of_several_lines_makes_no_line_of_its_own() {
+    let folder = folder("hostile-lines");
+    let name = |ending: &str| folder.join(format!("a\n{FORGED}{ending}"));
+    let (run, model, absent, damaged) = (name(".csv"), name(".toml"), name("-absent.csv"), name("-damaged.csv"));
+    let text = std::fs::read_to_string(puma()).unwrap();
+    let named = text.lines().map(|line| match line.split_once(" = ") {
+        Some((key @ ("# run" | "# aircraft" | "# manoeuvre"), _)) => format!("{key} = \"x\\n{FORGED}\"\n"),
+        _ => format!("{line}\n"),
+    });
+    std::fs::write(&run, named.collect::<String>()).unwrap();
+    std::fs::write(&damaged, text.lines().take(60).map(|line| format!("{line}\n")).collect::<String>() + "1,2\n").unwrap();
+    let own_model = std::fs::read_to_string(own("replay/models/puma-like.toml")).unwrap();
+    std::fs::write(&model, own_model.replace("name = \"puma-100kn-level\"", &format!("name = \"x\\n{FORGED}\""))).unwrap();
+    let (run, model, absent, damaged) = (path(&run), path(&model), path(&absent), path(&damaged));
+    let speed = format!("x\n{FORGED}");
+    let given = format!("--speed=x\n{FORGED}");
+    let calls: [&[&str]; 14] = [
+        &["replay", run],
+        &["replay", damaged],
+        &["check", run],
+        &["compare", run, "--model", model],
+        &["identify", run, "--states", "v,p,r", "--inputs", "pedal,lat_cyclic"],
+        &["linearise", "--model", model],
+        &["inspect", run],
+        &["inspect", damaged],
+        &["inspect", run, "--manoeuvres"],
+        &["replay", absent],
+        &["identify", absent],
+        &["compare", run, "--model", absent],
+        &["replay", run, "--speed", &speed],
+        &["replay", run, &given],
+    ];
+    for call in calls {
+        let (_, out, said) = ended(&sideslip(call));
+        let all = format!("{out}{said}");
+        assert!(all.contains("forged"), "{call:?}: {all}");
+        let own_line = all.lines().find(|line| line.starts_with("forged"));
+        assert_eq!(own_line, None, "{call:?}: {all}");
+    }
+}
+
 #[test]
 fn a_json_document_on_standard_output_says_the_same_without_them() {
     let folder = folder("hostile-json");

@@ -5,7 +5,7 @@ use crate::support::program::{ended, folder, own, path, sideslip};
 /// `simulate` of the plain linear model with a pedal doublet and these arguments: exit status and standard error.
 fn simulated(out: &std::path::Path, more: &[&str]) -> (i32, String) {
     let model = own("replay/models/puma-like.toml");
-    let mut args = vec!["simulate", "--model", path(&model), "--input", "pedal:doublet:0.02:1", "--out", path(out)];
+    let mut args = vec!["simulate", "--model", path(&model), "--input", "pedal:doublet:0.02:1", "--force", "--out", path(out)];
     args.extend(more);
     let (status, printed, said) = ended(&sideslip(&args));
     assert!(printed.is_empty(), "{printed}");

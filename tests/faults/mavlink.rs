@@ -136,10 +136,11 @@ fn the_scale_of_controls_is_said_to_be_assumed_until_it_is_stated() {
     std::fs::write(&config, stated).unwrap();
     let assumed = "per unit of command, scale assumed";
     for command in ["inspect", "check", "replay", "identify"] {
-        let (status, out, said) = ended(&sideslip(&[command, path(&file), "--json", path(&json)]));
+        let (status, out, said) = ended(&sideslip(&[command, path(&file), "--json", path(&json), "--force"]));
         assert!(matches!(status, 0 | 3 | 4), "{command}: {said}");
         assert!((out + &said).contains(assumed), "{command}: {said}");
-        let (_, out, said) = ended(&sideslip(&[command, path(&file), "--config", path(&config), "--json", path(&json)]));
+        let (_, out, said) =
+            ended(&sideslip(&[command, path(&file), "--config", path(&config), "--json", path(&json), "--force"]));
         assert!(!(out + &said).contains("assumed"), "{command}: {said}");
     }
     // Who converts it does not lose it, and may state it there.

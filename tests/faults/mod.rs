@@ -15,4 +15,5 @@ mod raw_numbers;
 mod replay;
 mod run_files;
 mod silence;
+mod standing_files;
 mod stopped_analyses;

@@ -25,6 +25,40 @@ fn a_model_with_huge_derivatives_has_them_as_powers_of_ten() {
     }
 }
 
+/// Numbers of a user in what is said, not in tables: 1e300 written in full has 301 digits.
+#[test]
+fn no_message_writes_a_huge_number_in_full() {
+    let folder = folder("raw-messages");
+    let spoilt = |name: &str, channel: &str, cell: &str| {
+        let mut run = RunFile::read(&puma());
+        let place = run.place(channel);
+        run.rows.iter_mut().for_each(|row| row[place] = cell.to_owned());
+        let file = folder.join(format!("{name}.csv"));
+        run.write(&file);
+        file
+    };
+    let (fast, late) = (spoilt("fast", "tas", "1e300"), spoilt("late", "time", "1e300"));
+    let (puma, digits) = (puma(), "9".repeat(300));
+    let (run, fast, late) = (path(&puma), path(&fast), path(&late));
+    let lateral = ["--states", "v,p,phi,r", "--inputs", "lat_cyclic,pedal"];
+    let calls: [&[&str]; 8] = [
+        &[&["identify", run, "--holdout", fast, "--model", "puma"], &lateral[..]].concat(),
+        &["replay", late],
+        &["inspect", late],
+        &["check", late],
+        &["replay", run, "--from", "1e300"],
+        &["check", run, "--from", "1e300", "--to", "1e299"],
+        &["identify", run, "--trim-window", &format!("-{digits}")],
+        &["design", "--model", "puma", "--control", "pedal", "--clock", &digits],
+    ];
+    for call in calls {
+        let (_, out, said) = ended(&sideslip(call));
+        let all = format!("{out}{said}");
+        let longest = all.split(|c: char| !(c.is_ascii_digit() || c == '.')).map(str::len).max();
+        assert!(longest <= Some(40), "{call:?}: {all}");
+    }
+}
+
 #[test]
 fn recordings_of_huge_constant_and_missing_values_leave_no_raw_number_in_any_table() {
     let folder = folder("raw-recordings");

@@ -197,11 +197,12 @@ fn a_log_that_another_process_is_writing_is_left_alone() {
     std::fs::write(&log, "being written").unwrap();
     let writer = std::fs::OpenOptions::new().append(true).open(&log).unwrap();
     writer.lock().unwrap();
-    let (status, _, said) = replayed(&puma(), &["--out", path(&log)]);
+    assert_eq!(replayed(&puma(), &["--out", path(&log)]).0, 2, "it is there already");
+    let (status, _, said) = replayed(&puma(), &["--out", path(&log), "--force"]);
     assert!(status == 1 && said.contains("another process is writing this log"), "{status}: {said}");
     assert_eq!(std::fs::read_to_string(&log).unwrap(), "being written");
     drop(writer);
-    assert_eq!(replayed(&puma(), &["--out", path(&log)]).0, 0);
+    assert_eq!(replayed(&puma(), &["--out", path(&log), "--force"]).0, 0);
     assert_eq!(replayed(&log, &[]).0, 0, "and nothing of what stood there is left");
 }
 

@@ -79,7 +79,8 @@ fn a_trim_that_is_taken_while_the_controls_move_is_said() {
     let (puma, folder) = (puma(), folder("identify-trim"));
     let told = |window: &str| {
         let json = folder.join("answer.json");
-        let (status, _, said) = ended(&sideslip(&["identify", path(&puma), "--trim-window", window, "--json", path(&json)]));
+        let (status, _, said) =
+            ended(&sideslip(&["identify", path(&puma), "--trim-window", window, "--force", "--json", path(&json)]));
         assert_eq!(status, 0, "{said}");
         std::fs::read_to_string(json).unwrap().contains("in the window its trim is taken from")
     };

@@ -7,7 +7,7 @@ use std::path::Path;
 /// Standard output and JSON of a replay, the JSON without the call.
 fn replayed(folder: &Path, file: &Path, more: &[&str]) -> (String, String) {
     let (json, log) = (folder.join("answer.json"), folder.join("log.mcap"));
-    let args = [&["replay", path(file), "--json", path(&json), "--out", path(&log)], more].concat();
+    let args = [&["replay", path(file), "--json", path(&json), "--out", path(&log), "--force"], more].concat();
     let (status, out, said) = ended(&sideslip(&args));
     assert_eq!(status, 0, "{said}");
     assert!(log.metadata().unwrap().len() > 10_000);

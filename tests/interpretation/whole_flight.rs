@@ -69,6 +69,35 @@ fn a_manoeuvre_of_a_flight_is_a_run_of_its_own_on_every_command() {
     assert!(status == 2 && said.contains("found both"), "{said}");
 }
 
+/// A pipe cannot be read twice: the flight is read once, whatever number of manoeuvres is taken from it.
+#[test]
+fn a_flight_out_of_a_pipe_is_cut_into_its_manoeuvres() {
+    let folder = folder("whole-flight-pipe");
+    let (file, pipe) = (flight(&folder), folder.join("pipe"));
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let (bytes, end) = (std::fs::read(&file).unwrap(), pipe.clone());
+    // It ends with this process, should nobody read.
+    std::thread::spawn(move || std::fs::write(end, bytes));
+    let (from_pipe, from_file) = (json_of_check(path(&pipe)), json_of_check(path(&file)));
+    assert_eq!(from_pipe["interpretation"]["runs"].as_array().unwrap().len(), 3);
+    let verdicts =
+        |answer: &Value| answer["runs"].as_array().unwrap().iter().map(|run| run["verdict"].clone()).collect::<Vec<_>>();
+    assert_eq!(verdicts(&from_pipe), verdicts(&from_file));
+}
+
+#[test]
+fn a_number_of_a_manoeuvre_is_of_one_recording() {
+    let folder = folder("whole-flight-numbers");
+    let file = flight(&folder);
+    let other = folder.join("other.csv");
+    std::fs::copy(puma(), &other).unwrap();
+    for command in ["identify", "check"] {
+        let second = if command == "identify" { ["--holdout", path(&other)].to_vec() } else { vec![path(&other)] };
+        let (status, _, said) = ended(&sideslip(&[&[command, path(&file)], &second[..], &["--manoeuvre", "1"]].concat()));
+        assert!(status == 2 && said.contains("such as flight:1, for 2 recordings are read"), "{command}: {said}");
+    }
+}
+
 /// Whatever its verdict is.
 fn json_of_check(file: &str) -> Value {
     let (_, out, _) = ended(&sideslip(&["check", file, "--manoeuvre", "all", "--json", "-"]));

@@ -54,12 +54,16 @@ fn the_demo_ends_with_section_4_and_its_logs_give_the_same_numbers() {
     }
 }
 
+/// In a folder where one has been before: what stands there is not touched, and the command of the README needs no other words.
 #[test]
 fn a_demo_that_is_stopped_leaves_a_whole_log_and_no_process() {
     let _turn = crate::alone();
-    let out = folder("live-demo-stopped");
+    let here = folder("live-demo-stopped");
+    let (before, out) = (here.join("sideslip-demo/diagnosis.json"), here.join("sideslip-demo-2"));
+    std::fs::create_dir(before.parent().unwrap()).unwrap();
+    std::fs::write(&before, "mine").unwrap();
     let mut demo = Command::new(env!("CARGO_BIN_EXE_sideslip"));
-    demo.args(["demo", "--speed", "1", "--out", path(&out)]).stdout(Stdio::null()).stderr(Stdio::null());
+    demo.args(["demo", "--speed", "1"]).current_dir(&here).stdout(Stdio::null()).stderr(Stdio::null());
     let mut demo = demo.spawn().unwrap();
     let log = out.join("descent-fit/live.mcap");
     crate::support::patience::until("a log", || super::stage::times(&log).len() > 50);
@@ -69,5 +73,7 @@ fn a_demo_that_is_stopped_leaves_a_whole_log_and_no_process() {
     let numbers: Vec<u32> = processes.lines().filter_map(|line| line.rsplit_once(" is process ")?.1.parse().ok()).collect();
     assert_eq!(numbers.len(), 2);
     assert!(numbers.iter().all(|number| !super::stage::signal("0", *number)), "nobody is left");
+    assert_eq!(std::fs::read_to_string(&before).unwrap(), "mine");
+    assert_eq!(std::fs::read_dir(before.parent().unwrap()).unwrap().count(), 1);
     assert_eq!(ended(&sideslip(&["inspect", path(&log), "--json", "-"])).0, 0);
 }

@@ -33,6 +33,61 @@ fn through_shared_memory_the_numbers_are_the_same_bit_for_bit() {
     }
 }
 
+/// Samples that wait to be taken reach an estimator that came after them: telemetry published no more before the first was taken,
+/// so nothing connected them, and on a loaded machine `live --speed max` waited without end.
+#[test]
+fn an_estimator_that_comes_after_the_samples_takes_them_all() {
+    let _turn = crate::alone();
+    let stage = stage("late-estimator");
+    let (root, long) = (stage.join("root"), puma());
+    let short = stage.join("short.csv");
+    let text = std::fs::read_to_string(&long).unwrap();
+    // One that fits into shared memory whole, its end too, and one that does not.
+    std::fs::write(&short, text.lines().take(300).map(|line| format!("{line}\n")).collect::<String>()).unwrap();
+    for file in [&short, &long] {
+        let log = stage.join("log.mcap");
+        let _ = std::fs::remove_file(&log);
+        let mut ingest = Running::start(&["ingest", "--source", &source(file), "--speed", "max", "--root", path(&root)]);
+        until("samples that wait", || ingest.said().iter().any(|(_, line)| line.contains("waiting for an estimator")));
+        let mut estimate = Running::start(&["estimate", "--root", path(&root), "--out", path(&log)]);
+        assert_eq!(ingest.ended(), 0, "{:?}", ingest.said());
+        assert!(signal("TERM", estimate.number()));
+        assert_eq!(estimate.ended(), 0, "{:?}", estimate.said());
+        assert_eq!(times(&log), times(file), "{}", file.display());
+    }
+    assert_eq!(left_behind(&root), [""; 0]);
+}
+
+/// Whatever is in a recording, `live` ends with it: one row, times that go back, jump or are none; one that cannot be read is
+/// given up after some attempts.
+#[test]
+fn live_on_a_recording_ends_whatever_is_in_it() {
+    let _turn = crate::alone();
+    let stage = stage("odd-recordings");
+    let (root, text) = (stage.join("root"), std::fs::read_to_string(puma()).unwrap());
+    let table: Vec<&str> = text.lines().filter(|line| !line.starts_with('#')).take(300).collect();
+    type TimeOf = fn(usize) -> String;
+    let times: [(&str, TimeOf); 5] = [
+        ("one", |row| if row == 0 { "0".to_owned() } else { String::new() }),
+        ("back", |row| (300 - row).to_string()),
+        ("jumps", |row| ((row % 3) * 5).to_string()),
+        ("none", |_| "nan".to_owned()),
+        ("huge", |row| format!("{row}e300")),
+    ];
+    for (name, time) in times {
+        let file = stage.join(name).with_extension("csv");
+        let rows = table[1..].iter().enumerate().map(|(row, line)| (time(row), line.split_once(',').unwrap().1));
+        let rows = rows.filter(|(time, _)| !time.is_empty()).map(|(time, rest)| format!("{time},{rest}\n"));
+        std::fs::write(&file, format!("{}\n{}", table[0], rows.collect::<String>())).unwrap();
+        let mut live = Running::start(&["live", "--source", &source(&file), "--speed", "max", "--root", path(&root)]);
+        assert!(matches!(live.ended(), 0 | 2 | 3), "{name}: {:?}", live.said());
+    }
+    // Reading its first byte is an error of the system's.
+    let mut live = Running::start(&["live", "--source", "file:///proc/self/mem", "--speed", "max", "--root", path(&root)]);
+    assert_eq!(live.ended(), 1, "{:?}", live.said());
+    assert!(live.said().iter().any(|(_, line)| line.contains("ingest failed 5 times")), "{:?}", live.said());
+}
+
 #[test]
 fn bits_without_a_frame_end_by_a_signal_and_with_the_parent() {
     let _turn = crate::alone();

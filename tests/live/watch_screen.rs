@@ -137,6 +137,39 @@ fn it_ends_by_keys_and_by_signals_and_gives_the_terminal_back() {
     }
 }
 
+/// Whether the process is stopped, as a shell's jobs are.
+fn is_stopped(process: u32) -> bool {
+    let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
+    stat.rsplit_once(") ").is_some_and(|(_, state)| state.starts_with('T'))
+}
+
+#[test]
+fn a_stop_gives_the_terminal_back_and_going_on_draws_it_anew() {
+    let _turn = crate::alone();
+    let root = folder("watch-stops").join("root");
+    for way in ["\x1a", "TSTP", "STOP"] {
+        let mut terminal = PseudoTerminal::start(watch(&root, &[]), SMALL);
+        terminal.wait_for(&["NO ESTIMATOR", "q: quit"]);
+        if way == "\x1a" {
+            terminal.press(way);
+        } else {
+            assert!(signal(way, terminal.number()));
+        }
+        until("the program is stopped", || is_stopped(terminal.number()));
+        if way != "STOP" {
+            until("the screen is given back", || !terminal.is_screen());
+            assert!(terminal.is_as_before(), "{way:?}");
+        }
+        terminal.scribble("\x1b[2J\x1b[5;5Hsomebody else's words");
+        terminal.wait_for(&["somebody else's words"]);
+        assert!(signal("CONT", terminal.number()));
+        until("the screen is back", || terminal.is_screen() && terminal.shows(&["NO ESTIMATOR", "q: quit"]));
+        assert!(!terminal.is_as_before() && !terminal.shows(&["somebody else's words"]), "{way:?}: {:#?}", terminal.rows());
+        terminal.press("q");
+        assert_eq!(terminal.ended(), 0, "{way:?}");
+    }
+}
+
 /// Reading keys from a terminal that has gone never ends: half a core was spent on it.
 #[test]
 fn it_ends_with_its_terminal() {

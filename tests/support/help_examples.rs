@@ -111,6 +111,20 @@ fn in_shell(folder: &Path, line: &str) -> (i32, String) {
     (status, said)
 }
 
+/// Names of the files and folders in it.
+fn content(folder: &Path) -> Vec<PathBuf> {
+    let mut names: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    names.sort();
+    names
+}
+
+/// The line with `--force` for its first command.
+fn forced(line: &str) -> String {
+    let end = [" |", " &&"].iter().filter_map(|word| line.find(word)).min().unwrap_or(line.len());
+    let (call, rest) = line.split_at(end);
+    format!("{call} --force{rest}")
+}
+
 fn copied(from: &Path, to: &Path) {
     assert!(Command::new("cp").args(["-R", path(from), path(to)]).status().unwrap().success());
 }
@@ -133,8 +147,17 @@ pub(crate) fn run_examples(place: &str, of: impl Fn(&str) -> bool) {
                 let (status, said) = in_shell(&here, &format!("{call} --no-such-option"));
                 assert!(status == 2 && said.contains("unexpected argument '--no-such-option'"), "{line}: {status}: {said}");
             } else {
+                let files = content(&here);
                 let (status, said) = in_shell(&here, &line);
                 assert!(matches!(status, 0 | 3 | 4), "{line}: {status}: {said}");
+                // Again, as a user does: what it wrote is not replaced unasked, and with --force it is. What a shell writes is the
+                // shell's.
+                if content(&here) != files && !line.contains('>') {
+                    let (status, said) = in_shell(&here, &line);
+                    assert!(status == 2 && said.contains("--force replaces it"), "again: {line}: {status}: {said}");
+                    let (status, said) = in_shell(&here, &forced(&line));
+                    assert!(matches!(status, 0 | 3 | 4), "again with --force: {line}: {status}: {said}");
+                }
             }
             std::fs::remove_dir_all(&here).unwrap();
         }

@@ -114,6 +114,22 @@ impl PseudoTerminal {
         cell.fgcolor() != vt100::Color::Default
     }
 
+    /// Whether the program shows a screen now.
+    pub(crate) fn is_screen(&self) -> bool {
+        self.seen.lock().unwrap().screen.screen().alternate_screen()
+    }
+
+    /// Whether the settings are those before the program.
+    pub(crate) fn is_as_before(&self) -> bool {
+        let (before, now) = (&self.before, tcgetattr(&self.slave).unwrap());
+        (before.input_modes, before.output_modes, before.local_modes) == (now.input_modes, now.output_modes, now.local_modes)
+    }
+
+    /// Somebody else writes to it.
+    pub(crate) fn scribble(&mut self, text: &str) {
+        self.slave.write_all(text.as_bytes()).unwrap();
+    }
+
     /// Everything that was written so far.
     pub(crate) fn bytes(&self) -> String {
         String::from_utf8_lossy(&self.seen.lock().unwrap().bytes).into_owned()

@@ -41,7 +41,7 @@ fn every_command_reads_the_url_of_a_recording() {
             &["inspect", source],
             &["compare", source, "--model", path(&model)],
             &["convert", source, path(&out), "--force"],
-            &["simulate", "--model", path(&model), "--controls", source, "--out", path(&out)],
+            &["simulate", "--model", path(&model), "--controls", source, "--out", path(&out), "--force"],
         ] {
             let (status, _, said) = ended(&sideslip(call));
             assert!(status == 0 || (call[0] == "check" && status == 4), "{call:?}: {status} {said}");

@@ -7,6 +7,7 @@ mod table;
 
 use super::options::fitted_runs::refuse_twice;
 use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
+use super::options::replace_option::ReplaceOption;
 use super::options::run_parts::PartOptions;
 use super::options::telemetry_source::RecordingSource;
 use super::recordings::chosen_runs::chosen_runs;
@@ -15,7 +16,7 @@ use super::recordings::run_input::screened;
 use super::recordings::run_names::tell_apart;
 use super::terminal::console::{message_once, print};
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder};
-use crate::command::message;
+use crate::command::{message, message_text};
 use read_run::read;
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::ControlNames;
@@ -68,6 +69,8 @@ pub(crate) struct CheckArgs {
     /// Write the answer as JSON to this file, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    #[command(flatten)]
+    replace: ReplaceOption,
 }
 
 /// Reads every run, checks them together and reports the verdicts.
@@ -75,6 +78,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Outcome, Failure> {
     if let Some(json) = args.json.as_ref().filter(|json| json.as_os_str() != "-") {
         refuse_to_overwrite("--json", json, &args.files.iter().flat_map(RecordingSource::files).collect::<Vec<_>>())?;
         refuse_without_folder("--json", json)?;
+        args.replace.refuse("--json", json)?;
     }
     let mapping = read_mapping(args.config.as_deref(), &args.map)?;
     let [sources] = chosen_runs([&args.files], &args.parts, &args.set, &mapping)?;
@@ -101,7 +105,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<Outcome, Failure> {
     match &args.json {
         None => print(&text)?,
         Some(path) => {
-            message(format_args!("{}", text.trim_end()));
+            message_text(text.trim_end());
             let mut document = json::document(&verdicts, controls);
             if read.iter().any(|one| !assumed_names(&one.info).is_empty()) {
                 document["assumed_scale"] = read.iter().map(|one| assumed_names(&one.info)).collect();

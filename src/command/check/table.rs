@@ -9,6 +9,7 @@ use sideslip::io::outputs::number::{Fixed, measured_text};
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::io::outputs::tables::wrapped::wrapped_list;
 use sideslip::io::outputs::words::instrument_words::{detection_limit, not_observable, separation, verdict_reason};
+use sideslip::io::outputs::words::printable::printable;
 use sideslip::postflight::reconstruction::correction::Correction;
 use sideslip::postflight::reconstruction::verdict::RunVerdict;
 use sideslip::realtime::estimation::screening::gross_error::speed_unit;
@@ -22,7 +23,7 @@ pub(super) fn text(verdicts: &[RunVerdict], infos: &[&RunInfo], controls: Contro
         if !text.is_empty() {
             text.push('\n');
         }
-        let heading = format!("{}: {}", verdict.run, verdict.fitness.words());
+        let heading = format!("{}: {}", printable(&verdict.run), verdict.fitness.words());
         let _ = writeln!(text, "{}\n  {}", style.bold(heading), verdict_reason(&verdict.reason));
         if let Some(gaps) = long_gaps(&verdict.long_gaps) {
             let _ = writeln!(text, "  {gaps}");

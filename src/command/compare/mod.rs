@@ -8,6 +8,7 @@ mod table;
 use super::options::fitted_runs::refuse_twice;
 use super::options::flight_condition::{FlightCondition, read_model};
 use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
+use super::options::replace_option::ReplaceOption;
 use super::options::run_parts::{PartOptions, is_of_run};
 use super::options::telemetry_source::RecordingSource;
 use super::recordings::chosen_runs::chosen_runs;
@@ -16,7 +17,7 @@ use super::recordings::run_input::{RunInput, read_run, refuse_two_aircraft};
 use super::recordings::run_names::tell_apart;
 use super::terminal::console::{message_once, print};
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, write_json, write_whole};
-use crate::command::message;
+use crate::command::message_text;
 use comparison::{ComparedRun, Comparison, outlasts_trim};
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::control::{CONTROLS, Control};
@@ -80,6 +81,8 @@ pub(crate) struct CompareArgs {
     /// Draw each run into a file of its own in this folder, with compare.json beside
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    replace: ReplaceOption,
 }
 
 /// Reads runs and models, flies and tells.
@@ -98,6 +101,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome, Failure> {
     let mut read = sources.iter().map(|source| read_run(source, &mapping)).collect::<Result<Vec<_>, _>>()?;
     tell_apart(read.iter_mut().map(|one| &mut one.name), &sources.iter().collect::<Vec<_>>());
     refuse_two_aircraft(read.iter().zip(&sources))?;
+    refuse_standing(args, &file_names(read.iter().map(|one| one.name.as_str())))?;
     let losses: Vec<String> = read.iter().flat_map(|one| one.losses.clone()).collect();
     let mut runs = Vec::new();
     for (one, RecordingSource { file, .. }) in read.into_iter().zip(&sources) {
@@ -141,16 +145,18 @@ fn tell(args: &CompareArgs, sources: &[RecordingSource], answer: &Comparison) ->
     }
     if let Some(folder) = &args.out {
         std::fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
-        for (place, (one, _)) in answer.runs.iter().enumerate() {
+        let files = file_names(answer.runs.iter().map(|(one, _)| one.name.as_str()));
+        for (file, (one, _)) in files.iter().zip(&answer.runs) {
             let text = overlay_chart::svg(&[one]).map_err(drawn)?;
-            write_whole(&folder.join(format!("{}.svg", file_name(answer, place))), |file| file.write_all(text.as_bytes()))?;
+            let file = folder.join(file);
+            write_whole(&file, |file| file.write_all(text.as_bytes()))?;
         }
-        write_whole(&folder.join("compare.json"), |file| file.write_all(document.as_bytes()))?;
+        write_whole(&folder.join(NUMBERS), |file| file.write_all(document.as_bytes()))?;
     }
     match &args.json {
         None => print(&text),
         Some(path) => {
-            message(format_args!("{}", text.trim_end()));
+            message_text(text.trim_end());
             write_json(path, &document)
         }
     }
@@ -164,13 +170,25 @@ fn provenance(args: &CompareArgs, sources: &[RecordingSource], answer: &Comparis
     runs.fold(Provenance::of(files.chain(besides)), |all, (info, source)| all.dated(&source.file, info.recorded_at()))
 }
 
-/// The run's name as a file's; numbered where two runs have one name.
-fn file_name(answer: &Comparison, place: usize) -> String {
+/// What `--out` writes beside the pictures.
+const NUMBERS: &str = "compare.json";
+
+/// The picture of each run by its name; numbered where two runs have one name.
+fn file_names<'n>(runs: impl Iterator<Item = &'n str>) -> Vec<String> {
     let plain = |name: &str| -> String { name.chars().map(|c| if c.is_alphanumeric() || c == '-' { c } else { '_' }).collect() };
-    let names: Vec<String> = answer.runs.iter().map(|(one, _)| plain(&one.name)).collect();
-    let own = names.get(place).cloned().unwrap_or_default();
-    let twice = names.iter().filter(|name| **name == own).count() > 1 || own.is_empty();
-    if twice { format!("{own}-{}", place + 1) } else { own }
+    let names: Vec<String> = runs.map(plain).collect();
+    let numbered = |(place, own): (usize, &String)| {
+        let twice = names.iter().filter(|name| *name == own).count() > 1 || own.is_empty();
+        if twice { format!("{own}-{}.svg", place + 1) } else { format!("{own}.svg") }
+    };
+    names.iter().enumerate().map(numbered).collect()
+}
+
+/// Refuses, before anything is flown, to write over files of the user in the folder of the pictures.
+fn refuse_standing(args: &CompareArgs, pictures: &[String]) -> Result<(), Failure> {
+    let Some(folder) = &args.out else { return Ok(()) };
+    let names = pictures.iter().map(String::as_str).chain([NUMBERS]);
+    names.into_iter().try_for_each(|name| args.replace.refuse("--out", &folder.join(name)))
 }
 
 fn refuse_wrong_outputs(args: &CompareArgs) -> Result<(), Failure> {
@@ -183,6 +201,7 @@ fn refuse_wrong_outputs(args: &CompareArgs) -> Result<(), Failure> {
         if let Some(output) = output {
             refuse_to_overwrite(option, output, &inputs)?;
             refuse_without_folder(option, output)?;
+            args.replace.refuse(option, output)?;
         }
     }
     if let Some(folder) = args.out.as_ref().filter(|folder| folder.exists() && !folder.is_dir()) {

@@ -4,6 +4,7 @@ use crate::command::compare::comparison::{ComparedRun, Comparison};
 use sideslip::flight::channel::ControlNames;
 use sideslip::io::outputs::number::{Fixed, decimals};
 use sideslip::io::outputs::tables::terminal::Style;
+use sideslip::io::outputs::words::printable::printable;
 use sideslip::postflight::validation::improvement::{
     ChannelImprovement, Improvement, ImprovementVerdict, IntervalEstimate, PooledImprovement,
 };
@@ -12,7 +13,7 @@ use std::fmt::Write;
 pub(super) fn text(answer: &Comparison, style: Style) -> String {
     let mut text = String::new();
     for (one, gain) in &answer.runs {
-        let _ = writeln!(text, "{}: {}", style.bold(&one.name), flown(one));
+        let _ = writeln!(text, "{}: {}", style.bold(printable(&one.name)), flown(one));
         let controls = one.info.geometry().controls;
         if one.scored {
             figures(&mut text, gain, controls, answer.beside);

@@ -4,6 +4,7 @@ mod clock_merge;
 mod row_writer;
 
 use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
+use super::options::replace_option::ReplaceOption;
 use super::options::run_parts::PartOptions;
 use super::options::telemetry_source::RecordingSource;
 use super::recordings::chosen_runs::chosen_run;
@@ -62,9 +63,8 @@ pub(crate) struct ConvertArgs {
     parts: PartOptions,
     #[command(flatten)]
     clock: ClockOptions,
-    /// Replace an output that exists
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    replace: ReplaceOption,
 }
 
 /// Reads, merges where that is asked for, and writes; the output is there whole or not at all.
@@ -73,9 +73,7 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
     refuse_without_folder("OUT", &args.output)?;
     let read = args.input.files().into_iter().chain(args.clock.files()).collect::<Vec<_>>();
     refuse_to_overwrite("OUT", &args.output, &read)?;
-    if args.output.exists() && !args.force {
-        return Err(Failure::file(&args.output, "exists already; --force replaces it"));
-    }
+    args.replace.refuse("OUT", &args.output)?;
     let mapping = read_mapping(args.config.as_deref(), &args.map)?;
     let input = chosen_run(&args.input, &args.parts, &args.set, &mapping)?;
     let recording = input.open_with_note(&mapping)?;

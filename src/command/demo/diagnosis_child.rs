@@ -3,6 +3,7 @@
 use super::child_guard::{ChildGuard, stopped_early};
 use super::test_flight::DENSITY;
 use crate::command::message;
+use crate::command::options::replace_option::ReplaceOption;
 use serde_json::Value;
 use sideslip::error::Failure;
 use std::fs::File;
@@ -14,6 +15,12 @@ use std::time::Duration;
 /// Polling interval of its end.
 const POLL: Duration = Duration::from_millis(50);
 
+/// Numbers, words, pages and models, those of a test point with its number.
+pub(super) const DIAGNOSIS: &str = "diagnosis.json";
+pub(super) const WORDS: &str = "diagnosis.txt";
+pub(super) const PAGES: &str = "report.html";
+pub(super) const EXTENDED: &str = "puma-extended.toml";
+
 pub(super) struct DiagnosisFiles {
     pub(super) answer: Value,
     pub(super) json: PathBuf,
@@ -23,11 +30,13 @@ pub(super) struct DiagnosisFiles {
 /// Diagnoses the runs that are fitted, and measures the improvement on the hold-out runs.
 pub(super) fn diagnosed(fit: &[PathBuf], kept: &[PathBuf], out: &Path, stop: &AtomicBool) -> Result<DiagnosisFiles, Failure> {
     let failed = |error: std::io::Error| Failure::Running(format!("the diagnosis cannot be started: {error}"));
-    let [json, said, pages] = ["diagnosis.json", "diagnosis.txt", "report.html"].map(|name| out.join(name));
+    let [json, said, pages] = [DIAGNOSIS, WORDS, PAGES].map(|name| out.join(name));
     let file = File::create(&said).map_err(|error| Failure::io(&said, &error))?;
     let mut call = Command::new(std::env::current_exe().map_err(failed)?);
     call.args(["diagnose", "--model", "puma", "--density", DENSITY, "--fit"]).args(fit).arg("--holdout").args(kept);
-    call.arg("--json").arg(&json).arg("--html").arg(&pages).arg("--extended").arg(out.join("puma-extended.toml"));
+    call.arg("--json").arg(&json).arg("--html").arg(&pages).arg("--extended").arg(out.join(EXTENDED));
+    // What stands there was refused before the flights.
+    call.arg(ReplaceOption::FORCE);
     let mut process = ChildGuard(call.stdin(Stdio::null()).stdout(Stdio::null()).stderr(file).spawn().map_err(failed)?);
     let mut told = 0;
     let status = loop {

@@ -2,6 +2,7 @@
 
 use super::child_guard::ChildGuard;
 use crate::command::message;
+use crate::command::options::replace_option::ReplaceOption;
 use sideslip::error::{Failure, Outcome};
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -10,6 +11,9 @@ use std::time::{Duration, Instant};
 
 /// The longest that it may take to end.
 const ENDING: Duration = Duration::from_secs(30);
+
+/// What the processes of a run say.
+pub(super) const SAID: &str = "processes.log";
 
 /// The process; it ends with this one, however that ends.
 pub(super) struct LiveChild {
@@ -23,11 +27,11 @@ impl LiveChild {
     /// into a file.
     pub(super) fn start(run: &str, url: &str, root: &Path, out: &Path, json: &Path) -> Result<Self, Failure> {
         let failed = |error: std::io::Error| Failure::Running(format!("live cannot be started: {error}"));
-        let log = out.join("processes.log");
+        let log = out.join(SAID);
         let said = File::create(&log).map_err(|error| Failure::io(&log, &error))?;
         let mut call = Command::new(std::env::current_exe().map_err(failed)?);
         call.args(["live", "--supervised", "--source", url, "--set", run, "--set", "aircraft=puma", "--root"]).arg(root);
-        call.arg("--out").arg(out).arg("--json").arg(json);
+        call.arg("--out").arg(out).arg("--json").arg(json).arg(ReplaceOption::FORCE);
         let process = call.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(said).spawn().map_err(failed)?;
         Ok(LiveChild { process: ChildGuard(process), log, out: out.into() })
     }

@@ -15,16 +15,21 @@ mod result_table;
 mod test_flight;
 mod test_run;
 
+use super::options::replace_option::ReplaceOption;
 use super::terminal::console::print;
 use super::terminal::output_file::write_json;
 use super::terminal::stop::stopped_by_signals;
-use crate::command::message;
+use crate::command::{message, message_text};
+use diagnosis_child::{DIAGNOSIS, EXTENDED, PAGES, WORDS, diagnosed};
+use live_child::SAID;
+use pcm_vehicle::FRAMES;
 use result_table::ResultTable;
 use sideslip::error::{Failure, Outcome};
 use sideslip::io::outputs::tables::terminal::Style;
-use std::path::PathBuf;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
 use test_flight::{RATE_HZ, RUNS, TEST_POINTS};
-use test_run::{DemoLink, FlownRun, fly_run};
+use test_run::{BY_PCM, DemoLink, FlownRun, NUMBERS, fly_run};
 
 const EXAMPLE: &str = "\
 Example:
@@ -41,9 +46,10 @@ Exit status: 0 done; 1 failed while running; 2 the call is wrong; 3 done, with d
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct DemoArgs {
-    /// Directory for logs, numbers and pages (made where it is missing)
-    #[arg(long, value_name = "DIR", default_value = "sideslip-demo")]
-    out: PathBuf,
+    /// Directory for logs, numbers and pages (made where it is missing); without it, sideslip-demo in the current directory, and
+    /// where that is there already sideslip-demo-2 and so on
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
     /// How many times faster than real time it flies
     #[arg(long, value_name = "N", default_value = "4", value_parser = speed)]
     speed: f64,
@@ -53,7 +59,12 @@ pub(crate) struct DemoArgs {
     /// Write the last estimates, those of the climb, as JSON to this file too, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    #[command(flatten)]
+    replace: ReplaceOption,
 }
+
+/// Where results go unless a directory is named.
+const FOLDER: &str = "sideslip-demo";
 
 /// The test point that is flown by both links.
 const BY_BOTH: &str = "level";
@@ -77,12 +88,47 @@ fn speed(text: &str) -> Result<f64, String> {
     factor.ok_or_else(|| format!("expected a factor from 0.25 to 20, found `{text}`"))
 }
 
+/// The directory of the results: the one that is named, which may hold none of the files that are written there (logs take free
+/// names); else a fresh one.
+fn folder(args: &DemoArgs) -> Result<PathBuf, Failure> {
+    let named = args.out.clone().or_else(|| args.replace.force.then(|| FOLDER.into()));
+    if let Some(folder) = named {
+        refuse_standing(&folder, args.replace)?;
+        return std::fs::create_dir_all(&folder).map_err(|error| Failure::io(&folder, &error)).map(|()| folder);
+    }
+    let mut number = 1_u64;
+    loop {
+        let folder = PathBuf::from(if number == 1 { FOLDER.to_owned() } else { format!("{FOLDER}-{number}") });
+        match std::fs::create_dir(&folder) {
+            Ok(()) => return Ok(folder),
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => number += 1,
+            Err(error) => return Err(Failure::io(&folder, &error)),
+        }
+    }
+}
+
+/// Refuses, before anything is flown, to write over files in the directory of the results.
+fn refuse_standing(folder: &Path, replace: ReplaceOption) -> Result<(), Failure> {
+    let of_point = |point: &test_flight::DemoTestPoint| {
+        let both = RUNS.iter().map(|run| format!("{}-{}", point.name, run.name));
+        both.flat_map(|run| [run.clone(), format!("{run}{BY_PCM}")]).collect::<Vec<_>>()
+    };
+    let of_run = |run: String| [NUMBERS, SAID, FRAMES].map(|name| format!("{run}/{name}"));
+    let of_runs = TEST_POINTS.iter().flat_map(of_point).flat_map(of_run);
+    let of_diagnosis = [DIAGNOSIS, WORDS, PAGES, EXTENDED].map(str::to_owned);
+    let numbered =
+        (1..=TEST_POINTS.len()).flat_map(|number| [PAGES, EXTENDED].map(|name| name.replacen('.', &format!("-{number}."), 1)));
+    let mut names = of_runs.chain(of_diagnosis).chain(numbered);
+    names.try_for_each(|name| replace.refuse("--out", &folder.join(name)))
+}
+
 /// Flies, estimates, diagnoses, compares.
 pub(crate) fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
     let stop = stopped_by_signals()?;
-    std::fs::create_dir_all(&args.out).map_err(|error| Failure::io(&args.out, &error))?;
+    args.replace.refuse_each([("--json", args.json.as_deref())])?;
+    let out = &folder(args)?;
     let pilot = RUNS.each_ref().map(|run| format!("{} ({})", run.inputs(), run.name));
-    message(format_args!(
+    message_text(&format!(
         "A helicopter flies three test points, {} times real time: {}\nIts telemetry is MAVLink at {RATE_HZ:.0} Hz over the loopback, at level flight PCM too; \
          each run is estimated live and logged",
         args.speed,
@@ -94,33 +140,33 @@ pub(crate) fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
         let seed = args.seed.wrapping_mul(10).wrapping_add(2 * flown.len() as u64);
         message(format_args!("  {}", point.name));
         let [fit, kept] = &RUNS;
-        let flown_fit = fly_run((point, fit, DemoLink::Mavlink), &args.out, (args.speed, seed), &stop)?;
-        let flown_kept = fly_run((point, kept, DemoLink::Mavlink), &args.out, (args.speed, seed.wrapping_add(1)), &stop)?;
+        let flown_fit = fly_run((point, fit, DemoLink::Mavlink), out, (args.speed, seed), &stop)?;
+        let flown_kept = fly_run((point, kept, DemoLink::Mavlink), out, (args.speed, seed.wrapping_add(1)), &stop)?;
         if point.name == BY_BOTH {
             message(format_args!("  {}, the same flight by PCM", point.name));
-            let by_pcm = fly_run((point, fit, DemoLink::Pcm), &args.out, (args.speed, seed), &stop)?;
+            let by_pcm = fly_run((point, fit, DemoLink::Pcm), out, (args.speed, seed), &stop)?;
             both_links = links_compared(point.name, &flown_fit, &by_pcm);
         }
         flown.push([flown_fit, flown_kept]);
     }
     message(format_args!("Diagnosis of a Level-1 simulation by these flights, a minute or two:"));
     let logs = |of: fn(&[FlownRun; 2]) -> &FlownRun| -> Vec<PathBuf> { flown.iter().map(|both| of(both).log.clone()).collect() };
-    let diagnosed = diagnosis_child::diagnosed(&logs(|[fit, _]| fit), &logs(|[_, kept]| kept), &args.out, &stop)?;
+    let diagnosis = diagnosed(&logs(|[fit, _]| fit), &logs(|[_, kept]| kept), out, &stop)?;
     let to_standard_output = args.json.as_ref().is_some_and(|json| json.as_os_str() == "-");
     let style = if to_standard_output { Style::of_stream(&std::io::stderr()) } else { Style::of_stream(&std::io::stdout()) };
     let fits: Vec<&FlownRun> = flown.iter().map(|[fit, _]| fit).collect();
-    let mut closing = ResultTable { flown: &fits, answer: &diagnosed.answer, style }.to_string();
+    let mut closing = ResultTable { flown: &fits, answer: &diagnosis.answer, style }.to_string();
     let paths = [
-        ("logs", args.out.join("*/live.mcap")),
-        ("numbers", diagnosed.json),
-        ("words", diagnosed.said),
-        ("pages", args.out.join("report-*.html")),
+        ("logs", out.join("*/live.mcap")),
+        ("numbers", diagnosis.json),
+        ("words", diagnosis.said),
+        ("pages", out.join("report-*.html")),
     ];
     closing.push_str(&both_links);
     closing.push('\n');
     paths.iter().for_each(|(what, path)| closing.push_str(&format!("{what:<8} {}\n", path.display())));
     if to_standard_output {
-        message(format_args!("{}", closing.trim_end()));
+        message_text(closing.trim_end());
     } else {
         print(&closing)?;
     }

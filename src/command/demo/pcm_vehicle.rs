@@ -15,6 +15,8 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+/// The format of the frames, beside the run.
+pub(super) const FRAMES: &str = "frame.toml";
 /// Words of 32 bits in a minor frame, the sync pattern counted as one: 819,200 bits a second, so that the words of a frame stand
 /// within a millisecond.
 const WORDS: u32 = 512;
@@ -43,7 +45,7 @@ impl SimulatedVehicle {
         let mut channels: Vec<Channel> =
             Channel::ALL.into_iter().filter(|channel| present & (1 << channel.index()) != 0).collect();
         channels.sort_by_key(|channel| !Channel::GYROS.contains(channel));
-        let (text, file) = (format_of(&channels), folder.join("frame.toml"));
+        let (text, file) = (format_of(&channels), folder.join(FRAMES));
         std::fs::write(&file, &text).map_err(|error| Failure::io(&file, &error))?;
         let format = PcmFormat::from_toml(&text).map_err(|wrong| failed(&wrong))?;
         let encoder = PcmEncoder::new(&format, 0.0).map_err(|wrong| failed(&wrong))?;

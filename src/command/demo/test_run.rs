@@ -24,6 +24,10 @@ const AFTER: Duration = Duration::from_millis(600);
 /// The longest wait for the first estimate.
 const FIRST: Duration = Duration::from_secs(20);
 
+/// What the folder of a run by PCM ends in, and the numbers of a run.
+pub(super) const BY_PCM: &str = "-pcm";
+pub(super) const NUMBERS: &str = "derivatives.json";
+
 pub(super) struct FlownRun {
     pub(super) flight: TestFlight,
     pub(super) estimate: NewestEstimate,
@@ -48,13 +52,13 @@ pub(super) fn fly_run(
     stop: &AtomicBool,
 ) -> Result<FlownRun, Failure> {
     let flight = TestFlight::fly(point, run, seed)?;
-    let by = if link == DemoLink::Pcm { "-pcm" } else { "" };
+    let by = if link == DemoLink::Pcm { BY_PCM } else { "" };
     let name = format!("{}-{}{by}", point.name, run.name);
     let folder = out.join(&name);
     std::fs::create_dir_all(&folder).map_err(|error| Failure::io(&folder, &error))?;
     // Everybody in it is gone before this process leaves it, and takes it along.
     let bus = Bus::enter_private(&BusRoot::private_path())?;
-    let numbers = folder.join("derivatives.json");
+    let numbers = folder.join(NUMBERS);
     let vehicle = match link {
         DemoLink::Mavlink => SimulatedVehicle::ready(flight.samples.clone(), speed)?,
         DemoLink::Pcm => SimulatedVehicle::ready_by_pcm(flight.samples.clone(), speed, &folder)?,

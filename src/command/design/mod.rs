@@ -4,12 +4,13 @@ mod result;
 
 use super::options::flight_condition;
 use super::options::flight_condition::{FlightCondition, number};
+use super::options::replace_option::ReplaceOption;
 use super::recordings::provenance::Provenance;
 use super::terminal::console::print;
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, same_place, write_whole};
 use super::terminal::progress_line::ProgressLine;
 use super::terminal::stop::stopped_by_signals;
-use crate::command::message;
+use crate::command::{message, message_text};
 use result::{DesignCandidate, STATES, name_of, panels, to_json, to_table};
 use serde_json::json;
 use sideslip::dynamics::linear::with_effects;
@@ -99,6 +100,8 @@ pub(crate) struct DesignArgs {
     /// Write the result as JSON to this file, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    #[command(flatten)]
+    replace: ReplaceOption,
 }
 
 /// What is estimated with the derivatives that are named.
@@ -113,6 +116,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<Outcome, Failure> {
         if let Some(file) = file {
             refuse_without_folder(option, file)?;
             refuse_to_overwrite(option, file, std::slice::from_ref(&args.condition.model))?;
+            args.replace.refuse(option, file)?;
         }
     }
     if let (Some(json), Some(svg)) = (&args.json, &args.svg)
@@ -182,7 +186,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<Outcome, Failure> {
     match &args.json {
         None => print(&table)?,
         Some(path) => {
-            message(format_args!("{}", table.trim_end()));
+            message_text(table.trim_end());
             let mut result = to_json(&candidates, &names, &parameters, model, &omegas);
             if let Some(result) = result.as_object_mut() {
                 let besides: Vec<String> = free.iter().map(|parameter| name_of(*parameter, file.controls)).collect();

@@ -3,6 +3,7 @@
 use crate::command::options::fitted_runs::FittedRuns;
 use crate::command::options::flight_condition::FlightCondition;
 use crate::command::options::mapping_input::{CONFIG_HELP, MapOption};
+use crate::command::options::replace_option::ReplaceOption;
 use crate::command::options::run_parts::PartOptions;
 use std::path::PathBuf;
 
@@ -53,4 +54,6 @@ pub(crate) struct DiagnoseArgs {
     /// Write a report (HTML) to this file: causes and their evidence, every run beside both models, residuals, improvement
     #[arg(long, value_name = "FILE")]
     pub(super) html: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) replace: ReplaceOption,
 }

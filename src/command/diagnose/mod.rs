@@ -19,7 +19,7 @@ use super::recordings::run_condition::condition_of;
 use super::recordings::run_input::{RunInput, read_screened, refuse_two_aircraft};
 use super::terminal::console::{message_once, print};
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder};
-use crate::command::message;
+use crate::command::{message, message_text};
 use answer::{Answer, Flights};
 pub(crate) use args::DiagnoseArgs;
 use sideslip::error::{Failure, Outcome};
@@ -154,7 +154,7 @@ fn tell(args: &DiagnoseArgs, answer: &Answer, flights: &Flights<'_>) -> Result<(
     match &args.json {
         None => print(&text),
         Some(path) => {
-            message(format_args!("{}", text.trim_end()));
+            message_text(text.trim_end());
             flights.provenance.write_json(path, DocumentSchema::Diagnose, &format!("{:#}\n", json::document(answer)))
         }
     }
@@ -170,6 +170,7 @@ fn refuse_wrong_outputs(args: &DiagnoseArgs, fit: &[RecordingSource], holdout: &
         if let Some(output) = output {
             refuse_to_overwrite(option, output, &inputs)?;
             refuse_without_folder(option, output)?;
+            args.replace.refuse(option, output)?;
         }
     }
     Ok(())

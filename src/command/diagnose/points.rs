@@ -5,10 +5,10 @@ use crate::command::diagnose::answer::{Answer, Flights};
 use crate::command::diagnose::args::DiagnoseArgs;
 use crate::command::diagnose::page;
 use crate::command::diagnose::table;
-use crate::command::message;
 use crate::command::recordings::provenance::Provenance;
 use crate::command::recordings::run_condition::condition_of;
 use crate::command::terminal::console::print;
+use crate::command::{message, message_text};
 use serde_json::{Value, json};
 use sideslip::dynamics::linear::with_effects;
 use sideslip::error::Failure;
@@ -42,6 +42,11 @@ pub(super) fn run(
     (controls, provenance): (ControlNames, &Provenance),
 ) -> Result<Vec<String>, Failure> {
     let (mut points, mut losses) = (Vec::new(), Vec::new());
+    for number in 0..groups.len() {
+        for (option, file) in [("--extended", &args.extended), ("--html", &args.html)] {
+            file.as_ref().map_or(Ok(()), |file| args.replace.refuse(option, &numbered(file, number)))?;
+        }
+    }
     let mut held_out = vec![false; holdout.len()];
     for (number, group) in groups.iter().enumerate() {
         let own: Vec<RecordedRun> = group.iter().filter_map(|&place| fit.get(place)).cloned().collect();
@@ -105,7 +110,7 @@ fn tell(
     }
     text.push_str(&closing(points, varying, controls, style));
     let Some(path) = &args.json else { return print(&text) };
-    message(format_args!("{}", text.trim_end()));
+    message_text(text.trim_end());
     let of_points: Vec<Value> = points
         .iter()
         .map(|point| {

@@ -16,6 +16,7 @@ use sideslip::io::ground_station::station::GroundStation;
 use sideslip::io::outputs::json::derivatives_json::RunEstimates;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::io::outputs::words::control_scale::assumed_scale;
+use sideslip::io::outputs::words::printable::printable;
 use sideslip::io::telemetry::mavlink::senders::Sender;
 use sideslip::io::telemetry::record::RecordingRow;
 use sideslip::live::estimate_publisher::EstimatePublisher;
@@ -156,7 +157,7 @@ impl LiveRun {
 
 impl FinishedLiveRun {
     pub(super) fn table(&self, style: Style) -> String {
-        let mut text = format!("run {}: {} samples", self.result.name, self.result.rows);
+        let mut text = format!("run {}: {} samples", printable(&self.result.name), self.result.rows);
         if let Some((from, to)) = self.result.range_s {
             let _ = write!(text, ", {from:.2} to {to:.2} s");
         }

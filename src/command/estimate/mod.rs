@@ -5,10 +5,11 @@ mod live_run;
 use super::options::estimation_options::{EstimationOptions, OutputErrorSchedule};
 use super::options::live_diagnosis_options::LiveDiagnosisModel;
 use super::options::mavlink_out_options::MavlinkOutOptions;
+use super::options::replace_option::ReplaceOption;
 use super::recordings::provenance::Provenance;
 use super::terminal::console::answer;
 use super::terminal::stop::{stopped_by_signals, supervised};
-use crate::command::{message, patience, root_path};
+use crate::command::{message, message_text, patience, root_path};
 use live_run::{FinishedLiveRun, LiveRun, LiveRunSetup};
 use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::ControlNames;
@@ -76,6 +77,8 @@ pub(crate) struct EstimateArgs {
     /// kept in FILE.timestamp-1
     #[arg(long, value_name = "FILE", requires = "mavlink_out")]
     signing_key: Option<PathBuf>,
+    #[command(flatten)]
+    replace: ReplaceOption,
     /// End when standard input ends
     #[arg(long, hide = true)]
     supervised: bool,
@@ -88,6 +91,7 @@ pub(crate) fn run(args: &EstimateArgs) -> Result<Outcome, Failure> {
     if let Some(out) = args.out.as_ref().filter(|out| out.extension().is_none_or(|ending| ending != "mcap")) {
         return Err(Failure::file(out, "--out: expected a name that ends in .mcap"));
     }
+    args.replace.refuse_each([("--json", args.json.as_deref())])?;
     let config = args.estimation.config();
     // A wrong setting is the call's fault, not the first run's.
     Pipeline::new(&config, RunGeometry::default()).map_err(|wrong| Failure::Input(wrong.to_string()))?;
@@ -205,7 +209,7 @@ impl EstimatorProcess<'_> {
         let Some(run) = self.run.take() else { return Ok(()) };
         let ended = run.end(&mut self.publisher)?;
         if self.to_standard_output() {
-            message(format_args!("{}", ended.table(Style::of_stream(&std::io::stderr())).trim_end_matches('\n')));
+            message_text(ended.table(Style::of_stream(&std::io::stderr())).trim_end_matches('\n'));
         } else {
             answer(&ended.table(Style::of_stream(&std::io::stdout())));
         }

@@ -18,6 +18,7 @@ mod unit;
 use super::options::fitted_runs::FittedRuns;
 use super::options::flight_condition::number;
 use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
+use super::options::replace_option::ReplaceOption;
 use super::options::run_parts::PartOptions;
 use super::options::telemetry_source::RecordingSource;
 use super::recordings::chosen_runs::chosen_runs;
@@ -28,7 +29,7 @@ use super::terminal::console::{message_once, print};
 use super::terminal::output_file::{refuse_to_overwrite, write_whole};
 use super::terminal::progress_line::watched;
 use super::terminal::stop::stopped_by_signals;
-use crate::command::message;
+use crate::command::{message, message_text};
 use equation::Equation;
 use frequency_domain::{Domain, FrequencyDomainResult};
 use refusals::{is_converged, not_identified, refuse_slow_rates, refuse_twice};
@@ -37,6 +38,7 @@ use run_pipeline::through_pipeline;
 use sideslip::error::{Failure, Outcome};
 use sideslip::io::outputs::json::derivatives_json::derivatives_json;
 use sideslip::io::outputs::json::document_schema::DocumentSchema;
+use sideslip::io::outputs::number::Fixed;
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::io::telemetry::recording_config::RecordingConfig as Mapping;
 use sideslip::postflight::identification::columns::Columns;
@@ -75,6 +77,10 @@ of the fit are those of a free run.
 Exit status: 0 done; 1 failed while running; 2 the call or a recording is wrong; 3 done, with rows skipped; 4 nothing
 could be identified, or the search has not converged and no model is written. With --json - the
 table goes to standard error.";
+
+/// What `--out` writes beside the models.
+const REPORT: &str = "report.html";
+const NUMBERS: &str = "derivatives.json";
 
 /// Identify a linear model from runs: derivatives with standard errors, modes, prediction of hold-out runs
 #[derive(clap::Args)]
@@ -144,6 +150,8 @@ pub(crate) struct IdentifyArgs {
     /// its first run
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    replace: ReplaceOption,
 }
 
 fn method(text: &str) -> Result<FitMethod, String> {
@@ -165,6 +173,8 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
     if let Some(json) = args.json.as_ref().filter(|json| json.as_os_str() != "-") {
         refuse_to_overwrite("--json", json, &files().collect::<Vec<_>>())?;
     }
+    args.replace.refuse_each([("--json", args.json.as_deref())])?;
+    refuse_standing(args, [REPORT, NUMBERS])?;
     let band = frequency_domain::asked(args.domain, args.band)?;
     let mapping = read_mapping(args.config.as_deref(), &args.map)?;
     let [sources, held_out, steady] = chosen_runs([&fitted, holdout, &args.sideslips], &args.parts, &args.set, &mapping)?;
@@ -205,6 +215,8 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
     lost |= say_losses(losses.iter());
     let conditions: Vec<TestCondition> = runs.iter().map(TestCondition::of).collect();
     let groups = test_points(&conditions);
+    let models = model_output::model_names(&groups, &runs);
+    refuse_standing(args, models.iter().map(String::as_str))?;
     if groups.len() > 1 || !args.model.is_empty() || !sideslips.is_empty() {
         let (points, stopped) = watched("output error", |work| {
             let settings = FitSettings { watch: Some(work), ..FitSettings::default() };
@@ -224,16 +236,15 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
             provenance.write_json(json, DocumentSchema::Identify, &format!("{document:#}\n"))?;
         }
         let mut good = true;
-        let models = model_output::model_names(&groups, &runs);
         for (name, point) in models.iter().zip(&points) {
             let model = args.out.as_ref().map(|folder| folder.join(name));
             good &= is_converged(&point.identified, model.as_deref(), stopped);
         }
         if let Some(folder) = &args.out {
             std::fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
-            provenance.write_json(&folder.join("derivatives.json"), DocumentSchema::Identify, &format!("{document:#}\n"))?;
+            provenance.write_json(&folder.join(NUMBERS), DocumentSchema::Identify, &format!("{document:#}\n"))?;
             let page = page::of_test_points(&points, in_band.as_ref()).map_err(|error| Failure::Running(error.to_string()))?;
-            write_whole(&folder.join("report.html"), |file| file.write_all(provenance.at_the_foot_of(&page).as_bytes()))?;
+            write_whole(&folder.join(REPORT), |file| file.write_all(provenance.at_the_foot_of(&page).as_bytes()))?;
             for (name, (group, point)) in models.iter().zip(groups.iter().zip(&points)) {
                 if let Some(model) = model_output::model(&point.identified, &of_group(group, &runs)) {
                     write_whole(&folder.join(name), |file| file.write_all(model.as_bytes()))?;
@@ -263,15 +274,21 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
     let good = is_converged(&identified, model.as_deref(), stopped);
     if let Some(folder) = &args.out {
         std::fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
-        provenance.write_json(&folder.join("derivatives.json"), DocumentSchema::Identify, &format!("{document:#}\n"))?;
+        provenance.write_json(&folder.join(NUMBERS), DocumentSchema::Identify, &format!("{document:#}\n"))?;
         let page = page::of_model(&identified, formed.as_ref(), in_band.as_ref())
             .map_err(|error| Failure::Running(error.to_string()))?;
-        write_whole(&folder.join("report.html"), |file| file.write_all(provenance.at_the_foot_of(&page).as_bytes()))?;
+        write_whole(&folder.join(REPORT), |file| file.write_all(provenance.at_the_foot_of(&page).as_bytes()))?;
         if let Some(model) = model_output::model(&identified, &runs) {
             write_whole(&folder.join("model.toml"), |file| file.write_all(model.as_bytes()))?;
         }
     }
     Ok(outcome(good, lost))
+}
+
+/// Refuses, before the fit, to write over files of the user in the folder of the results.
+fn refuse_standing<'n>(args: &IdentifyArgs, names: impl IntoIterator<Item = &'n str>) -> Result<(), Failure> {
+    let Some(folder) = &args.out else { return Ok(()) };
+    names.into_iter().try_for_each(|name| args.replace.refuse("--out", &folder.join(name)))
 }
 
 /// A search that has not converged gives no answer, whatever was lost.
@@ -351,9 +368,10 @@ fn by_test_point(
         if let Some(run) = others.iter().find(|run| !(0..conditions.len()).any(|place| at(run, place))) {
             let TestCondition { speed, path, .. } = TestCondition::of(run);
             return Err(Failure::Input(format!(
-                "{option}: `{}` was flown at {speed:.1} m/s on a path of {:.1} degrees; expected a run of a test point that is fitted",
+                "{option}: `{}` was flown at {} m/s on a path of {} degrees; expected a run of a test point that is fitted",
                 run.run,
-                path.to_degrees()
+                Fixed(speed, 1),
+                Fixed(path.to_degrees(), 1)
             )));
         }
     }
@@ -369,7 +387,7 @@ fn by_test_point(
 /// The table, where the JSON leaves room for it.
 fn say(text: &str, json_on_standard_output: bool) -> Result<(), Failure> {
     if json_on_standard_output {
-        message(format_args!("{}", text.trim_end()));
+        message_text(text.trim_end());
         return Ok(());
     }
     print(text)

@@ -4,6 +4,7 @@ use super::unit::unit_of_derivative;
 use sideslip::io::outputs::number::{Digits, Fixed, Power, measured};
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::io::outputs::words::control_scale::PER_COMMAND;
+use sideslip::io::outputs::words::printable::printable;
 use sideslip::postflight::identification::identification_model::InstrumentParameter;
 use sideslip::postflight::identification::identify::IdentificationResult;
 use sideslip::postflight::identification::roots::IdentifiedRoot;
@@ -160,7 +161,7 @@ pub(super) fn stability(root: &IdentifiedRoot) -> String {
 }
 
 fn scores(text: &mut String, how: &str, flown: &RunPrediction, identified: &IdentificationResult) {
-    let _ = write!(text, "{} ({how}):", flown.run);
+    let _ = write!(text, "{} ({how}):", printable(&flown.run));
     for (name, score) in identified.linear.structure.outputs.iter().zip(&flown.scores) {
         match score {
             Some(score) => {

@@ -7,6 +7,7 @@ use crate::command::identify::table;
 use serde_json::{Value, json};
 use sideslip::io::outputs::number::{Fixed, measured};
 use sideslip::io::outputs::tables::terminal::Style;
+use sideslip::io::outputs::words::printable::printable;
 use std::fmt::Write;
 
 /// Every test point as it would stand alone, then all beside the simulation.
@@ -25,7 +26,7 @@ pub(super) fn text(points: &[TestPointResult], style: Style) -> String {
 }
 
 pub(super) fn heading(point: &TestPointResult) -> String {
-    let runs: Vec<&str> = point.identified.fit.iter().map(|flown| flown.run.as_str()).collect();
+    let runs: Vec<_> = point.identified.fit.iter().map(|flown| printable(&flown.run)).collect();
     format!("{}: {}", condition(point), runs.join(", "))
 }
 

@@ -145,7 +145,11 @@ impl SamplePublisher {
         }
         self.publisher.publish(&SamplePayload::the_end(time_s), None)?;
         if self.taken.is_none() || !self.room_for(1, stop)? {
-            std::thread::sleep(LINGER);
+            let begun = Instant::now();
+            while begun.elapsed() < LINGER {
+                self.publisher.meet()?;
+                std::thread::sleep(LINGER / 20);
+            }
         }
         Ok(())
     }
@@ -163,7 +167,11 @@ impl SamplePublisher {
                 }
                 Some(_) => {}
                 None if stop.load(Ordering::Relaxed) => return Ok(false),
-                None => std::thread::sleep(POLL),
+                None => {
+                    // Who came since the last sample would hear nothing until the next, which waits for him.
+                    self.publisher.meet()?;
+                    std::thread::sleep(POLL);
+                }
             }
             if !said && since.elapsed() > SAY_WAITING {
                 said = true;

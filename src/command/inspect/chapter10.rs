@@ -2,13 +2,14 @@
 //! its PCM channels, or why it gives none.
 
 use super::seen_rows::SeenRows;
-use crate::command::message;
+use crate::command::message_text;
 use crate::command::options::telemetry_source::{RecordingKind, RecordingSource};
 use crate::command::recordings::provenance::Provenance;
 use crate::command::terminal::console::print;
 use serde_json::json;
 use sideslip::error::{Failure, Outcome};
 use sideslip::io::outputs::json::document_schema::DocumentSchema;
+use sideslip::io::outputs::words::printable::printable;
 use sideslip::io::telemetry::chapter10::header::type_name;
 use sideslip::io::telemetry::chapter10::packet::{Chapter10Reader, PacketTally};
 use sideslip::io::telemetry::chapter10::survey::RecordingSurvey;
@@ -50,7 +51,7 @@ pub(super) fn run(source: &RecordingSource, config: &RecordingConfig, json: Opti
         let what = format!("expected packets of IRIG 106 Chapter 10, found none in {} bytes", tally.skipped_bytes);
         return Err(RecordingError::Whole { path: file.into(), what }.into());
     }
-    let mut text = format!("{}: IRIG 106 Chapter 10, {} packets\n", file.display(), tally.packets);
+    let mut text = format!("{}: IRIG 106 Chapter 10, {} packets\n", printable(&file.display().to_string()), tally.packets);
     text.push_str(&format!("{}\n", survey.summary.table(&tally, &survey.relation)));
     for (channel, sentence) in &contradictions {
         text.push_str(&format!("channel {channel}: {sentence}\n"));
@@ -76,7 +77,7 @@ pub(super) fn run(source: &RecordingSource, config: &RecordingConfig, json: Opti
     match json {
         None => print(&text)?,
         Some(target) => {
-            message(format_args!("{}", text.trim_end()));
+            message_text(text.trim_end());
             let mut document = document(file, &survey, &tally, &contradictions);
             if let Some(document) = document.as_object_mut() {
                 document.insert("recording".into(), seen.as_ref().map_or(serde_json::Value::Null, |seen| seen.document.clone()));

@@ -1,6 +1,6 @@
 //! `inspect --manoeuvres`: the manoeuvres of a flight by number, each with control, shape and condition, for `--manoeuvre`.
 
-use crate::command::message;
+use crate::command::message_text;
 use crate::command::options::telemetry_source::RecordingSource;
 use crate::command::recordings::chosen_runs::{FlightManoeuvres, manoeuvres_of};
 use crate::command::recordings::provenance::Provenance;
@@ -10,6 +10,7 @@ use sideslip::error::{Failure, Outcome};
 use sideslip::flight::channel::ControlNames;
 use sideslip::io::outputs::json::document_schema::DocumentSchema;
 use sideslip::io::outputs::number::Fixed;
+use sideslip::io::outputs::words::printable::printable;
 use sideslip::io::telemetry::recording_config::RecordingConfig;
 use sideslip::postflight::manoeuvres::flight_parts::FlightPart;
 use sideslip::postflight::manoeuvres::record::Measured;
@@ -28,7 +29,7 @@ pub(super) fn run(
     match json {
         None => print(&text)?,
         Some(target) => {
-            message(format_args!("{}", text.trim_end()));
+            message_text(text.trim_end());
             let manoeuvres: Vec<Value> = parts.iter().enumerate().map(|(place, part)| entry(place, part, controls)).collect();
             let document = json!({ "file": source.file.display().to_string(), "manoeuvres": manoeuvres });
             let provenance = Provenance::of(files).dated(&source.file, recorded_at.as_deref());
@@ -39,7 +40,8 @@ pub(super) fn run(
 }
 
 fn text(source: &RecordingSource, parts: &[FlightPart], controls: ControlNames) -> String {
-    let file = source.file.display();
+    let name = source.file.display().to_string();
+    let file = printable(&name);
     if parts.is_empty() {
         return format!("{file}: no manoeuvre: no control is recorded in rad, or none moves and comes to rest\n");
     }

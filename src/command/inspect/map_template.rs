@@ -1,6 +1,7 @@
 //! `inspect --map-template`: a map of a table of another program, written to be checked.
 
 use crate::command::message;
+use crate::command::options::replace_option::ReplaceOption;
 use crate::command::options::telemetry_source::RecordingSource;
 use crate::command::terminal::console::print;
 use crate::command::terminal::output_file::{refuse_without_folder, write_whole};
@@ -16,13 +17,11 @@ const LOOKED_AT: u64 = 256 << 10;
 const FILES: usize = 1000;
 
 /// Writes the map to the file, or to standard output with `-`.
-pub(super) fn run(source: &RecordingSource, output: &Path) -> Result<Outcome, Failure> {
+pub(super) fn run(source: &RecordingSource, output: &Path, replace: ReplaceOption) -> Result<Outcome, Failure> {
     let file = &source.file;
     if output.as_os_str() != "-" {
         refuse_without_folder("--map-template", output)?;
-        if output.exists() {
-            return Err(Failure::file(output, "exists already; name another file for --map-template"));
-        }
+        replace.refuse("--map-template", output)?;
     }
     let map = if file.is_dir() { of_folder(file)? } else { of_one(file)? };
     if output.as_os_str() == "-" {

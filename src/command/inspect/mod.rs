@@ -11,13 +11,14 @@ mod table;
 mod traffic;
 
 use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
+use super::options::replace_option::ReplaceOption;
 use super::options::run_parts::PartOptions;
 use super::options::telemetry_source::RecordingSource;
 use super::recordings::chosen_runs::chosen_run;
 use super::recordings::provenance::Provenance;
 use super::terminal::console::print;
 use super::terminal::output_file::refuse_to_overwrite;
-use crate::command::message;
+use crate::command::message_text;
 use seen_rows::SeenRows;
 use sideslip::error::{Failure, Outcome};
 use sideslip::io::outputs::json::document_schema::DocumentSchema;
@@ -65,6 +66,8 @@ pub(crate) struct InspectArgs {
     /// Write the answer as JSON to this file, or to standard output with `-`.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    #[command(flatten)]
+    replace: ReplaceOption,
 }
 
 /// Reads the whole recording once and says what is in it.
@@ -72,8 +75,9 @@ pub(crate) fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
     if let Some(json) = &args.json {
         refuse_to_overwrite("--json", json, &args.file.files())?;
     }
+    args.replace.refuse_each([("--json", args.json.as_deref())])?;
     if let Some(output) = &args.map_template {
-        return map_template::run(&args.file, output);
+        return map_template::run(&args.file, output, args.replace);
     }
     let config = read_mapping(args.config.as_deref(), &args.map)?;
     let source = chosen_run(&args.file, &args.parts, &args.set, &config)?;
@@ -90,7 +94,7 @@ pub(crate) fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
     match &args.json {
         None => print(&seen.text)?,
         Some(target) => {
-            message(format_args!("{}", seen.text.trim_end()));
+            message_text(seen.text.trim_end());
             let provenance = Provenance::of(files).dated(file, seen.info.recorded_at());
             provenance.write_json(target, DocumentSchema::Inspect, &format!("{:#}\n", seen.document))?;
         }

@@ -9,6 +9,7 @@ use sideslip::flight::file::run_file::{RecordingColumn, RunInfo};
 use sideslip::flight::unit::factor_to_si;
 use sideslip::io::outputs::number::decimals;
 use sideslip::io::outputs::words::control_scale::{assumed_names, assumed_scale};
+use sideslip::io::outputs::words::printable::printable;
 use sideslip::io::telemetry::alignment::dropout::Dropout;
 use sideslip::io::telemetry::alignment::reorder::events::ReorderTally;
 use sideslip::io::telemetry::alignment::row_alignment::RowAlignment;
@@ -27,7 +28,8 @@ pub(super) fn text(
     order: &RowAlignment,
     estimable: &EstimableQuantities,
 ) -> String {
-    let mut lines = vec![format!("{}: {}, {}", file.display(), recording.format(), counted(survey.rows, "row"))];
+    let mut lines =
+        vec![format!("{}: {}, {}", printable(&file.display().to_string()), recording.format(), counted(survey.rows, "row"))];
     lines.extend(run_lines(info));
     lines.extend(time_lines(survey));
     lines.extend(dropout_lines(recording, order));
@@ -47,7 +49,7 @@ pub(super) fn text(
 fn run_lines(info: &RunInfo) -> Vec<String> {
     let document = info.document();
     let width = document.keys().map(|key| key.chars().count()).max().unwrap_or(0);
-    let line = |key: &str, value: &str| format!("  {key:width$}  {value}");
+    let line = |key: &str, value: &str| format!("  {:width$}  {}", printable(key), printable(value));
     let lines = document.iter().flat_map(|(key, value)| match value.as_table() {
         None => vec![line(key, &value.to_string())],
         Some(table) => table

@@ -2,10 +2,11 @@
 
 use super::options::flight_condition;
 use super::options::flight_condition::FlightCondition;
+use super::options::replace_option::ReplaceOption;
 use super::recordings::provenance::Provenance;
 use super::terminal::console::print;
 use super::terminal::output_file::refuse_to_overwrite;
-use crate::command::message;
+use crate::command::{message, message_text};
 use nalgebra::Complex;
 use serde_json::{Map, Value, json};
 use sideslip::dynamics::linear::{INPUTS, STATES, input_matrix, state_matrix, with_effects};
@@ -17,6 +18,7 @@ use sideslip::flight::file::model_file::ModelFile;
 use sideslip::flight::model::LinearModel;
 use sideslip::io::outputs::json::document_schema::DocumentSchema;
 use sideslip::io::outputs::number::Fixed;
+use sideslip::io::outputs::words::printable::printable;
 use sideslip::realtime::modes::lateral;
 use sideslip::realtime::modes::naming::{Eigenmodes, eigenmodes};
 use sideslip::realtime::modes::record::{ModesRecord, OscillatoryMode, RealRoot};
@@ -36,12 +38,15 @@ pub(crate) struct LineariseArgs {
     /// Write the result as JSON to this file, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    #[command(flatten)]
+    replace: ReplaceOption,
 }
 
 pub(crate) fn run(args: &LineariseArgs) -> Result<Outcome, Failure> {
     if let Some(json) = &args.json {
         refuse_to_overwrite("--json", json, std::slice::from_ref(&args.condition.model))?;
     }
+    args.replace.refuse_each([("--json", args.json.as_deref())])?;
     let read = args.condition.read()?;
     let FlightModel { file, level1, .. } = &read;
     let effects = file.own_effects();
@@ -73,7 +78,7 @@ pub(crate) fn run(args: &LineariseArgs) -> Result<Outcome, Failure> {
     match &args.json {
         None => print(&table)?,
         Some(path) => {
-            message(format_args!("{}", table.trim_end()));
+            message_text(table.trim_end());
             let mut text = serde_json::to_string_pretty(&result).map_err(|error| Failure::Running(error.to_string()))?;
             text.push('\n');
             Provenance::of([args.condition.model.clone()]).write_json(path, DocumentSchema::Linearise, &text)?;
@@ -178,7 +183,7 @@ fn subsystem_json(modes: &ModesRecord) -> Value {
 fn to_table(read: &FlightModel, model: &LinearModel, effects: &[Effect], modes: &Eigenmodes) -> String {
     let (file, trim) = (&read.file, &model.trim);
     let mut text = String::new();
-    let _ = writeln!(text, "{}", if file.name.is_empty() { "(model without a name)" } else { &file.name });
+    let _ = writeln!(text, "{}", if file.name.is_empty() { "(model without a name)".into() } else { printable(&file.name) });
     if let Some(flight) = flight_condition::in_words(read) {
         let _ = writeln!(text, "{flight}");
     }

@@ -9,6 +9,7 @@ mod supervised_process;
 use super::options::estimation_options::EstimationOptions;
 use super::options::mapping_input::{CONFIG_HELP, MapOption};
 use super::options::mavlink_out_options::MavlinkOutOptions;
+use super::options::replace_option::ReplaceOption;
 use super::options::run_parts::PartOptions;
 use super::options::signing_input::read_key;
 use super::options::telemetry_source::TelemetrySource;
@@ -47,6 +48,8 @@ const ORPHANS: Duration = Duration::from_secs(15);
 /// An estimator that gives no heartbeat for so long, while that many samples come, hangs.
 const STILL: Duration = Duration::from_secs(3);
 const UNANSWERED: u32 = 20;
+/// A recording at which telemetry has failed so often is given up.
+const FAILURES: u64 = 5;
 /// How long telemetry, and then the estimator, may take to end.
 const ENDING: Duration = Duration::from_secs(10);
 
@@ -92,6 +95,8 @@ pub(crate) struct LiveArgs {
     /// counted, and what is sent is signed. Timestamps are kept in FILE.timestamp-0 and FILE.timestamp-1
     #[arg(long, value_name = "FILE")]
     signing_key: Option<PathBuf>,
+    #[command(flatten)]
+    replace: ReplaceOption,
     /// End when standard input ends
     #[arg(long, hide = true)]
     supervised: bool,
@@ -105,6 +110,7 @@ pub(crate) fn run(args: &LiveArgs) -> Result<Outcome, Failure> {
     if args.parts.any() && !matches!(source, TelemetrySource::Recording(_)) {
         return Err(Failure::Input("--from, --to, --manoeuvre: expected with a recording (file://PATH), found a link".into()));
     }
+    args.replace.refuse_each([("--json", args.json.as_deref())])?;
     if let Some(key) = &args.signing_key {
         if !matches!(source, TelemetrySource::Link(_)) && args.station.mavlink_out.is_none() {
             return Err(Failure::Input(
@@ -132,7 +138,7 @@ pub(crate) fn run(args: &LiveArgs) -> Result<Outcome, Failure> {
     let mut ingest = SupervisedProcess::new("ingest", ingest_call(args, bus.root().path(), &source), held);
     estimate.start()?;
     ingest.start()?;
-    let ended = watch(&bus, &mut estimate, &mut ingest, &stop);
+    let ended = watch(&bus, &mut estimate, &mut ingest, (&source, &stop));
     // In this order: the run has its end before the estimator is asked for its answer.
     let telemetry = ingest.end(ENDING)?;
     let estimator = estimate.end(ENDING)?;
@@ -218,7 +224,8 @@ fn estimate_call(args: &LiveArgs, root: &Path, source: &TelemetrySource) -> Vec<
         call.extend(["--signing-key".to_owned(), key.display().to_string()]);
     }
     if let Some(json) = &args.json {
-        call.extend(["--json".to_owned(), json.display().to_string()]);
+        // What stood there was refused at the start; an estimator that is started again replaces what the first one wrote.
+        call.extend(["--json".to_owned(), json.display().to_string(), ReplaceOption::FORCE.to_owned()]);
     }
     call
 }
@@ -250,7 +257,13 @@ impl EstimatorWatchdog {
 }
 
 /// Starts again what dies or hangs, until telemetry has ended by itself or it is stopped.
-fn watch(bus: &Bus, estimate: &mut SupervisedProcess, ingest: &mut SupervisedProcess, stop: &AtomicBool) -> Result<(), Failure> {
+fn watch(
+    bus: &Bus,
+    estimate: &mut SupervisedProcess,
+    ingest: &mut SupervisedProcess,
+    (source, stop): (&TelemetrySource, &AtomicBool),
+) -> Result<(), Failure> {
+    let is_recording = matches!(source, TelemetrySource::Recording(_));
     let mut watchdog = EstimatorWatchdog::of(bus)?;
     while !stop.load(Ordering::Relaxed) {
         for child in [&mut *estimate, &mut *ingest] {
@@ -258,6 +271,10 @@ fn watch(bus: &Bus, estimate: &mut SupervisedProcess, ingest: &mut SupervisedPro
                 None => {}
                 Some(ProcessExit::Finished) if child.name() == "ingest" => return Ok(()),
                 Some(ProcessExit::WrongCall) => return Err(Failure::Input(format!("{} cannot start", child.name()))),
+                // A link may come back; a recording that cannot be read never does.
+                Some(ProcessExit::Killed) if child.name() == "ingest" && is_recording && child.failures() >= FAILURES => {
+                    return Err(Failure::Running(format!("ingest failed {FAILURES} times: the recording cannot be read")));
+                }
                 Some(ProcessExit::Finished | ProcessExit::Killed) => bus.clear_the_dead(),
             }
             child.start_when_due()?;

@@ -35,12 +35,24 @@ pub(super) struct SupervisedProcess {
     pause: Duration,
     due: Option<Instant>,
     restarts: u64,
+    /// How often it ended with a failure of its own, not by a signal.
+    failures: u64,
 }
 
 impl SupervisedProcess {
     /// The command of that name, with those arguments; not started yet.
     pub(super) fn new(name: &'static str, call: Vec<String>, held: Option<OwnedFd>) -> Self {
-        SupervisedProcess { name, call, held, running: None, finished: None, pause: SHORTEST, due: None, restarts: 0 }
+        SupervisedProcess {
+            name,
+            call,
+            held,
+            running: None,
+            finished: None,
+            pause: SHORTEST,
+            due: None,
+            restarts: 0,
+            failures: 0,
+        }
     }
 
     pub(super) fn name(&self) -> &'static str {
@@ -50,6 +62,11 @@ impl SupervisedProcess {
     /// How often it was started again.
     pub(super) fn restarts(&self) -> u64 {
         self.restarts
+    }
+
+    /// How often it ended with a failure that it said itself.
+    pub(super) fn failures(&self) -> u64 {
+        self.failures
     }
 
     /// Starts it. It is in a process group of its own: ctrl-C reaches the supervisor alone, which ends it in order.
@@ -95,6 +112,7 @@ impl SupervisedProcess {
         if status.code() == Some(2) {
             return Ok(Some(ProcessExit::WrongCall));
         }
+        self.failures += u64::from(status.code().is_some());
         self.pause = if lived >= LIVED { SHORTEST } else { (self.pause * 2).min(LONGEST) };
         self.due = Some(Instant::now() + self.pause);
         message(format_args!(

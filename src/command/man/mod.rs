@@ -1,5 +1,6 @@
 //! `sideslip man`: the manual pages, one of the program and one of each command.
 
+use super::options::replace_option::ReplaceOption;
 use super::terminal::console::print;
 use super::terminal::output_file::write_whole;
 use clap_mangen::Man;
@@ -24,6 +25,8 @@ pub(crate) struct ManArgs {
     /// Write every page to this directory
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    replace: ReplaceOption,
 }
 
 /// Writes the pages of this program.
@@ -43,8 +46,11 @@ pub(crate) fn run(args: &ManArgs, program: &clap::Command) -> Result<Outcome, Fa
     };
     std::fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
     let all = commands(program).map(|(_, command)| command).chain([program.clone()]);
-    for command in all {
-        let file = folder.join(format!("{}.1", command.get_display_name().unwrap_or(command.get_name())));
+    let pages: Vec<(PathBuf, clap::Command)> = all
+        .map(|command| (folder.join(format!("{}.1", command.get_display_name().unwrap_or(command.get_name()))), command))
+        .collect();
+    pages.iter().try_for_each(|(file, _)| args.replace.refuse("--out", file))?;
+    for (file, command) in pages {
         let page = page_of(command)?;
         write_whole(&file, |file| file.write_all(page.as_bytes()))?;
     }

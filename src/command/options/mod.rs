@@ -7,6 +7,7 @@ pub(crate) mod instrument_input;
 pub(crate) mod live_diagnosis_options;
 pub(crate) mod mapping_input;
 pub(crate) mod mavlink_out_options;
+pub(crate) mod replace_option;
 pub(crate) mod run_parts;
 pub(crate) mod signing_input;
 pub(crate) mod telemetry_source;

@@ -19,7 +19,7 @@ pub(crate) struct PartOptions {
     #[arg(long, value_name = "[RUN:]S", allow_negative_numbers = true)]
     to: Vec<String>,
     /// Read a manoeuvre of a flight as a run of its own, by its number in `sideslip inspect RUN --manoeuvres`: 2, several as
-    /// 1,3,4, or all; RUN:N of that recording alone; repeatable
+    /// 1,3,4, or all; where several recordings are read, RUN:N of that one; repeatable
     #[arg(long, value_name = "[RUN:]N")]
     manoeuvre: Vec<String>,
 }
@@ -57,6 +57,7 @@ impl PartOptions {
         let from = each("--from", &self.from, sources, seconds)?;
         let to = each("--to", &self.to, sources, seconds)?;
         let manoeuvres = each("--manoeuvre", &self.manoeuvre, sources, numbers)?;
+        self.refuse_numbers_of_several(sources)?;
         let set = each("--set", set, sources, key_and_value)?;
         let mut choices = Vec::new();
         for ((((from, to), manoeuvres), set), source) in from.into_iter().zip(to).zip(manoeuvres).zip(set).zip(sources) {
@@ -74,6 +75,24 @@ impl PartOptions {
             choices.push(PartChoice { span, manoeuvres, set });
         }
         Ok(choices)
+    }
+}
+
+impl PartOptions {
+    /// A manoeuvre's number is one of a recording: of several it must be named, or the hold-out would be cut by the number that
+    /// was meant for the fit.
+    fn refuse_numbers_of_several(&self, sources: &[&RecordingSource]) -> Result<(), Failure> {
+        let is_number = |text: &&String| matches!(numbers(text), Some(ManoeuvreChoice::Numbers(_)));
+        match (sources, self.manoeuvre.iter().find(is_number)) {
+            ([first, _, ..], Some(text)) => {
+                let (count, stem) = (sources.len(), first.file.file_stem().unwrap_or_default().to_string_lossy());
+                Err(Failure::Input(format!(
+                    "--manoeuvre: expected the recording before the number, such as {stem}:{text}, for {count} recordings are \
+                     read; found `{text}`"
+                )))
+            }
+            _ => Ok(()),
+        }
     }
 }
 
@@ -203,6 +222,10 @@ mod tests {
         assert!(refused(options(&["three:1"], &[], &[]), &[]).contains("a recording that is read (a/one.csv, b/one.csv)"));
         assert!(refused(options(&[], &[], &["0"]), &[]).contains("a number from 1"));
         assert!(refused(options(&[], &[], &[]), &["three:blades=4".to_owned()]).contains("found `three:blades=4`"));
+        let several = refused(options(&[], &[], &["2"]), &[]);
+        assert!(several.contains("such as one:2, for 2 recordings are read"), "{several}");
+        options(&[], &[], &["all"]).choices(&sources, &[]).unwrap();
+        options(&[], &[], &["2"]).choices(&sources[..1], &[]).unwrap();
         assert!(refused(options(&["5"], &["4"], &[]), &[]).contains("found 5 and 4 s"));
     }
 }

@@ -7,6 +7,7 @@ use sideslip::io::telemetry::alignment::aligned_recording::TimeSpan;
 use sideslip::io::telemetry::chapter10::channel_choice::FrameDescription;
 use sideslip::io::telemetry::format::RecordingFormat;
 use sideslip::io::telemetry::mavlink::link::Url;
+use sideslip::io::telemetry::read_recording::{KeptRecording, ReadRecording};
 use sideslip::io::telemetry::record::RecordingError;
 use sideslip::io::telemetry::recording::Recording;
 use sideslip::io::telemetry::recording_config::RecordingConfig;
@@ -14,6 +15,7 @@ use std::ffi::OsString;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::sync::Arc;
 
 /// What `--source` accepts, for help and messages.
 const SOURCES: &str = "udpin://HOST:PORT, udpout://HOST:PORT, tcp://HOST:PORT, serial://DEVICE?baud=N (MAVLink), \
@@ -43,12 +45,24 @@ pub(crate) struct RecordingSource {
     pub(crate) manoeuvre: Option<usize>,
     /// Keys of the run that are overridden, `key=value`.
     pub(crate) set: Vec<String>,
+    /// What was read of it before, which is not read again.
+    pub(crate) kept: Option<KeptRows>,
+}
+
+/// A recording in memory; two are the same where they are one.
+#[derive(Clone, Debug)]
+pub(crate) struct KeptRows(pub(crate) Arc<ReadRecording>);
+
+impl PartialEq for KeptRows {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
 }
 
 impl RecordingSource {
     /// The whole of it, as it says itself.
     pub(crate) fn whole(file: PathBuf, kind: RecordingKind) -> Self {
-        RecordingSource { file, kind, span: TimeSpan::default(), manoeuvre: None, set: Vec::new() }
+        RecordingSource { file, kind, span: TimeSpan::default(), manoeuvre: None, set: Vec::new(), kept: None }
     }
 
     /// The name of its file without the ending, and the manoeuvre: `flight-m2`.
@@ -59,6 +73,9 @@ impl RecordingSource {
 
     /// Opens it.
     pub(crate) fn open(&self, config: &RecordingConfig) -> Result<Recording, RecordingError> {
+        if let Some(KeptRows(read)) = &self.kept {
+            return Ok(Recording::Kept(KeptRecording::new(Arc::clone(read))));
+        }
         match &self.kind {
             RecordingKind::ByContent => Recording::open_with(&self.file, config),
             RecordingKind::Pcm(format) => Recording::open_pcm(&self.file, format),

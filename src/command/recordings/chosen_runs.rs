@@ -2,15 +2,16 @@
 
 use super::run_head::{HeadedRecording, head_of};
 use crate::command::options::run_parts::{ManoeuvreChoice, PartChoice, PartOptions};
-use crate::command::options::telemetry_source::RecordingSource;
+use crate::command::options::telemetry_source::{KeptRows, RecordingSource};
 use sideslip::error::Failure;
 use sideslip::flight::channel::ControlNames;
 use sideslip::io::telemetry::alignment::aligned_recording::TimeSpan;
 use sideslip::io::telemetry::recording_config::RecordingConfig;
 use sideslip::postflight::manoeuvres::flight_parts::{FlightPart, flight_parts};
+use std::sync::Arc;
 
 /// The runs of several lists of recordings, such as those that are fitted and those of the hold-out; `set` are keys of runs. A
-/// recording is read for its manoeuvres where one was asked for.
+/// recording is read for its manoeuvres where one was asked for, once.
 pub(crate) fn chosen_runs<const N: usize>(
     lists: [&[RecordingSource]; N],
     parts: &PartOptions,
@@ -46,6 +47,7 @@ fn runs_of(source: &RecordingSource, choice: PartChoice, mapping: &RecordingConf
     let PartChoice { span, manoeuvres, set } = choice;
     let whole = RecordingSource { span, set, ..source.clone() };
     let Some(manoeuvres) = manoeuvres else { return Ok(vec![whole]) };
+    let whole = RecordingSource { kept: Some(KeptRows(Arc::new(whole.open(mapping)?.read_to_end()?))), ..whole };
     let FlightManoeuvres { parts, .. } = manoeuvres_of(&whole, mapping)?;
     let found = match parts.len() {
         0 => "found none in it: no control moves and comes to rest".to_owned(),

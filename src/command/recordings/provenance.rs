@@ -4,6 +4,7 @@
 //! document, the foot of a page and the head of a log. A file that cannot be read twice (a pipe) has no hash; what is no file
 //! (the built-in model) is left out; of a folder its files are listed.
 
+use crate::command::options::replace_option::ReplaceOption;
 use crate::command::terminal::output_file::write_json;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
@@ -147,7 +148,8 @@ impl Provenance {
 
 /// SHA-256 and size of a regular file; `None` of any other, and of one that cannot be read.
 fn hashed(file: &Path) -> Option<(String, u64)> {
-    let mut opened = File::open(file).ok().filter(|opened| opened.metadata().is_ok_and(|found| found.is_file()))?;
+    // Opening a pipe waits for who writes it, and the one that was read has none any more.
+    let mut opened = file.metadata().is_ok_and(|found| found.is_file()).then(|| File::open(file).ok())??;
     let mut digest = Sha256::new();
     let mut block = vec![0; 1 << 16];
     let mut bytes = 0;
@@ -160,10 +162,15 @@ fn hashed(file: &Path) -> Option<(String, u64)> {
     Some((digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect(), bytes))
 }
 
-/// The call as a shell takes it.
+/// The call as a shell takes it, without `--force`: what stood in the place of a result has no part in it, and a rerun that
+/// replaces it gives the same bytes.
 fn command_line() -> String {
-    let words = std::env::args_os().skip(1).map(|word| quoted(&word));
-    std::iter::once("sideslip".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
+    let mut names_follow = false;
+    let given = std::env::args_os().skip(1).filter(|word| {
+        names_follow |= word == "--";
+        names_follow || word != ReplaceOption::FORCE
+    });
+    std::iter::once("sideslip".to_owned()).chain(given.map(|word| quoted(&word))).collect::<Vec<_>>().join(" ")
 }
 
 fn quoted(word: &OsStr) -> String {

@@ -8,6 +8,7 @@ mod smoothed_file;
 
 use super::options::estimation_options::{EstimationOptions, OutputErrorSchedule};
 use super::options::mapping_input::{CONFIG_HELP, MapOption, read_mapping};
+use super::options::replace_option::ReplaceOption;
 use super::options::run_parts::PartOptions;
 use super::options::telemetry_source::RecordingSource;
 use super::recordings::chosen_runs::chosen_runs;
@@ -16,7 +17,7 @@ use super::recordings::run_names::tell_apart;
 use super::terminal::console::{message_once, print};
 use super::terminal::output_file::{refuse_to_overwrite, refuse_without_folder, same_place};
 use super::terminal::stop::stopped_by_signals;
-use crate::command::message;
+use crate::command::{message, message_text};
 use derivative_history::HISTORIES;
 use output_per_recording::{LOGS, make_directory};
 use replayed_run::{ReplayFiles, ReplayRun, ReplaySource, ReplayedRun};
@@ -85,6 +86,8 @@ pub(crate) struct ReplayArgs {
     bus: bool,
     #[command(flatten)]
     estimation: EstimationOptions,
+    #[command(flatten)]
+    replace: ReplaceOption,
 }
 
 /// Plays every recording and prints what it came to.
@@ -95,6 +98,7 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<Outcome, Failure> {
     if let Some(json) = args.json.as_ref().filter(|_| !to_standard_output) {
         refuse_to_overwrite("--json", json, &read)?;
     }
+    args.replace.refuse_each([("--json", args.json.as_deref())])?;
     let mapping = read_mapping(args.config.as_deref(), &args.map)?;
     let [sources] = chosen_runs([&args.files], &args.parts, &args.set, &mapping)?;
     let logs = LOGS.places(args.out.as_deref(), &sources)?;
@@ -122,6 +126,9 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<Outcome, Failure> {
     if let Some(json) = args.json.as_ref().filter(|json| logs.iter().flatten().any(|log| log == *json)) {
         return Err(Failure::file(json, "--json: expected another file than the log of --out, found the same"));
     }
+    for (option, files) in [("--out", &logs), ("--smoothed", &states), ("--derivatives", &histories)] {
+        files.iter().flatten().try_for_each(|file| args.replace.refuse(option, file))?;
+    }
     let model = args.estimation.live_diagnosis_model()?;
     let output_error = args.estimation.output_error_schedule(OutputErrorSchedule::Manoeuvre);
     let open = |source: &RecordingSource| {
@@ -145,7 +152,7 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<Outcome, Failure> {
         let gap = if played.is_empty() { "" } else { "\n" };
         let table = format!("{gap}{}", answer.table(style));
         if to_standard_output {
-            message(format_args!("{}", table.trim_end_matches('\n')))
+            message_text(table.trim_end_matches('\n'))
         } else {
             print(&table)?
         }

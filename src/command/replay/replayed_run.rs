@@ -19,6 +19,7 @@ use sideslip::flight::file::log_head::LogHead;
 use sideslip::flight::file::run_file::RunInfo;
 use sideslip::io::outputs::json::derivatives_json::RunEstimates;
 use sideslip::io::outputs::tables::terminal::Style;
+use sideslip::io::outputs::words::printable::printable;
 use sideslip::io::telemetry::alignment::aligned_recording::AlignedRecording;
 use sideslip::io::telemetry::mavlink::recording::Traffic;
 use sideslip::io::telemetry::recording_config::RecordingConfig as Mapping;
@@ -270,13 +271,13 @@ impl ReplayedRun {
     }
 
     pub(super) fn table(&self, style: Style) -> String {
-        let mut text = format!("{}: {} samples", self.file.display(), self.result.rows);
+        let mut text = format!("{}: {} samples", printable(&self.file.display().to_string()), self.result.rows);
         if let Some((from, to)) = self.result.range_s {
             let _ = write!(text, ", {from:.2} to {to:.2} s");
         }
-        let _ = write!(text, "\nrun {}", self.result.name);
+        let _ = write!(text, "\nrun {}", printable(&self.result.name));
         for about in &self.about {
-            let _ = write!(text, ", {about}");
+            let _ = write!(text, ", {}", printable(about));
         }
         if let Some(traffic) = &self.traffic {
             let _ = write!(text, "\n{traffic}");

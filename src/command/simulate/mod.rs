@@ -3,6 +3,7 @@
 use super::options::flight_condition::{FlightCondition, number};
 use super::options::instrument_input::read_instruments;
 use super::options::mapping_input::{MapOption, read_mapping};
+use super::options::replace_option::ReplaceOption;
 use super::options::run_parts::PartOptions;
 use super::options::telemetry_source::RecordingSource;
 use super::recordings::chosen_runs::chosen_run;
@@ -120,6 +121,8 @@ pub(crate) struct SimulateArgs {
     /// Seconds in trim before the first input
     #[arg(long, value_name = "S", default_value_t = 2.0, allow_negative_numbers = true, value_parser = number("s"))]
     lead: f64,
+    #[command(flatten)]
+    replace: ReplaceOption,
 }
 
 /// Who flies besides the test input.
@@ -179,6 +182,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     };
     for written in format.files(&args.out) {
         refuse_to_overwrite("--out", &written, &inputs)?;
+        args.replace.refuse("--out", &written)?;
     }
     let lead_s = within("--lead", args.lead, 0.0, 1e4)?;
     let hand_rate = within("--hand-rate", args.hand_rate, 1e-4, 1e4)?;

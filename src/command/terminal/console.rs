@@ -180,9 +180,14 @@ fn flushed(stream: &mut dyn Write) -> IoResult<()> {
 }
 
 /// A line for the person at the terminal, on standard error; it never waits, and a closed terminal is no reason to stop. Names of
-/// files and runs in it cannot steer the terminal.
+/// files and runs in it cannot steer the terminal, and make no second line.
 pub(crate) fn message(line: Arguments<'_>) {
-    let text = format!("{}\n", Style::of_stream(&std::io::stderr()).shown(&line.to_string()));
+    message_text(&line.to_string().replace('\n', "\\n").replace('\t', "\\t"));
+}
+
+/// A text of several lines, said as [`message`] says one.
+pub(crate) fn message_text(text: &str) {
+    let text = format!("{}\n", Style::of_stream(&std::io::stderr()).shown(text));
     match console() {
         Some(Console { error, output }) => error.offer(text, output),
         None => drop(std::io::stderr().write_all(text.as_bytes())),

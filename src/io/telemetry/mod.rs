@@ -23,6 +23,8 @@ pub mod mcap;
 #[cfg(feature = "log")]
 mod mcap_stream;
 pub mod pcm;
+#[cfg(all(feature = "log", feature = "mavlink"))]
+pub mod read_recording;
 pub mod record;
 #[cfg(all(feature = "log", feature = "mavlink"))]
 pub mod recording;

@@ -16,6 +16,7 @@ use super::mavlink::packet::Framing;
 use super::mavlink::recording::{MavlinkRecording, Traffic};
 use super::pcm::format_file::PcmFormatFile;
 use super::pcm::recording::PcmRecording;
+use super::read_recording::{KeptRecording, ReadRecording};
 use super::record::{RecordingError, RecordingRow, SkippedByReason};
 use super::recording_config::RecordingConfig;
 use super::table::files::TablesRecording;
@@ -45,6 +46,8 @@ pub enum Recording {
     Pcm(Box<PcmRecording>),
     /// Packets after IRIG 106 Chapter 10.
     Chapter10(Box<Chapter10Recording>),
+    /// One that was read before.
+    Kept(KeptRecording),
 }
 
 impl Recording {
@@ -154,6 +157,7 @@ impl Recording {
             Recording::Autopilot(recording) => recording.format(),
             Recording::Pcm(_) => "PCM",
             Recording::Chapter10(_) => "IRIG 106 Chapter 10",
+            Recording::Kept(recording) => recording.read.format,
         }
     }
 
@@ -168,6 +172,7 @@ impl Recording {
             | Recording::Autopilot(_)
             | Recording::Pcm(_)
             | Recording::Chapter10(_) => "sample",
+            Recording::Kept(recording) => recording.read.counted_in,
         }
     }
 
@@ -182,6 +187,7 @@ impl Recording {
             Recording::Autopilot(recording) => recording.info(),
             Recording::Pcm(recording) => recording.info(),
             Recording::Chapter10(recording) => recording.info(),
+            Recording::Kept(recording) => &recording.read.info,
         }
     }
 
@@ -196,6 +202,7 @@ impl Recording {
             Recording::Autopilot(recording) => recording.columns(),
             Recording::Pcm(recording) => recording.columns(),
             Recording::Chapter10(recording) => recording.columns(),
+            Recording::Kept(recording) => &recording.read.columns,
         }
     }
 
@@ -210,8 +217,34 @@ impl Recording {
             | Recording::Mcap(_)
             | Recording::MappedLog(_)
             | Recording::Mavlink(_)
-            | Recording::Autopilot(_) => {}
+            | Recording::Autopilot(_)
+            | Recording::Kept(_) => {}
         }
+    }
+
+    /// Reads it to its end and keeps everything.
+    ///
+    /// # Errors
+    /// As [`Recording::next_row`].
+    pub fn read_to_end(mut self) -> Result<ReadRecording, RecordingError> {
+        let mut rows = Vec::new();
+        while let Some(row) = self.next_row()? {
+            rows.push(row.clone());
+        }
+        Ok(ReadRecording {
+            format: self.format(),
+            counted_in: self.counted_in(),
+            info: self.info().clone(),
+            columns: self.columns().to_vec(),
+            rows,
+            skipped: self.skipped().clone(),
+            left_out: self.left_out().to_vec(),
+            assumed: self.assumed().to_vec(),
+            found_out: self.found_out().to_vec(),
+            shortfall: self.shortfall(),
+            ends_abruptly: self.ends_abruptly(),
+            traffic: self.traffic().cloned(),
+        })
     }
 
     /// The next row that can be read; `None` at the end.
@@ -229,6 +262,7 @@ impl Recording {
             Recording::Autopilot(recording) => recording.next_row(),
             Recording::Pcm(recording) => recording.next_row(),
             Recording::Chapter10(recording) => recording.next_row(),
+            Recording::Kept(recording) => Ok(recording.next_row()),
         }
     }
 
@@ -243,6 +277,7 @@ impl Recording {
             Recording::Autopilot(recording) => recording.skipped(),
             Recording::Pcm(recording) => recording.skipped(),
             Recording::Chapter10(recording) => recording.skipped(),
+            Recording::Kept(recording) => &recording.read.skipped,
         }
     }
 
@@ -250,6 +285,7 @@ impl Recording {
     pub fn left_out(&self) -> &[String] {
         match self {
             Recording::Chapter10(recording) => recording.left_out(),
+            Recording::Kept(recording) => &recording.read.left_out,
             _ => &[],
         }
     }
@@ -258,6 +294,7 @@ impl Recording {
     pub fn assumed(&self) -> &[String] {
         match self {
             Recording::Chapter10(recording) => recording.assumed(),
+            Recording::Kept(recording) => &recording.read.assumed,
             _ => &[],
         }
     }
@@ -267,6 +304,7 @@ impl Recording {
         match self {
             Recording::Csv(recording) => recording.found_out(),
             Recording::Tables(recording) => recording.found_out(),
+            Recording::Kept(recording) => &recording.read.found_out,
             _ => &[],
         }
     }
@@ -282,6 +320,7 @@ impl Recording {
             Recording::Autopilot(recording) => recording.shortfall(),
             Recording::Pcm(recording) => recording.shortfall(),
             Recording::Chapter10(recording) => recording.shortfall(),
+            Recording::Kept(recording) => recording.read.shortfall.clone(),
         }
     }
 
@@ -296,6 +335,7 @@ impl Recording {
             | Recording::Autopilot(_)
             | Recording::Pcm(_)
             | Recording::Chapter10(_) => false,
+            Recording::Kept(recording) => recording.read.ends_abruptly,
         }
     }
 
@@ -310,6 +350,7 @@ impl Recording {
             | Recording::Pcm(_)
             | Recording::Chapter10(_) => None,
             Recording::Mavlink(recording) => Some(recording.traffic()),
+            Recording::Kept(recording) => recording.read.traffic.as_ref(),
         }
     }
 }

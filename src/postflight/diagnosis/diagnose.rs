@@ -154,7 +154,7 @@ pub fn diagnose(
     let as_it_should_be = as_it_should_be_recorded(fit, &faults);
     // Instruments are checked without the model meanwhile; mostly they are correct, and the first search is valid.
     let (check_instruments, first) = std::thread::scope(|scope| {
-        let beside = scope.spawn(|| check_instruments(&as_it_should_be));
+        let beside = scope.spawn(|| check_instruments(&as_it_should_be, settings.watch));
         let first = search_with_observed_noise(problem, &[], settings);
         (beside.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), first)
     });

@@ -362,5 +362,5 @@ fn fault(runs: &[RunWithNoise], point: &ParameterPoint, local: &FitLinearisation
 /// A run before its noise is known.
 pub(crate) fn run_of(record: super::run_channels::RunChannels) -> RunWithNoise {
     let noise = KinematicNoise { input: [1.0; 6], climb: 1.0, output: [1.0; 7] };
-    RunWithNoise { active: super::fit::active(&record), noise, record }
+    RunWithNoise { active: super::fit::active(&record), noise, record, watch: None }
 }

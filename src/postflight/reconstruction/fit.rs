@@ -18,6 +18,7 @@ use super::parameter::{
 };
 use super::record::InstrumentErrorKind;
 use super::run_channels::RunChannels;
+use crate::postflight::work_progress::{Watch, is_stopped};
 use nalgebra::DMatrix;
 
 /// Parameters that hold over all runs.
@@ -43,6 +44,8 @@ pub struct RunWithNoise {
     pub noise: KinematicNoise,
     /// Parameters that act on this run's channels.
     pub active: Vec<usize>,
+    /// Who watches fits of it, and may end them: then none has a result.
+    pub watch: Watch,
 }
 
 /// Parameter values, and which are free.
@@ -164,6 +167,9 @@ pub fn cost(runs: &[RunWithNoise], point: &ParameterPoint) -> Option<f64> {
 
 /// Linearises (1) about a point.
 pub fn linearise(runs: &[RunWithNoise], point: &ParameterPoint) -> Option<FitLinearisation> {
+    if runs.iter().any(|run| is_stopped(run.watch)) {
+        return None;
+    }
     let order = point.values.len();
     let mut information = DMatrix::<f64>::zeros(order, order);
     let mut pull = vec![0.0; order];

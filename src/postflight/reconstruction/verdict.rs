@@ -15,10 +15,16 @@ pub use super::run_verdict::{Fitness, RunVerdict};
 use super::screening::{Screened, screen};
 use crate::flight::sample::Sample;
 use crate::postflight::recorded_run::RecordedRun;
+use crate::postflight::work_progress::{Watch, is_stopped};
 use std::borrow::Cow;
 
 /// Checks all runs together.
 pub fn check(candidates: &[RecordedRun]) -> Vec<RunVerdict> {
+    check_watched(candidates, None).unwrap_or_default()
+}
+
+/// The same for who watches; `None` where the check was asked to end.
+pub fn check_watched(candidates: &[RecordedRun], watch: Watch) -> Option<Vec<RunVerdict>> {
     let screened: Vec<(Cow<'_, [Sample]>, Vec<Screened>)> = candidates.iter().map(without_damage).collect();
     let gathered = candidates.iter().zip(&screened);
     let records: Vec<RunChannels> = gathered.map(|(one, (samples, _))| RunChannels::of(samples, &one.geometry)).collect();
@@ -26,7 +32,11 @@ pub fn check(candidates: &[RecordedRun]) -> Vec<RunVerdict> {
     let refusals: Vec<Option<VerdictReason>> =
         gathered.map(|(record, (samples, taken))| refusal(record, samples, taken)).collect();
     let usable: Vec<usize> = (0..records.len()).filter(|&place| refusals.get(place).is_some_and(Option::is_none)).collect();
-    let runs: Vec<RunWithNoise> = usable.iter().filter_map(|&place| records.get(place).cloned()).map(run_of).collect();
+    let runs: Vec<RunWithNoise> = usable
+        .iter()
+        .filter_map(|&place| records.get(place).cloned())
+        .map(|record| RunWithNoise { watch, ..run_of(record) })
+        .collect();
     let names: Vec<String> = usable.iter().filter_map(|&place| Some(candidates.get(place)?.name.clone())).collect();
     let mut verdicts: Vec<Option<RunVerdict>> = vec![None; candidates.len()];
     for group in groups(&runs) {
@@ -38,8 +48,11 @@ pub fn check(candidates: &[RecordedRun]) -> Vec<RunVerdict> {
             }
         }
     }
+    if is_stopped(watch) {
+        return None;
+    }
     let rows = verdicts.into_iter().zip(candidates).zip(records.iter().zip(refusals)).zip(screened);
-    rows.map(|(((verdict, candidate), (record, refusal)), (_, screened))| {
+    let judged = rows.map(|(((verdict, candidate), (record, refusal)), (_, screened))| {
         let verdict = verdict.unwrap_or_else(|| RunVerdict {
             run: candidate.name.clone(),
             fitness: Fitness::NotFit,
@@ -51,8 +64,8 @@ pub fn check(candidates: &[RecordedRun]) -> Vec<RunVerdict> {
             long_gaps: Vec::new(),
         });
         RunVerdict { screened, long_gaps: record.long_gaps.clone(), ..verdict }
-    })
-    .collect()
+    });
+    Some(judged.collect())
 }
 
 /// A run's samples without the damaged ones, and what was taken out of them here.

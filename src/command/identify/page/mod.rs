@@ -131,7 +131,7 @@ fn answer(page: &mut String, identified: &IdentificationResult) {
 }
 
 fn results(page: &mut String, identified: &IdentificationResult, formed: Option<&NondimensionalDerivatives>, level: u8) {
-    let _ = writeln!(page, "<h{level}>Modes</h{level}>\n{}", tables::modes(identified));
+    let _ = writeln!(page, "<h{level}>Modes</h{level}>\n{}{}", tables::modes(identified), tables::roots(identified));
     let _ = writeln!(page, "<h{level}>Derivatives</h{level}>\n{}", tables::derivatives(identified));
     tables::instruments(page, identified);
     tables::gusts(page, identified);

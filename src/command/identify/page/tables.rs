@@ -27,6 +27,7 @@ fn plus_minus(value: f64, std: f64) -> String {
     format!("{value} +- {std}")
 }
 
+/// What each root is: frequency, damping, how long it lasts.
 pub(super) fn modes(identified: &IdentificationResult) -> HtmlTable {
     let mut table = HtmlTable::new(
         "Modes",
@@ -35,8 +36,6 @@ pub(super) fn modes(identified: &IdentificationResult) -> HtmlTable {
             ("omega, rad/s", NUMBER),
             ("frequency, Hz", NUMBER),
             ("damping ratio", NUMBER),
-            ("real part, 1/s", NUMBER),
-            ("imaginary part, rad/s", NUMBER),
             ("period, s", NUMBER),
             ("time, s", NUMBER),
             ("stability", WORDS),
@@ -52,16 +51,24 @@ pub(super) fn modes(identified: &IdentificationResult) -> HtmlTable {
                 plus_minus(root.omega, root.std_omega),
                 plus_minus(root.omega / TAU, root.std_omega / TAU),
                 plus_minus(root.zeta, root.std_zeta),
-                plus_minus(root.real, root.std_real),
-                plus_minus(root.imag, root.std_imag),
                 Digits(TAU / root.imag, 3).to_string(),
             ]
         } else {
-            let none = String::new;
-            [none(), none(), none(), plus_minus(root.real, root.std_real), none(), none()]
+            Default::default()
         });
         row.extend([time, stability(root)]);
         table.row(row);
+    }
+    table
+}
+
+/// The roots themselves; beside the modes they would make a table that no page is wide enough for.
+pub(super) fn roots(identified: &IdentificationResult) -> HtmlTable {
+    let columns = [("mode", WORDS), ("real part, 1/s", NUMBER), ("imaginary part, rad/s", NUMBER)];
+    let mut table = HtmlTable::new("Roots", &columns);
+    for root in identified.modes.iter().flatten() {
+        let imaginary = if root.imag > 0.0 { plus_minus(root.imag, root.std_imag) } else { String::new() };
+        table.row(vec![mode_name(root), plus_minus(root.real, root.std_real), imaginary]);
     }
     table
 }

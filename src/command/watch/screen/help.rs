@@ -4,12 +4,13 @@ use super::ink::{Ink, heading, labelled};
 use ratatui::style::Style;
 use ratatui::text::Line;
 
-const KEYS: [(&str, &str); 6] = [
+const KEYS: [(&str, &str); 7] = [
     ("1 to 5", "overview, derivatives, modes, instruments, events"),
     ("left right", "the page before, the next; tab too"),
     ("up down", "a line; PgUp and PgDn a page, Home and End to the ends"),
     ("?", "this page"),
     ("ctrl-L", "draws the screen anew"),
+    ("ctrl-Z", "stops it and gives the terminal back; `fg` goes on"),
     ("q ctrl-C", "ends; the estimator and telemetry go on"),
 ];
 

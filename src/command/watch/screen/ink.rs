@@ -4,7 +4,7 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use sideslip::io::outputs::tables::wrapped::wrapped;
 use sideslip::io::outputs::words::event_text::Severity;
-use sideslip::io::outputs::words::printable::printable;
+use sideslip::io::outputs::words::printable::{printable, with_short_numbers};
 use sideslip::io::outputs::words::stability_text::LateralStability;
 use sideslip::realtime::regression::record::Status;
 
@@ -76,7 +76,7 @@ impl Ink {
 
 /// A line of words that may be somebody else's.
 pub(super) fn line(text: &str, style: Style) -> Line<'static> {
-    Line::from(Span::styled(printable(text).into_owned(), style))
+    Line::from(Span::styled(printable(&with_short_numbers(text)).into_owned(), style))
 }
 
 /// A heading.

@@ -49,6 +49,10 @@ pub(super) fn run(
     let (mut due, mut ask) = (Instant::now(), Instant::now());
     let mut outputs = 0;
     while !stop.load(Ordering::Relaxed) && repetition.more_after(outputs) {
+        match screen.stop_and_go_on() {
+            Ok(anew) => view.changed |= anew,
+            Err(_) => break,
+        }
         let now = Instant::now();
         listener.take_in(picture)?;
         if now >= ask {
@@ -85,6 +89,10 @@ fn keys(screen: &mut OpenScreen, view: &mut View, wait: Duration) -> std::io::Re
             Event::Key(key) if key.kind != KeyEventKind::Release => {
                 if ends(key) {
                     return Ok(false);
+                }
+                if key.code == KeyCode::Char('z') && key.modifiers.contains(KeyModifiers::CONTROL) {
+                    screen.stop();
+                    return Ok(true);
                 }
                 if key.code == KeyCode::Char('l') && key.modifiers.contains(KeyModifiers::CONTROL) {
                     screen.terminal.clear()?;

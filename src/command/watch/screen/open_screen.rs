@@ -1,4 +1,5 @@
-//! The terminal as a screen: alternate buffer, raw keys, no cursor; as it was before whatever ends the program, a panic too.
+//! The terminal as a screen: alternate buffer, raw keys, no cursor; as it was before whatever ends or stops the program, a panic
+//! and ctrl-Z too.
 
 use ratatui::Terminal;
 use ratatui::backend::CrosstermBackend;
@@ -10,10 +11,15 @@ use ratatui::crossterm::terminal::{
 };
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
+use rustix::process::{Signal, getpgrp, kill_current_process_group};
+use rustix::termios::tcgetpgrp;
+use signal_hook::consts::{SIGCONT, SIGTSTP};
+use signal_hook::low_level::emulate_default_handler;
 use std::fs::File;
 use std::io::{BufWriter, IsTerminal, Result, Stdout, stdin, stdout};
 use std::os::fd::{AsFd, OwnedFd};
 use std::panic::{set_hook, take_hook};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -25,6 +31,10 @@ pub(crate) struct OpenScreen {
     pub(super) terminal: Terminal<CrosstermBackend<BufWriter<Stdout>>>,
     /// What the keys are read from.
     keyboard: OwnedFd,
+    /// SIGTSTP came: the terminal is to be given back and the program stopped.
+    stopping: Arc<AtomicBool>,
+    /// SIGCONT came: whoever had the terminal meanwhile left it as he liked.
+    continued: Arc<AtomicBool>,
 }
 
 impl OpenScreen {
@@ -34,6 +44,9 @@ impl OpenScreen {
     /// The system's, where there is no terminal to read keys from or it does not take what is written.
     pub(crate) fn open() -> Result<Self> {
         let keyboard = if stdin().is_terminal() { stdin().as_fd().try_clone_to_owned()? } else { File::open("/dev/tty")?.into() };
+        let (stopping, continued) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
+        signal_hook::flag::register(SIGTSTP, Arc::clone(&stopping))?;
+        signal_hook::flag::register(SIGCONT, Arc::clone(&continued))?;
         enable_raw_mode()?;
         OPEN.store(true, Ordering::SeqCst);
         let before = take_hook();
@@ -41,15 +54,47 @@ impl OpenScreen {
             close();
             before(panic);
         }));
-        let opened = execute!(stdout(), EnterAlternateScreen, DisableLineWrap)
-            .and_then(|()| Terminal::new(CrosstermBackend::new(BufWriter::new(stdout()))));
+        let opened = entered().and_then(|()| Terminal::new(CrosstermBackend::new(BufWriter::new(stdout()))));
         match opened {
-            Ok(terminal) => Ok(OpenScreen { terminal, keyboard }),
+            Ok(terminal) => Ok(OpenScreen { terminal, keyboard, stopping, continued }),
             Err(error) => {
                 close();
                 Err(error)
             }
         }
+    }
+
+    /// Ctrl-Z, which raw keys make no signal of: what the terminal would send, to the jobs that it shows; to this process alone
+    /// where it is not the terminal's.
+    pub(super) fn stop(&self) {
+        let of_terminal = tcgetpgrp(&self.keyboard).is_ok_and(|shown| shown == getpgrp());
+        if !(of_terminal && kill_current_process_group(Signal::TSTP).is_ok()) {
+            self.stopping.store(true, Ordering::SeqCst);
+        }
+    }
+
+    /// Gives the terminal back and stops where that was asked for; whether everything is to be drawn anew, because the program
+    /// goes on after a stop.
+    ///
+    /// # Errors
+    /// The system's, where the terminal is no screen again.
+    pub(super) fn stop_and_go_on(&mut self) -> Result<bool> {
+        if self.stopping.swap(false, Ordering::SeqCst) {
+            close();
+            emulate_default_handler(SIGTSTP)?;
+            // Going on from here is what SIGCONT says, too.
+            self.continued.store(true, Ordering::SeqCst);
+        }
+        if !self.continued.swap(false, Ordering::SeqCst) {
+            return Ok(false);
+        }
+        // A stop that could not be caught has left the screen as it was, and others have set the terminal since.
+        close();
+        enable_raw_mode()?;
+        OPEN.store(true, Ordering::SeqCst);
+        entered()?;
+        self.terminal.clear()?;
+        Ok(true)
     }
 
     /// Waits that long for a key or a signal; whether the terminal is still there. Reading keys from one that has gone never
@@ -75,6 +120,10 @@ impl Drop for OpenScreen {
     fn drop(&mut self) {
         close();
     }
+}
+
+fn entered() -> Result<()> {
+    execute!(stdout(), EnterAlternateScreen, DisableLineWrap)
 }
 
 /// Gives the terminal back, once; one that is gone needs nothing back.

@@ -3,6 +3,8 @@
 //! Consumes titles and texts, which may come from files; produces HTML without scripts, fonts or network access, in the reader's
 //! light or dark scheme; printed black on white, no figure broken over two pages.
 
+use crate::io::outputs::words::printable::with_short_numbers;
+
 /// Text that means nothing but itself, in a page or in an attribute of it.
 pub fn escaped(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
@@ -21,7 +23,7 @@ pub fn escaped(text: &str) -> String {
 
 /// Text for the page, plus and minus as one sign.
 pub fn words(text: &str) -> String {
-    escaped(&text.replace("+-", "\u{b1}"))
+    escaped(&with_short_numbers(&text.replace("+-", "\u{b1}")))
 }
 
 /// How a page begins, up to its first heading; the title is made safe.

@@ -4,6 +4,7 @@ use crate::flight::channel::{Channel, ControlNames};
 use crate::io::outputs::number::{Fixed, short_measured_text};
 use crate::io::outputs::tables::wrapped::wrapped;
 use crate::io::outputs::words::manoeuvre_sentences::{self, point_words, side_words};
+use crate::io::outputs::words::printable::printable;
 use crate::postflight::manoeuvres::record::{
     Interpretation, LineTest, Linearity, Manoeuvre, Measured, NotEstimable, Plane, RUNS_A_POINT, Response, RunInterpretation,
     TestPoint, on_axis,
@@ -68,7 +69,7 @@ fn percent(value: f64) -> String {
 }
 
 fn run_lines(run: &RunInterpretation) -> Vec<String> {
-    let mut lines = vec![run.run.clone()];
+    let mut lines = vec![printable(&run.run).into_owned()];
     if let Some(nothing) = &run.nothing {
         lines.push(format!("  no manoeuvre: {nothing}"));
         return lines;

@@ -9,7 +9,7 @@ use crate::io::outputs::number::{Digits, Fixed, measured};
 use crate::io::outputs::record::EventKind;
 use crate::io::outputs::tables::wrapped::wrapped;
 use crate::io::outputs::words::event_text::{Severity, event_severity};
-use crate::io::outputs::words::printable::{printable, printable_lines};
+use crate::io::outputs::words::printable::{printable, printable_lines, with_short_numbers};
 use crate::io::outputs::words::status_text::{DerivativeLabel, WHOLE_NOT_AVAILABLE, derivative_unit, status_in_words};
 use crate::realtime::modes::record::{ModesRecord, OscillatoryMode, RealRoot};
 use crate::realtime::regression::record::{DerivativesRecord, EquationRecord, RegressionEvent, Status};
@@ -58,8 +58,16 @@ impl Style {
     }
 
     /// Text for a stream of this style: what would steer a terminal is shown instead, whoever wrote it, and only the sequences
-    /// that the style itself writes pass. A name that holds just these can make itself bold, red or yellow, and nothing else.
+    /// that the style itself writes pass. A name that holds just these can make itself bold, red or yellow, and nothing else. A
+    /// number of hundreds of digits is a power of ten.
     pub fn shown(self, text: &str) -> Cow<'_, str> {
+        match with_short_numbers(text) {
+            Cow::Borrowed(text) => self.steered(text),
+            Cow::Owned(text) => Cow::Owned(self.steered(&text).into_owned()),
+        }
+    }
+
+    fn steered(self, text: &str) -> Cow<'_, str> {
         if self == Style::Plain || !text.contains('\x1b') {
             return printable_lines(text);
         }

@@ -63,9 +63,55 @@ fn shown(text: &str, kept: impl Fn(char) -> bool) -> Cow<'_, str> {
     Cow::Owned(shown)
 }
 
+/// Digits in a row that are shown as they stand; no number that means something has more.
+const DIGITS_SHOWN: usize = 40;
+
+/// A text for people in which no number fills lines: one of more digits, as 1e300 is written in full, as a power of ten.
+pub fn with_short_numbers(text: &str) -> Cow<'_, str> {
+    let is_number = |c: char| c.is_ascii_digit() || c == '.';
+    if !text.split(|c| !is_number(c)).any(|number| number.len() > DIGITS_SHOWN) {
+        return Cow::Borrowed(text);
+    }
+    let mut shown = String::new();
+    let mut rest = text;
+    while let Some(at) = rest.find(is_number) {
+        let (before, from) = rest.split_at(at);
+        let (number, after) = from.split_at(from.find(|c| !is_number(c)).unwrap_or(from.len()));
+        let long = number.len() > DIGITS_SHOWN && !before.ends_with(|c: char| c.is_alphanumeric() || c == '_');
+        // A sentence ends with a full stop.
+        let plain = number.trim_end_matches('.');
+        let value = if long { plain.parse::<f64>().ok() } else { None };
+        shown.push_str(before);
+        match value {
+            Some(value) if value.is_finite() => {
+                // A string takes every character.
+                let _ = write!(shown, "{value:.4e}{}", number.get(plain.len()..).unwrap_or_default());
+            }
+            Some(_) => {
+                let _ = write!(shown, "a number of {} digits", plain.len());
+            }
+            None => shown.push_str(number),
+        }
+        rest = after;
+    }
+    shown.push_str(rest);
+    Cow::Owned(shown)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_number_of_hundreds_of_digits_is_a_power_of_ten_and_ordinary_ones_stay() {
+        let huge = format!("flown at {:.1} m/s, not {}.", 1.5e300, -2.5e-300);
+        assert_eq!(with_short_numbers(&huge), "flown at 1.5000e300 m/s, not -2.5000e-300.");
+        assert_eq!(with_short_numbers(&"7".repeat(400)), "a number of 400 digits");
+        let hash = format!("{}a{}", "1".repeat(30), "2".repeat(41));
+        for plain in ["", "at 1.5 s, 20 rows.", "1767225600000000 us", "...", "0.0001234567890123456789", hash.as_str()] {
+            assert_eq!(with_short_numbers(plain), plain);
+        }
+    }
 
     #[test]
     fn what_steers_a_terminal_is_shown_and_ordinary_unicode_stays() {

@@ -7,8 +7,9 @@ use crate::flight::effect::same_cause;
 use crate::flight::file::effect_file::DeclaredEffect;
 use crate::postflight::diagnosis::record::InstrumentDisagreement;
 use crate::postflight::reconstruction::correction::Correction;
-use crate::postflight::reconstruction::verdict::{Fitness, RunVerdict, check};
+use crate::postflight::reconstruction::verdict::{Fitness, RunVerdict, check_watched};
 use crate::postflight::recorded_run::RecordedRun;
+use crate::postflight::work_progress::Watch;
 
 /// What the kinematics alone say.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -42,9 +43,9 @@ fn disagreement(one: &RunVerdict, usual: &RunVerdict) -> InstrumentDisagreement 
     InstrumentDisagreement::OtherRuns { own: errors(one), others: errors(usual) }
 }
 
-/// Checks the runs together.
-pub fn check_instruments(runs: &[RecordedRun]) -> InstrumentCheck {
-    let verdicts = check(runs);
+/// Checks the runs together; nothing is known where the check was asked to end before it was done.
+pub fn check_instruments(runs: &[RecordedRun], watch: Watch) -> InstrumentCheck {
+    let Some(verdicts) = check_watched(runs, watch) else { return InstrumentCheck::default() };
     let fit: Vec<(usize, &RunVerdict)> =
         verdicts.iter().enumerate().filter(|(_, verdict)| verdict.fitness != Fitness::NotFit).collect();
     // The instruments of most runs; of two alike the first.
