@@ -98,8 +98,8 @@ impl MethodAgreement {
         self.apart.contains(&true)
     }
 
-    /// Puts the largest difference before the fit's reason, from `REMARKED_FROM` on, so that two numbers of one thing do not stand
-    /// beside each other without a word. Beyond what both standard errors allow, a fit that has not failed gets the status
+    /// Puts the largest difference before the fit's reason, from `REMARKED_FROM` on, so that two numbers of one thing do not
+    /// stand beside each other without a word. Beyond what both standard errors allow, a fit that has not failed gets the status
     /// `disagree`, whatever its age.
     pub fn mark(&self, fit: &mut OutputErrorRecord, controls: ControlNames) {
         let Some((quantity, standard_errors)) = self.worst else { return };

@@ -150,8 +150,8 @@ pub(crate) fn run_examples(place: &str, of: impl Fn(&str) -> bool) {
                 let files = content(&here);
                 let (status, said) = in_shell(&here, &line);
                 assert!(matches!(status, 0 | 3 | 4), "{line}: {status}: {said}");
-                // Again, as a user does: what it wrote is not replaced unasked, and with --force it is. What a shell writes is the
-                // shell's.
+                // Again, as a user does: what it wrote is not replaced unasked, and with --force it is. What a shell writes is
+                // the shell's.
                 if content(&here) != files && !line.contains('>') {
                     let (status, said) = in_shell(&here, &line);
                     assert!(status == 2 && said.contains("--force replaces it"), "again: {line}: {status}: {said}");

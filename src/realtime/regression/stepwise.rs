@@ -330,8 +330,8 @@ impl<'a> SweptSelection<'a> {
     }
 
     /// What a motion of the equation's own plane that is left out may account for, given its own estimate, both in units of the
-    /// response's root of squares: divided by (4). Of one that hardly differs from a combination of the terms in nothing is known,
-    /// but that it does not account for more than there is.
+    /// response's root of squares: divided by (4). Of one that hardly differs from a combination of the terms in nothing is
+    /// known, but that it does not account for more than there is.
     fn with_unreliability(&self, scaled_theta: f64, place: usize, offer: &Offer) -> f64 {
         let own = self.swept.at(place, place);
         let of_others = self.order.iter().map(|&other| {
