@@ -39,7 +39,7 @@ pub fn gross_error(record: &RunChannels) -> Option<GrossFinding> {
     let testable = GrossError::ALL.iter().filter(|error| error.channels().iter().all(measured));
     let gains = testable.filter_map(|error| {
         let corrected = agreement(record, Some(error));
-        Some((error, correction_gain(&as_recorded, &corrected, windows)?))
+        Some((error, correction_gain(error, &as_recorded, &corrected, windows)?))
     });
     let best = likeliest::<GROSS_ERRORS>(gains, RIVAL);
     let (_, CorrectionGain { output, a, .. }) = *best.first().filter(|(_, found)| found.gain > THRESHOLD)?;

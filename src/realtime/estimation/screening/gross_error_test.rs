@@ -156,7 +156,7 @@ impl GrossErrorTest {
             let increments = compared_increments(measured, &kinematic);
             let corrected = taken(moments, &increments, kept, |k| window.noise_var(k, Some(error)));
             // A response to gusts opposes them: a weak agreement with a reversed sign is no evidence in moving air.
-            let found = contradicted.then(|| correction_gain(&as_recorded, &corrected, windows)).flatten();
+            let found = contradicted.then(|| correction_gain(error, &as_recorded, &corrected, windows)).flatten();
             *gain = found.filter(|found| {
                 found.a[1] < AGREES
                     && attitude_agrees(&corrected)

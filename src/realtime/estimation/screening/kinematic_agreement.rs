@@ -8,7 +8,8 @@
 //! (ax in airspeed, ay in sideslip, az in incidence) is an output of its own: the measurement less all other terms.
 //! A correction explains a contradiction where an output that contradicted the kinematics (a > `CONTRARY`) then agrees with
 //! them (a < `AGREES`), a share together with its output, and none that agreed no longer does; its gain is by how much it
-//! lowers S.
+//! lowers S. Of two exchanged outputs each reading is compared with itself: as recorded in the place of the one, corrected in
+//! that of the other.
 //! Source: ours; S is twice a log-likelihood ratio for independent Gaussian increments.
 
 use super::gross_error::GrossError;
@@ -112,8 +113,24 @@ pub struct CorrectionGain {
     pub a: [f64; 2],
 }
 
-/// The gain of a correction; `None` where it explains no contradiction.
-pub fn correction_gain(as_recorded: &Agreement, corrected: &Agreement, windows: f64) -> Option<CorrectionGain> {
+/// The agreement with an error corrected, by the place that each reading has as recorded.
+fn by_reading(error: &GrossError, corrected: &Agreement) -> Agreement {
+    core::array::from_fn(|k| {
+        let (output, is_share) = (compared_output(k), k >= OUTPUTS);
+        let (whose, _) = error.corrected_by(output);
+        let place = (0..COMPARED).find(|other| compared_output(*other) == whose && (*other >= OUTPUTS) == is_share);
+        place.and_then(|place| corrected.get(place).copied().flatten())
+    })
+}
+
+/// The gain of correcting an error; `None` where it explains no contradiction.
+pub fn correction_gain(
+    error: &GrossError,
+    as_recorded: &Agreement,
+    corrected: &Agreement,
+    windows: f64,
+) -> Option<CorrectionGain> {
+    let corrected = &by_reading(error, corrected);
     let pairs = || as_recorded.iter().zip(corrected).enumerate().filter_map(|(k, (a, b))| Some((k, (*a)?, (*b)?)));
     // Where a correction makes the airspeed along x small, gravity and force vary together: a share then agrees with itself.
     let whole_agrees = |k: usize| match k.checked_sub(OUTPUTS).and_then(|axis| CONTRIBUTES_TO.get(axis)) {
@@ -284,18 +301,33 @@ mod tests {
 
     #[test]
     fn a_correction_has_a_gain_where_it_makes_an_output_agree_and_spoils_none() {
+        const TURNED: GrossError = GrossError::Turned(&[Channel::Beta]);
         let mut as_recorded: Agreement = [Some(0.05); COMPARED];
         as_recorded[2] = Some(1.9);
         let corrected: Agreement = [Some(0.05); COMPARED];
-        let found = correction_gain(&as_recorded, &corrected, 10.0).unwrap();
+        let found = correction_gain(&TURNED, &as_recorded, &corrected, 10.0).unwrap();
         assert_eq!((found.output, found.a), (2, [1.9, 0.05]));
         assert!((found.gain - 10.0 * libm::log(1.9 / 0.05)).abs() < 1e-9);
         let mut spoiled = corrected;
         spoiled[3] = Some(0.8);
-        assert_eq!(correction_gain(&as_recorded, &spoiled, 10.0), None);
+        assert_eq!(correction_gain(&TURNED, &as_recorded, &spoiled, 10.0), None);
         let mut lost = corrected;
         lost[3] = None;
-        assert_eq!(correction_gain(&as_recorded, &lost, 10.0), None);
-        assert_eq!(correction_gain(&corrected, &corrected, 10.0), None);
+        assert_eq!(correction_gain(&TURNED, &as_recorded, &lost, 10.0), None);
+        assert_eq!(correction_gain(&TURNED, &corrected, &corrected, 10.0), None);
+    }
+
+    #[test]
+    fn of_two_exchanged_outputs_the_one_that_does_not_move_is_not_lost() {
+        let exchanged = GrossError::Swapped([Channel::Phi, Channel::Theta]);
+        let (phi, theta) = (3, 4);
+        // The bank is read as pitch and contradicts q; the pitch, read as bank, stands.
+        let mut as_recorded: Agreement = [Some(0.05); COMPARED];
+        (as_recorded[phi], as_recorded[theta], as_recorded[SIDESLIP]) = (None, Some(1.0), Some(0.9));
+        let mut corrected: Agreement = [Some(0.05); COMPARED];
+        corrected[theta] = None;
+        let found = correction_gain(&exchanged, &as_recorded, &corrected, 10.0).unwrap();
+        assert!((found.gain - 10.0 * (libm::log(1.0 / 0.05) + libm::log(0.9 / 0.05))).abs() < 1e-9, "{found:?}");
+        assert_eq!(correction_gain(&GrossError::Turned(&[Channel::Phi]), &as_recorded, &corrected, 10.0), None);
     }
 }
