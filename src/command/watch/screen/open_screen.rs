@@ -7,7 +7,8 @@ use ratatui::crossterm::cursor::Show;
 use ratatui::crossterm::execute;
 use ratatui::crossterm::style::ResetColor;
 use ratatui::crossterm::terminal::{
-    DisableLineWrap, EnableLineWrap, EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode,
+    Clear, ClearType, DisableLineWrap, EnableLineWrap, EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode,
+    enable_raw_mode,
 };
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
@@ -93,7 +94,9 @@ impl OpenScreen {
         enable_raw_mode()?;
         OPEN.store(true, Ordering::SeqCst);
         entered()?;
-        self.terminal.clear()?;
+        // A new one draws every cell; to clear the old one would ask the terminal for its cursor, which may never answer.
+        execute!(stdout(), Clear(ClearType::All))?;
+        self.terminal = Terminal::new(CrosstermBackend::new(BufWriter::new(stdout())))?;
         Ok(true)
     }
 
