@@ -1,6 +1,7 @@
 //! Numbers that no table shows raw: NaN, infinities, rows of digits; from models and recordings that hold such.
 
 use crate::support::program::{RunFile, ended, folder, own, path, puma, sideslip};
+use std::path::{Path, PathBuf};
 
 /// What a table must not have: the words of a floating point number that is none, and more digits than it has.
 fn raw(text: &str) -> Option<&str> {
@@ -9,6 +10,16 @@ fn raw(text: &str) -> Option<&str> {
         matches!(*word, "NaN" | "inf" | "-inf" | "+inf") || digits > 20
     };
     text.split(|c: char| !(c.is_alphanumeric() || "+-.".contains(c))).find(is_raw)
+}
+
+/// The run of the Puma with that cell in every row of a channel.
+fn spoilt(folder: &Path, name: &str, channel: &str, cell: &str) -> PathBuf {
+    let mut run = RunFile::read(&puma());
+    let place = run.place(channel);
+    run.rows.iter_mut().for_each(|row| row[place] = cell.to_owned());
+    let file = folder.join(format!("{name}.csv"));
+    run.write(&file);
+    file
 }
 
 #[test]
@@ -29,14 +40,7 @@ fn a_model_with_huge_derivatives_has_them_as_powers_of_ten() {
 #[test]
 fn no_message_writes_a_huge_number_in_full() {
     let folder = folder("raw-messages");
-    let spoilt = |name: &str, channel: &str, cell: &str| {
-        let mut run = RunFile::read(&puma());
-        let place = run.place(channel);
-        run.rows.iter_mut().for_each(|row| row[place] = cell.to_owned());
-        let file = folder.join(format!("{name}.csv"));
-        run.write(&file);
-        file
-    };
+    let spoilt = |name: &str, channel: &str, cell: &str| spoilt(&folder, name, channel, cell);
     let (fast, late) = (spoilt("fast", "tas", "1e300"), spoilt("late", "time", "1e300"));
     let (puma, digits) = (puma(), "9".repeat(300));
     let (run, fast, late) = (path(&puma), path(&fast), path(&late));
@@ -62,14 +66,7 @@ fn no_message_writes_a_huge_number_in_full() {
 #[test]
 fn recordings_of_huge_constant_and_missing_values_leave_no_raw_number_in_any_table() {
     let folder = folder("raw-recordings");
-    let spoilt = |name: &str, channel: &str, cell: &str| {
-        let mut run = RunFile::read(&puma());
-        let place = run.place(channel);
-        run.rows.iter_mut().for_each(|row| row[place] = cell.to_owned());
-        let file = folder.join(format!("{name}.csv"));
-        run.write(&file);
-        file
-    };
+    let spoilt = |name: &str, channel: &str, cell: &str| spoilt(&folder, name, channel, cell);
     let runs = [spoilt("huge", "beta", "1e300"), spoilt("still", "r", "0"), spoilt("level", "ay", "1e-300")];
     let model = own("replay/models/puma-like.toml");
     for run in &runs {

@@ -188,7 +188,7 @@ fn file_names<'n>(runs: impl Iterator<Item = &'n str>) -> Vec<String> {
 fn refuse_standing(args: &CompareArgs, pictures: &[String]) -> Result<(), Failure> {
     let Some(folder) = &args.out else { return Ok(()) };
     let names = pictures.iter().map(String::as_str).chain([NUMBERS]);
-    names.into_iter().try_for_each(|name| args.replace.refuse("--out", &folder.join(name)))
+    args.replace.refuse_in("--out", folder, names)
 }
 
 fn refuse_wrong_outputs(args: &CompareArgs) -> Result<(), Failure> {

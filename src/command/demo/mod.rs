@@ -118,8 +118,7 @@ fn refuse_standing(folder: &Path, replace: ReplaceOption) -> Result<(), Failure>
     let of_diagnosis = [DIAGNOSIS, WORDS, PAGES, EXTENDED].map(str::to_owned);
     let numbered =
         (1..=TEST_POINTS.len()).flat_map(|number| [PAGES, EXTENDED].map(|name| name.replacen('.', &format!("-{number}."), 1)));
-    let mut names = of_runs.chain(of_diagnosis).chain(numbered);
-    names.try_for_each(|name| replace.refuse("--out", &folder.join(name)))
+    replace.refuse_in("--out", folder, of_runs.chain(of_diagnosis).chain(numbered))
 }
 
 /// Flies, estimates, diagnoses, compares.

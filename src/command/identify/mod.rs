@@ -288,7 +288,7 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
 /// Refuses, before the fit, to write over files of the user in the folder of the results.
 fn refuse_standing<'n>(args: &IdentifyArgs, names: impl IntoIterator<Item = &'n str>) -> Result<(), Failure> {
     let Some(folder) = &args.out else { return Ok(()) };
-    names.into_iter().try_for_each(|name| args.replace.refuse("--out", &folder.join(name)))
+    args.replace.refuse_in("--out", folder, names)
 }
 
 /// A search that has not converged gives no answer, whatever was lost.

@@ -28,6 +28,16 @@ impl ReplaceOption {
         Err(Failure::file(output, format_args!("{option}: exists already; --force replaces it")))
     }
 
+    /// The same for what is written under these names into a folder.
+    pub(crate) fn refuse_in(
+        self,
+        option: &str,
+        folder: &Path,
+        names: impl IntoIterator<Item = impl AsRef<Path>>,
+    ) -> Result<(), Failure> {
+        names.into_iter().try_for_each(|name| self.refuse(option, &folder.join(name)))
+    }
+
     /// The same for options that may be left out.
     pub(crate) fn refuse_each<'o>(self, outputs: impl IntoIterator<Item = (&'o str, Option<&'o Path>)>) -> Result<(), Failure> {
         outputs.into_iter().try_for_each(|(option, output)| output.map_or(Ok(()), |output| self.refuse(option, output)))

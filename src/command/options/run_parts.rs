@@ -76,9 +76,7 @@ impl PartOptions {
         }
         Ok(choices)
     }
-}
 
-impl PartOptions {
     /// A manoeuvre's number is one of a recording: of several it must be named, or the hold-out would be cut by the number that
     /// was meant for the fit.
     fn refuse_numbers_of_several(&self, sources: &[&RecordingSource]) -> Result<(), Failure> {

@@ -55,8 +55,7 @@ impl OpenScreen {
             close();
             before(panic);
         }));
-        let opened = entered().and_then(|()| Terminal::new(CrosstermBackend::new(BufWriter::new(stdout()))));
-        match opened {
+        match entered() {
             Ok(terminal) => Ok(OpenScreen { terminal, keyboard, stopping, continued }),
             Err(error) => {
                 close();
@@ -93,10 +92,9 @@ impl OpenScreen {
         close();
         enable_raw_mode()?;
         OPEN.store(true, Ordering::SeqCst);
-        entered()?;
         // A new one draws every cell; to clear the old one would ask the terminal for its cursor, which may never answer.
+        self.terminal = entered()?;
         execute!(stdout(), Clear(ClearType::All))?;
-        self.terminal = Terminal::new(CrosstermBackend::new(BufWriter::new(stdout())))?;
         Ok(true)
     }
 
@@ -125,8 +123,9 @@ impl Drop for OpenScreen {
     }
 }
 
-fn entered() -> Result<()> {
-    execute!(stdout(), EnterAlternateScreen, DisableLineWrap)
+fn entered() -> Result<Terminal<CrosstermBackend<BufWriter<Stdout>>>> {
+    execute!(stdout(), EnterAlternateScreen, DisableLineWrap)?;
+    Terminal::new(CrosstermBackend::new(BufWriter::new(stdout())))
 }
 
 /// Gives the terminal back, once; one that is gone needs nothing back.

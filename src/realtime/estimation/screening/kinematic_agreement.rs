@@ -115,6 +115,9 @@ pub struct CorrectionGain {
 
 /// The agreement with an error corrected, by the place that each reading has as recorded.
 fn by_reading(error: &GrossError, corrected: &Agreement) -> Agreement {
+    if !matches!(error, GrossError::Swapped(_)) {
+        return *corrected;
+    }
     core::array::from_fn(|k| {
         let (output, is_share) = (compared_output(k), k >= OUTPUTS);
         let (whose, _) = error.corrected_by(output);
