@@ -4,7 +4,9 @@
 //! the axes in which they differ by more than four combined standard errors sqrt(s1^2 + s2^2). Both rest on the same
 //! samples, so their errors correlate positively where both are right, and the difference is smaller than that of independent
 //! estimates. A difference beyond that shows that one of the two models does not hold (the regression's equation, output error's
-//! linear model over the whole manoeuvre), and the data do not tell which.
+//! linear model over the whole manoeuvre), and the data do not tell which. From two combined standard errors on, an estimate of
+//! output error gets the standard error s1' that covers the difference d,
+//!     s1'^2 + s2^2 = (d/2)^2.                                                                                            (1)
 
 use crate::flight::channel::ControlNames;
 use crate::flight::derivative::{AXES, Axis, Variable};
@@ -136,6 +138,44 @@ impl Display for InWords {
     }
 }
 
+/// Widens the standard errors of a fit where it differs from the regression, by (1).
+pub fn cover_difference(derivatives: Option<&DerivativesRecord>, modes: Option<&ModesRecord>, fit: &mut OutputErrorRecord) {
+    for equation in derivatives.iter().flat_map(|record| &record.equations) {
+        if equation.status.rank() < Status::Stale.rank() {
+            continue;
+        }
+        for one in fit.parameters.iter_mut().filter(|one| one.axis == equation.axis) {
+            if let Some(term) = equation.term(one.variable) {
+                one.std = covering((one.value, one.std), (term.value, term.std));
+            }
+        }
+    }
+    let Some(modes) = modes else { return };
+    let pairs = [
+        (&mut fit.dutch_roll, modes.dutch_roll),
+        (&mut fit.coupled, modes.coupled),
+        (&mut fit.lateral_phugoid, modes.lateral_phugoid),
+    ];
+    for (own, other) in pairs {
+        if let Some((own, other)) = own.as_mut().zip(other) {
+            own.std_omega = covering((own.omega, own.std_omega), (other.omega, other.std_omega));
+            own.std_zeta = covering((own.zeta, own.std_zeta), (other.zeta, other.std_zeta));
+        }
+    }
+    for (own, other) in [(&mut fit.roll, modes.roll), (&mut fit.spiral, modes.spiral)] {
+        if let Some((own, other)) = own.as_mut().zip(other) {
+            own.std = covering((own.value, own.std), (other.value, other.std));
+        }
+    }
+}
+
+/// The larger of the standard error of the first and that by (1).
+fn covering(fitted: (f64, f64), regressed: (f64, f64)) -> f64 {
+    let half = (fitted.0 - regressed.0) / REMARKED_FROM;
+    let needed = half * half - regressed.1 * regressed.1;
+    if needed > fitted.1 * fitted.1 { libm::sqrt(needed) } else { fitted.1 }
+}
+
 /// Limits the lateral modes of a fit by the regression's, whose standard errors cover curvature and disturbances: those of the
 /// fit are not below them, and a mode that the regression has no number of has none unless the fit has converged.
 pub fn limit_modes(regression: Option<&ModesRecord>, fit: &mut OutputErrorRecord) {
@@ -246,6 +286,20 @@ mod tests {
                 true => (OutputErrorProgress::Disagree, "N_v: 4.1 combined standard errors from the regression's; a note"),
             };
             assert_eq!((fit.progress, fit.reason.as_str()), (progress, reason));
+        }
+    }
+
+    #[test]
+    fn a_difference_is_covered_by_the_errors_of_the_fit() {
+        for (difference, std) in [(0.0095, 0.003), (0.0205, (0.01025_f64 * 0.01025 - 0.000016).sqrt())] {
+            let mut fit = fit(0.04 + difference, 0.003, OutputErrorProgress::Converged);
+            let regression = derivatives(Status::Converged, 0.04, 0.004);
+            cover_difference(Some(&regression), None, &mut fit);
+            assert!((fit.parameters[0].std - std).abs() < 1e-12, "{}", fit.parameters[0].std);
+            let apart = (fit.parameters[0].value - 0.04).abs() / fit.parameters[0].std.hypot(0.004);
+            assert!(apart < REMARKED_FROM + 1e-9);
+            cover_difference(Some(&derivatives(Status::Waiting, 9.0, 0.004)), None, &mut fit);
+            assert!((fit.parameters[0].std - std).abs() < 1e-12, "no number to differ from");
         }
     }
 

@@ -5,7 +5,7 @@
 //! Output error and diagnosis run in step with the samples (a recording: the same numbers at any speed) or on threads of their
 //! own (live: the sample path never waits for them); see [`Schedule`].
 
-use super::agreement::{MethodAgreement, limit_modes, withhold_axes};
+use super::agreement::{MethodAgreement, cover_difference, limit_modes, withhold_axes};
 use super::diagnosis;
 use super::output_error;
 use super::record_sink::RecordSink;
@@ -153,6 +153,7 @@ fn compare(pipeline: &mut Pipeline, sink: &RecordSink, fit: &mut OutputErrorReco
         OutputErrorProgress::Converging => pipeline.set_contradicted([false; AXES]),
         _ => {}
     }
+    cover_difference(sink.derivatives.as_ref(), sink.modes.as_ref(), fit);
     agreement.mark(fit, controls);
 }
 

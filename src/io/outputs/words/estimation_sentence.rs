@@ -100,7 +100,7 @@ pub(crate) fn estimation_sentence(f: &mut Formatter<'_>, event: &EstimationEvent
             write!(
                 f,
                 "{aid} scatters {times} times as much as its noise explains (gusts, vibration, coarse steps or a loose instrument): \
-                 standard errors are too small; look at the channel, and run `check`"
+                 standard deviations of the state are too small; look at the channel, and run `check`"
             )
         }
         EstimationEvent::TrimNotSteady { rate_rms } => write!(

@@ -45,7 +45,7 @@ pub fn lateral_verdict(modes: &ModesRecord, controls: ControlNames) -> Stability
     let not_known = |why: String| StabilityVerdict { verdict: LateralStability::NotKnown, reason: format!("because {why}") };
     let reservation = match modes.status {
         Status::Waiting => return not_known("no input has excited the aircraft yet (waiting)".to_owned()),
-        Status::Exciting => return not_known("there are not enough data yet (exciting)".to_owned()),
+        Status::Exciting => return not_known("the excitation so far does not resolve the derivatives (exciting)".to_owned()),
         Status::NotIdentifiable(_) => return not_known(format!("the modes are {}", status_in_words(modes.status, controls))),
         Status::Disagree => return not_known("time and frequency domain, or output error, give different numbers".to_owned()),
         Status::Converging => " (still converging)",

@@ -3,7 +3,7 @@
 //! Consumes records and the naming of the controls; produces `core::fmt` text without allocation, so that the same
 //! words stand in the log, on the terminal and in a firmware's event dump.
 
-use crate::flight::channel::ControlNames;
+use crate::flight::channel::{Channel, ControlNames};
 use crate::flight::derivative::{Axis, Variable};
 use crate::io::outputs::number::Digits;
 use crate::realtime::estimation::record::Aid;
@@ -89,7 +89,7 @@ pub const WHOLE_NOT_AVAILABLE: &str = "not available yet: not all six equations 
 pub fn status_in_words(status: Status, controls: ControlNames) -> String {
     let more = match status {
         Status::Waiting => ": no input has excited the aircraft yet; gusts and controls that answer them do not",
-        Status::Exciting => ": not enough data yet",
+        Status::Exciting => ": the excitation so far does not resolve the derivatives",
         Status::Stale => ": no new input for a while",
         Status::Disagree => ": the frequency domain, or output error, gives other numbers",
         Status::DependsOnAmplitude => ": the numbers hold for this amplitude of motion",
@@ -129,7 +129,16 @@ impl Display for ReasonText {
                 )
             }
             Reason::AidRejected { channel } => {
-                write!(f, "{} is rejected: it disagrees with the other instruments", channel.name(self.controls))
+                let cause = if matches!(channel, Channel::Alpha | Channel::Beta | Channel::Tas) {
+                    "moving air, or a fault"
+                } else {
+                    "a fault"
+                };
+                write!(
+                    f,
+                    "{} is rejected: it contradicts the motion that gyros and accelerometers measure ({cause})",
+                    channel.name(self.controls)
+                )
             }
             Reason::InstrumentDoubted { channel: Some(channel) } => {
                 write!(f, "{} is doubted (unit, sign, wiring, clipped or frozen)", channel.name(self.controls))
