@@ -27,6 +27,8 @@ pub struct RecordSink {
     pub state: Option<StateRecord>,
     /// The newest derivatives.
     pub derivatives: Option<DerivativesRecord>,
+    /// Time of the newest derivatives that an excited aircraft contributed to, s: those after it rest on the same data.
+    pub excited_until_s: Option<f64>,
     /// The newest modes.
     pub modes: Option<ModesRecord>,
     /// The newest fit of output error.
@@ -50,6 +52,7 @@ impl RecordSink {
             newest_s: 0.0,
             state: None,
             derivatives: None,
+            excited_until_s: None,
             modes: None,
             output_error: None,
             findings: FindingsSoFar::new(),
@@ -103,6 +106,9 @@ impl RecordSink {
         }
         if let Some(derivatives) = &tick.derivatives {
             self.log_and_send(|| Message::Derivatives(derivatives.clone()));
+            if derivatives.excited {
+                self.excited_until_s = Some(derivatives.time_s);
+            }
             self.derivatives = Some(derivatives.clone());
         }
         if let Some(modes) = tick.modes {

@@ -179,7 +179,7 @@ fn a_signed_flight_over_udp_is_estimated_without_what_is_forged_and_arrives_sign
     let apart_s = (beats.last().unwrap() - beats[0]) / (beats.len() - 1) as f64;
     assert!(beats.len() >= 14 && (0.9..1.1).contains(&apart_s), "{} heartbeats, {apart_s} s apart", beats.len());
     let texts = received.iter().filter_map(|line| line["fields"]["text"].as_str()).collect::<String>();
-    assert!(texts.contains("Sideslip: run live begins") && texts.contains("equation is converg"), "{texts}");
+    assert!(texts.contains("Sideslip: run live begins") && texts.contains("equation: converg"), "{texts}");
     let answer: Value = serde_json::from_str(&std::fs::read_to_string(&json).unwrap()).unwrap();
     let compared = same_as_json(&answer["runs"][0], &values);
     eprintln!("{} messages, all signed; {compared} numbers as in the JSON; heartbeats {apart_s:.3} s apart", received.len());

@@ -14,6 +14,13 @@ pub(super) enum Fault {
     Clipped(f64),
     /// The first two are exchanged.
     Exchanged,
+    /// One reading in fifty, by chance, is off by this one way or the other.
+    Spiky(f64),
+}
+
+/// A number made of the bits of a time, as good as random.
+fn hashed(time_s: f64) -> u64 {
+    time_s.to_bits().wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40
 }
 
 /// Puts the fault into a sample; `held` are the readings at the beginning of a freeze.
@@ -31,6 +38,11 @@ pub(super) fn spoil(sample: &mut Sample, channels: &[Channel], fault: Fault, hel
             Fault::Frozen(from_s, to_s) if (from_s..to_s).contains(&sample.time_s) => *held.get_or_insert(value),
             Fault::Frozen(..) | Fault::Exchanged => value,
             Fault::Clipped(most) => value.clamp(-most, most),
+            Fault::Spiky(size) => match hashed(sample.time_s) % 100 {
+                0 => value + size,
+                1 => value - size,
+                _ => value,
+            },
         };
         sample.set(channel, spoiled);
     }

@@ -5,7 +5,7 @@
 //! `SIDESLIP_SEEDS` says. Gusts of 1 m/s can hide a wrong unit of airspeed and the sign of alpha for some seconds: such numbers
 //! are wrong but never converged.
 
-use super::instrument_faults::Fault::{self, Clipped, Exchanged, Factor, Frozen};
+use super::instrument_faults::Fault::{self, Clipped, Exchanged, Factor, Frozen, Spiky};
 use super::instrument_faults::spoil;
 use super::pilot::{KNOT, with_inputs};
 use crate::support::asked::seeds;
@@ -26,7 +26,7 @@ use sideslip::simulation::instrument::InstrumentSet;
 
 use Channel::{Alpha, Ax, Ay, Az, Beta, P, Pedal, Phi, Psi, Q, R, Tas, Theta};
 
-const FAULTS: [(&[Channel], Fault); 37] = [
+const FAULTS: [(&[Channel], Fault); 39] = [
     (&[], Factor(1.0)),
     (&[Tas], Factor(1.0 / KNOT)),
     (&[Tas], Factor(3.6)),
@@ -64,6 +64,8 @@ const FAULTS: [(&[Channel], Fault); 37] = [
     (&[R, Psi], Factor(-1.0)),
     (&[Tas], Factor(0.8)),
     (&[Tas], Factor(1.2)),
+    (&[Alpha], Spiky(0.2)),
+    (&[Phi], Spiky(1.0)),
 ];
 
 #[derive(Default)]
@@ -145,6 +147,8 @@ fn the_blamed_instrument_is_the_right_one_or_none_and_no_number_is_wrong() {
                 "gusts of {gust} m/s, {channels:?} {fault:?}: named in {named} of {each}, {innocent} others blamed, {numbers} numbers, \
                  rms {rms:.2}, {beyond} beyond 4, {wrong} converged"
             );
+            // Left out are spikes of beta: of two that follow each other the first is not known as one, and 69 of 2,487 numbers
+            // in still air are beyond four standard errors, none converged.
             // In gusts of 1 m/s a unit can be hidden; an innocent instrument is blamed in none.
             let few = numbers < 100 * each as usize;
             if innocent > 0 || wrong > 0 || gust < 0.1 && !few && rms > 1.3 {

@@ -38,3 +38,22 @@ pub(super) fn note(usual: &UsualVariables, variables: &ModelVariables, runs: &[C
     let controls: Vec<&str> = variables.inputs.iter().map(String::as_str).filter(|name| is_control(name)).collect();
     format!("the states {states} with the inputs {} were chosen by what moved: {why}; {other}", controls.join(" "))
 }
+
+/// That accelerometers were recorded which would tell the forces of these states, and are no outputs.
+pub(super) fn unused_accelerometers(variables: &ModelVariables, runs: &[Columns]) -> Option<String> {
+    let has = |name: &str| runs.iter().all(|run| run.has(name));
+    let tells = |(state, force): &(&str, &str)| {
+        variables.states.iter().any(|own| own == state) && !variables.outputs.iter().any(|own| own == force) && has(force)
+    };
+    let unused: Vec<&str> =
+        [("u", "ax"), ("v", "ay"), ("w", "az")].iter().filter(|one| tells(one)).map(|(_, force)| *force).collect();
+    if unused.is_empty() {
+        return None;
+    }
+    let outputs: Vec<&str> = variables.outputs.iter().map(String::as_str).chain(unused.iter().copied()).collect();
+    Some(format!(
+        "{} recorded and not among the outputs, so the force derivatives rest on the air data alone; --outputs {} takes it",
+        if let [one] = unused[..] { format!("{one} is") } else { format!("{} are", unused.join(" and ")) },
+        outputs.join(",")
+    ))
+}

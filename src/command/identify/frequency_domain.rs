@@ -88,7 +88,7 @@ impl FrequencyDomainResult {
             let estimates = run.estimates_in_band();
             let heading = format!("{}: equations in the band of {from_hz} to {to_hz} Hz, whole record", estimates.run);
             let (controls, derivatives, modes) = (estimates.controls, estimates.derivatives, estimates.modes);
-            let table = EstimateTable { controls, derivatives, modes, events: &[], notes: &[], style };
+            let table = EstimateTable { controls, derivatives, modes, excited_until_s: None, events: &[], notes: &[], style };
             let _ = writeln!(text, "{}\n{table}", style.bold(heading));
         }
         let _ = writeln!(text, "{}", style.bold("Measured frequency responses"));

@@ -206,7 +206,11 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
     let choice = choice(args, usual.variables.clone());
     let by_itself = args.states.is_empty();
     let only = if by_itself { usual.only(&choice) } else { None };
-    let chosen = by_itself.then(|| chosen_states::note(&usual, &choice, &runs));
+    let chosen = match (by_itself, args.outputs.is_empty()) {
+        (true, _) => Some(chosen_states::note(&usual, &choice, &runs)),
+        (false, true) => chosen_states::unused_accelerometers(&choice, &runs),
+        (false, false) => None,
+    };
     refuse_slow_rates(&all, &choice)?;
     let instruments = if args.doubt_instruments { InstrumentTreatment::Estimated } else { InstrumentTreatment::Trusted };
     let in_band = band.map(|band| FrequencyDomainResult::of(&runs, &choice, band));

@@ -118,8 +118,10 @@ impl RunResult {
     pub(crate) fn tables(&self, style: Style) -> String {
         let controls = self.controls;
         let (derivatives, modes) = (self.sink.derivatives.as_ref(), self.sink.modes.as_ref());
+        let excited_until_s = self.sink.excited_until_s;
         let notes = self.notes.get(self.losses..).unwrap_or_default();
-        let mut text = EstimateTable { controls, derivatives, modes, events: &self.events, notes, style }.to_string();
+        let mut text =
+            EstimateTable { controls, derivatives, modes, excited_until_s, events: &self.events, notes, style }.to_string();
         if let Some(record) = &self.sink.output_error {
             let now_s = self.range_s.map_or(record.time_s, |(_, to_s)| to_s);
             let _ = write!(text, "{}", OutputErrorTable { record, now_s, controls, style });

@@ -17,7 +17,15 @@ pub(super) fn table(picture: &BusPicture) -> String {
     let status = StatusText { status: estimate.status, controls };
     let NewestEstimate { derivatives, modes, age, sequence, missed, .. } = estimate;
     let style = Style::of_stream(&std::io::stdout());
-    let table = EstimateTable { controls, derivatives: Some(derivatives), modes: Some(modes), events: &[], notes: &[], style };
+    let table = EstimateTable {
+        controls,
+        derivatives: Some(derivatives),
+        modes: Some(modes),
+        excited_until_s: None,
+        events: &[],
+        notes: &[],
+        style,
+    };
     let now_s = derivatives.time_s;
     let fitted = picture.output_error.as_ref();
     let fitted = fitted.map(|record| OutputErrorTable { record, now_s, controls, style }.to_string()).unwrap_or_default();

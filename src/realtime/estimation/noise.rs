@@ -95,6 +95,11 @@ impl NoiseStatistics {
         }
     }
 
+    /// Whether the newest reading of an aid stands out from those before it, as a spike does.
+    pub fn stands_out(&self, aid: Aid) -> bool {
+        self.banks.get(INERTIAL.len() + aid.index()).is_some_and(NoiseBank::waits)
+    }
+
     /// The signals begin anew: after a gap.
     pub fn break_off(&mut self) {
         for bank in &mut self.banks {

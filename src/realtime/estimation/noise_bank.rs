@@ -17,6 +17,9 @@
 //!     alpha_n = 2 (2 n - 1)/(n (n + 1)), beta_n = 6/(n (n + 1));   level: alpha_n = 1/n              (5)
 //! and its innovations, of variance R/(1 - alpha_n), count as (1 - alpha_n)/(1 - alpha) nu^2. So it begins again after
 //! `GAP_INTERVALS` intervals without a sample: a gap has no innovation of (2) or (3).
+//! A sample that stands out from the likeliest filter's prediction by more than `STANDS_OUT` of its innovations' root mean square
+//! waits for the next. Where that one is back, it was a spike (a bit error, a contact) and does not count: the gate of the Kalman
+//! filter rejects it while R is that of the noise.
 //! Source: P. R. Kalata, The tracking index, IEEE Trans. AES-20, 1984 (2), (3); R. K. Mehra, Approaches to adaptive filtering,
 //! IEEE Trans. AC-17, 1972 (maximum likelihood of the innovations); E. Brookner, Tracking and Kalman filtering made easy, 1998,
 //! on growing memory (5).
@@ -37,6 +40,9 @@ const MEMORY_S: f64 = 60.0;
 const INTERVAL_GAIN: f64 = 0.02;
 /// Length of a gap in mean intervals, and in the interval before.
 const GAP_INTERVALS: f64 = 4.0;
+/// Innovation of a spike in root mean squares, and the part of it that the next sample's is below where it was one.
+const STANDS_OUT: f64 = 6.0;
+const BACK_WITHIN: f64 = 0.5;
 
 /// The random walk: the slope of the channel, or the channel itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,6 +76,8 @@ pub struct NoiseBank {
     count: u32,
     since: u32,
     last_s: f64,
+    /// Time and value of a sample that may be a spike.
+    waits: Option<(f64, f64)>,
     /// The interval before, and the mean.
     before_s: f64,
     interval_s: f64,
@@ -110,6 +118,12 @@ fn memory(wander: Wander, index: f64) -> f64 {
     }
 }
 
+/// By how much a value is above another, angles of period `turn` by the shorter way.
+fn difference(value: f64, other: f64, turn: f64) -> f64 {
+    let difference = value - other;
+    if turn > 0.0 && libm::fabs(difference) > 0.5 * turn { libm::remainder(difference, turn) } else { difference }
+}
+
 /// Lowest point of the parabola through three points whose middle one is the lowest, x in order; `None` where they are on a line.
 fn lowest([(x0, y0), (x1, y1), (x2, y2)]: [(f64, f64); 3]) -> Option<(f64, f64)> {
     let (left, right) = ((y1 - y0) / (x1 - x0), (y2 - y1) / (x2 - x1));
@@ -135,6 +149,7 @@ impl NoiseBank {
             count: 0,
             since: 0,
             last_s: 0.0,
+            waits: None,
             before_s: 0.0,
             interval_s: 0.0,
         }
@@ -143,10 +158,34 @@ impl NoiseBank {
     /// Restarts the filters after a gap; the noise estimate is kept.
     pub fn break_off(&mut self) {
         self.since = 0;
+        self.waits = None;
+    }
+
+    /// Whether the newest sample may be a spike.
+    pub const fn waits(&self) -> bool {
+        self.waits.is_some()
     }
 
     /// One sample; `turn` is the period of an angle that wraps, 0 for what does not.
     pub fn take(&mut self, time_s: f64, value: f64, turn: f64) {
+        let best = self.best();
+        let apart = |time_s: f64, value: f64| {
+            let predicted = self.level[best] + (time_s - self.last_s) * self.slope[best];
+            libm::fabs(difference(value, predicted, turn))
+        };
+        if let Some((spike_s, spike)) = self.waits {
+            if !(apart(time_s, value) < BACK_WITHIN * apart(spike_s, spike)) {
+                self.follow(spike_s, spike, turn);
+            }
+            self.waits = None;
+        } else if self.count >= SETTLE && apart(time_s, value) > STANDS_OUT * libm::sqrt(self.mean[best]) {
+            self.waits = Some((time_s, value));
+            return;
+        }
+        self.follow(time_s, value, turn);
+    }
+
+    fn follow(&mut self, time_s: f64, value: f64, turn: f64) {
         let interval_s = time_s - self.last_s;
         self.last_s = time_s;
         // As long as the interval before: no gap, but another rate.
@@ -209,17 +248,23 @@ impl NoiseBank {
         }
     }
 
-    /// The likeliest noise, (4), between the filters by a parabola through ln(mean nu^2) at the best three.
-    pub fn likeliest(&self) -> Option<ChannelNoise> {
-        if self.count < COUNT_MIN {
-            return None;
-        }
+    /// The filter of the least mean squared innovation.
+    fn best(&self) -> usize {
         let mut best = 0;
         for filter in 1..FILTERS {
             if self.mean[filter] < self.mean[best] {
                 best = filter;
             }
         }
+        best
+    }
+
+    /// The likeliest noise, (4), between the filters by a parabola through ln(mean nu^2) at the best three.
+    pub fn likeliest(&self) -> Option<ChannelNoise> {
+        if self.count < COUNT_MIN {
+            return None;
+        }
+        let best = self.best();
         if !(self.mean[best] > 0.0 && self.mean[best].is_finite() && self.interval_s > 0.0) {
             return None;
         }
@@ -330,6 +375,33 @@ mod tests {
                 assert!((found_r - 1.0).abs() < 0.03, "{wander:?}, lost {lost:?}: R {found_r}");
                 assert!((ratio - 1.0).abs() < 0.1, "{wander:?}, lost {lost:?}: q {ratio}");
             }
+        }
+    }
+
+    /// One sample of fifty is a spike of 70 standard deviations, which as noise would make R a hundred times as large.
+    #[test]
+    fn spikes_are_no_noise() {
+        for (wander, r, q) in [(Wander::Slope, 9e-6_f64, 0.03_f64), (Wander::Level, 2.5e-3, 0.2)] {
+            let (t, mut found_r) = (0.02, 0.0);
+            for run in 0..20 {
+                let mut seed = 23 + run;
+                let (mut x, mut y) = (0.0, 0.0);
+                let mut bank = NoiseBank::new(wander);
+                for i in 0..3000 {
+                    let w = (q / t).sqrt() * normal(&mut seed);
+                    match wander {
+                        Wander::Slope => {
+                            x += t * y + 0.5 * t * t * w;
+                            y += t * w;
+                        }
+                        Wander::Level => x += t * w,
+                    }
+                    let spike = if i > 40 && i % 50 == run % 50 { 70.0 * r.sqrt() } else { 0.0 };
+                    bank.take(f64::from(i as u32) * t, x + spike + r.sqrt() * normal(&mut seed), 0.0);
+                }
+                found_r += bank.likeliest().unwrap().noise_var / r / 20.0;
+            }
+            assert!((found_r - 1.0).abs() < 0.05, "{wander:?}: R {found_r}");
         }
     }
 

@@ -100,13 +100,15 @@ pub fn account_for(
     let estimate = instruments.and_then(|instruments| instruments.estimate(information, &order, response));
     let mut left = prior;
     if let Some(estimate) = &estimate {
-        let sum = RegressorSquare::from_fn(|i, j| {
+        let by_instruments = RegressorSquare::from_fn(|i, j| {
             let unused = i == j && i >= order.len();
-            prior[(i, j)] + scaled(&estimate.cov, 1.0, i, j) + f64::from(u8::from(unused))
+            scaled(&estimate.cov, 1.0, i, j) + f64::from(u8::from(unused))
         });
-        if let Some(sum) = sum.cholesky() {
-            // K' = (B + Sigma_IV)^-1 B.
-            let gain = sum.solve(&prior).transpose();
+        // K' = (B + Sigma_IV)^-1 B. Of nearly collinear regressors rounding can leave a Sigma_IV that is no covariance, and
+        // (4) would take variance away: such an estimate tells nothing.
+        let gain = by_instruments.cholesky().and_then(|_| (prior + by_instruments).cholesky());
+        let gain = gain.map(|sum| sum.solve(&prior).transpose());
+        if let Some(gain) = gain.filter(|gain| (0..order.len()).all(|i| (prior - gain * prior)[(i, i)] >= 0.0)) {
             left = prior - gain * prior;
             let difference = SMatrix::<f64, REGRESSORS, 1>::from_fn(|i, _| {
                 order.get(i).map_or(0.0, |&place| (fit.theta[place] - estimate.theta[place]) / size[i])

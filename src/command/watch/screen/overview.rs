@@ -21,7 +21,7 @@ pub(super) fn lines(picture: &BusPicture, width: usize, ink: Ink) -> Vec<Line<'s
     if let Some(estimate) = &picture.estimate {
         let (modes, style) = (&estimate.modes, ink.numbers(current));
         if let Some(pair) = &modes.coupled {
-            lines.extend(oscillation("Dutch roll", pair, style, ink));
+            lines.extend(oscillation("Dutch roll whole", pair, style, ink));
         } else if let Some(pair) = &modes.dutch_roll {
             lines.extend(oscillation("Dutch roll (lat.)", pair, style, ink));
         } else {

@@ -95,6 +95,8 @@ pub struct EstimateTable<'a> {
     pub derivatives: Option<&'a DerivativesRecord>,
     /// The last modes.
     pub modes: Option<&'a ModesRecord>,
+    /// Time of the newest data that they rest on, s, where it is known.
+    pub excited_until_s: Option<f64>,
     /// What was noticed, repeats folded.
     pub events: &'a [FoldedEvent],
     /// What is to be said of the recording itself.
@@ -109,7 +111,7 @@ impl fmt::Display for EstimateTable<'_> {
             self.modes(f, modes)?;
         }
         if let Some(derivatives) = self.derivatives {
-            let excited = if derivatives.excited { ", excited" } else { "" };
+            let excited = if derivatives.excited { ", excited".to_owned() } else { self.data_until(derivatives.time_s) };
             self.heading(
                 f,
                 0,
@@ -128,6 +130,12 @@ impl fmt::Display for EstimateTable<'_> {
 }
 
 impl EstimateTable<'_> {
+    /// Of numbers that are said again: until when data have contributed.
+    fn data_until(&self, said_s: f64) -> String {
+        let until_s = self.excited_until_s.filter(|until_s| *until_s < said_s);
+        until_s.map_or_else(String::new, |until_s| format!(", from data until {} s", Fixed(until_s, 2)))
+    }
+
     fn heading(&self, f: &mut fmt::Formatter<'_>, indent: usize, text: &str) -> fmt::Result {
         for (place, line) in wrapped(text, WIDTH - 6).into_iter().enumerate() {
             let indent = if place == 0 { indent } else { indent + 3 };
@@ -210,7 +218,9 @@ impl EstimateTable<'_> {
 
     fn modes(&self, f: &mut fmt::Formatter<'_>, modes: &ModesRecord) -> fmt::Result {
         let status = status_in_words(modes.status, self.controls);
-        self.heading(f, 0, &format!("Lateral modes at {} s: {status}", Fixed(modes.time_s, 2)))?;
+        let stale = modes.status == Status::Stale;
+        let until = if stale { self.data_until(modes.time_s) } else { String::new() };
+        self.heading(f, 0, &format!("Lateral modes at {} s{until}: {status}", Fixed(modes.time_s, 2)))?;
         let numbers = modes.status.rank() >= Status::Stale.rank();
         if modes.dutch_roll.is_some() || modes.roll.is_some() {
             writeln!(f, "  (of the lateral subsystem v p phi r, unless marked whole)")?;
@@ -340,7 +350,16 @@ mod tests {
     fn table(style: Style) -> String {
         let (derivatives, modes, events) = example();
         let (derivatives, modes) = (Some(&derivatives), Some(&modes));
-        EstimateTable { controls: ControlNames::Rotorcraft, derivatives, modes, events: &events, notes: &[], style }.to_string()
+        EstimateTable {
+            controls: ControlNames::Rotorcraft,
+            derivatives,
+            modes,
+            excited_until_s: None,
+            events: &events,
+            notes: &[],
+            style,
+        }
+        .to_string()
     }
 
     #[test]

@@ -191,7 +191,7 @@ impl Display for EventText<'_> {
                 write!(f, "{} was not sampled in the trim window; the regression leaves it out", channel.name(self.controls))
             }
             EventKind::Regression(RegressionEvent::StatusChanged { axis, status }) => {
-                write!(f, "the {} equation is {}", axis.name(), StatusText { status: *status, controls: self.controls })
+                write!(f, "status of the {} equation: {}", axis.name(), StatusText { status: *status, controls: self.controls })
             }
         }
     }

@@ -149,7 +149,10 @@ impl SectionTemplate {
             };
             let own = Channel::from_name(found.name).and_then(|(_, naming)| naming);
             let fits = own.is_none() || *naming.get_or_insert(own) == own;
-            let is_first = fits && taken.insert(found.name);
+            // A true airspeed is preferred to one that may be the indicated.
+            let is_surer = |other: &HeaderGuess| other.name == found.name && other.doubt.is_none();
+            let is_surpassed = found.doubt.is_some() && guesses.iter().flatten().any(is_surer);
+            let is_first = fits && !is_surpassed && taken.insert(found.name);
             let (line, comment) = channel_line(header, found);
             let mark = if is_first { "" } else { "# " };
             let again = if is_first { "" } else { "also looks like it; " };

@@ -41,13 +41,19 @@ pub(crate) fn bare(cell: &[u8]) -> &[u8] {
     }
 }
 
-/// The number in a cell; `None` where it is empty.
+/// What spreadsheets write where there is no number.
+const NO_NUMBER: [&str; 4] = ["#N/A", "#NV", "N/A", "NA"];
+
+/// The number in a cell; `None` where it is empty, NaN where a spreadsheet says that there is none.
 pub(crate) fn number_of(cell: &[u8], decimal: u8) -> Result<Option<f64>, ()> {
     let cell = bare(cell);
     if cell.is_empty() {
         return Ok(None);
     }
     let text = std::str::from_utf8(cell).map_err(drop)?;
+    if NO_NUMBER.contains(&text) {
+        return Ok(Some(f64::NAN));
+    }
     let parsed = match (decimal, text.contains(',')) {
         (b',', true) if text.contains('.') => None,
         (b',', true) => text.replacen(',', ".", 1).parse().ok(),
@@ -95,6 +101,7 @@ mod tests {
         assert_eq!(number_of(b"1,2,3", b','), Err(()));
         assert_eq!(number_of(b"1,25", b'.'), Err(()));
         assert_eq!((number_of(b"", b'.'), number_of(b"nan", b'.').map(|value| value.unwrap().is_nan())), (Ok(None), Ok(true)));
+        assert!(number_of(b" \"#N/A\" ", b',').is_ok_and(|value| value.is_some_and(f64::is_nan)));
         assert_eq!(header_text(b"\"H\xF6he\""), ("H\u{f6}he".to_owned(), true));
     }
 }

@@ -37,7 +37,8 @@ impl Estimator {
         // The kinematics hold where the accelerometers stand, so the vanes are brought there (small angles).
         let felt = self.ekf.as_ref().map_or(state.velocity, |ekf| core::array::from_fn(|i| ekf.state()[VELOCITY + i]));
         let arm = core::array::from_fn(|i| self.geometry.vane_position_m[i] - self.geometry.accelerometer_position_m[i]);
-        let flow_angles = flow_angles_at_foot([value(Channel::Alpha), value(Channel::Beta)], [p, q, r], arm, felt[0]);
+        let [tas, alpha, beta] = AIR_DATA.map(|(aid, _)| if self.is_spike(aid) { f64::NAN } else { value(aid.channel()) });
+        let flow_angles = flow_angles_at_foot([alpha, beta], [p, q, r], arm, felt[0]);
         let attitude = [state.attitude[0], state.attitude[1]];
         let kinematic = flow_angle_rates(felt, attitude, force, [p, q, r]).unwrap_or([f64::NAN; 2]);
         let controls = Channel::CONTROLS.map(value);
@@ -49,7 +50,7 @@ impl Estimator {
         row[CONTROL_SIGNALS..VANE_SIGNALS].copy_from_slice(&controls);
         row[VANE_SIGNALS..KINEMATIC_SIGNALS].copy_from_slice(&flow_angles);
         row[KINEMATIC_SIGNALS..AIRSPEED_SIGNAL].copy_from_slice(&kinematic);
-        row[AIRSPEED_SIGNAL] = value(Channel::Tas);
+        row[AIRSPEED_SIGNAL] = tas;
         self.delay.push(self.time_s, &row);
         self.through_filter(&row);
 
@@ -61,6 +62,13 @@ impl Estimator {
                 self.notice(EstimationEvent::TrimNotSteady { rate_rms });
             }
         }
+    }
+
+    /// Whether the newest reading of an aid stands out from those before it and is rejected by a filter that fuses most: no gust,
+    /// which would be added to the velocity of the regression.
+    fn is_spike(&self, aid: Aid) -> bool {
+        let rejected = self.output.innovations.iter().any(|innovation| innovation.aid == aid && !innovation.fused);
+        rejected && self.noise.stands_out(aid) && self.health[aid.index()].is_trusted()
     }
 
     /// Takes the instants of the regression grid off the delay line whose kernel is now covered.

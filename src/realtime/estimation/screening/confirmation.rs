@@ -30,6 +30,8 @@ const ARM: f64 = 0.25;
 const AY_UNKNOWN: f64 = 2.6;
 const AY_WELL_KNOWN: f64 = 0.12;
 const ZERO_WITHIN: f64 = 2.5;
+/// Standard error above which a slope does not tell ay from a reversed one: 1 and -1 are 2.5 of them apart.
+const AY_TELLS_SIGN: f64 = 0.8;
 /// Slope of an accelerometer in ft/s^2, and standard errors by which that of an ax and of an ay that is confirmed exceeds it.
 const IN_FEET: f64 = 0.3048;
 const AX_FROM_FEET: f64 = 2.0;
@@ -267,11 +269,13 @@ fn is_not_seen(slope: &Slope) -> bool {
 }
 
 /// Whether a slope of ay is one that moving air leaves: of readings that are seen, around 1 or not known to be positive, and no
-/// further below that of an aircraft which follows the air than it may be by chance.
+/// further below that of an aircraft which follows the air than it may be by chance; where it is too uncertain to tell 1 from -1
+/// and the increments hardly correlate, any below (the Navion's, in gusts of 1 m/s, are -1 to -6 +- 1).
 fn is_hidden_by_air(slope: &Slope) -> bool {
     let Slope { value, std, .. } = *slope;
     let around_one = (value - 1.0).abs() < AY_AROUND_ONE * std + ARM;
-    !is_not_seen(slope) && (around_one || !tells(slope)) && value > FOLLOWS_AIR - BELOW * std && value < 1.0 + ABOVE * std
+    let may_be_of_air = value > FOLLOWS_AIR - BELOW * std || std > AY_TELLS_SIGN && slope.correlation_squared < STILL_AIR;
+    !is_not_seen(slope) && (around_one || !tells(slope)) && may_be_of_air && value < 1.0 + ABOVE * std
 }
 
 /// The largest relative error by ay that its slope leaves. Moving air lowers the slope: to around 1 that of an ay in g, 9.81,
