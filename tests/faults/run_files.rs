@@ -103,6 +103,13 @@ fn bad_rows_are_skipped_counted_and_named() {
 }
 
 #[test]
+fn separators_of_thousands_are_named() {
+    let read = read(b"time,p\n0,1\n0.1,\"15,879.5\"\n0.2,1\n").unwrap();
+    let found: Vec<_> = read.skipped.reasons().iter().map(|skipped| skipped.example.as_str()).collect();
+    assert!(matches!(found[..], [only] if only.contains("no separators of thousands")), "{found:?}");
+}
+
+#[test]
 fn a_file_of_bad_rows_or_of_none_is_an_error() {
     assert_refused(b"time,p\nx,y\n0\n", 2, 1, &["none in 2 lines", "`x`"]);
     assert_refused(b"# run = \"a\"\ntime,p\n", 2, 1, &["rows after the header"]);

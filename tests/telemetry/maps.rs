@@ -265,7 +265,7 @@ fn a_folder_of_ulog2csv_gets_a_map_of_its_files() {
     for (topic, text) in [
         ("sensor_combined", rows(gyros, "0.1,0.2,0.3,1,2,-9.8")),
         ("vehicle_attitude", rows("q[0],q[1],q[2],q[3]", "1,0,0,0")),
-        ("airspeed", rows("indicated_airspeed_m_s,true_airspeed_m_s", "50,51")),
+        ("airspeed", rows("calibrated_airspeed_m_s,true_airspeed_m_s", "50,51")),
         ("cpuload", rows("load", "0.5")),
     ] {
         std::fs::write(folder.join(format!("flight_{topic}_0.csv")), text).unwrap();
@@ -277,7 +277,7 @@ fn a_folder_of_ulog2csv_gets_a_map_of_its_files() {
         "time = { column = \"timestamp\", unit = \"us\" }",
         "p = { column = \"gyro_rad[0]\", unit = \"?\" }",
         "attitude = [\"q[0]\", \"q[1]\", \"q[2]\", \"q[3]\"]",
-        "tas = \"true_airspeed_m_s\"",
+        "\ntas = \"true_airspeed_m_s\"",
         "#   \"_cpuload_0.csv\": timestamp load",
     ] {
         assert!(map.contains(words), "{words} is not in\n{map}");

@@ -52,7 +52,7 @@ pub(super) fn unused_accelerometers(variables: &ModelVariables, runs: &[Columns]
     }
     let outputs: Vec<&str> = variables.outputs.iter().map(String::as_str).chain(unused.iter().copied()).collect();
     Some(format!(
-        "{} recorded and not among the outputs, so the force derivatives rest on the air data alone; --outputs {} takes it",
+        "{} recorded and not among the outputs, so the force derivatives rest on the air data alone; --outputs {} uses what was recorded",
         if let [one] = unused[..] { format!("{one} is") } else { format!("{} are", unused.join(" and ")) },
         outputs.join(",")
     ))

@@ -29,7 +29,7 @@ pub(super) fn document(
 
 /// Null where no run states reference dimensions.
 pub(super) fn nondimensional(formed: Option<&NondimensionalDerivatives>) -> Value {
-    let Some(NondimensionalDerivatives { reference, derivatives, missing }) = formed else { return Value::Null };
+    let Some(NondimensionalDerivatives { reference, derivatives, missing, .. }) = formed else { return Value::Null };
     let reference = match reference {
         ReferenceDimensions::Wing { area_m2, span_m, chord_m } => {
             json!({ "area_m2": area_m2, "span_m": span_m, "chord_m": chord_m })

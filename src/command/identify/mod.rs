@@ -232,6 +232,9 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
             point.identified.linear.notes.splice(..0, chosen.clone());
         }
         let by_run = PipelineResults::of(args, &sources, &runs, &mapping, band)?;
+        for point in &mut points {
+            point.identified.linear.notes.extend(by_run.instrument_doubts());
+        }
         let mut document =
             test_point_text::document(&points, &by_run.json()?).map_err(|error| Failure::Running(error.to_string()))?;
         let besides = by_run.frequency_part(in_band.as_ref(), &mut document, style);
@@ -266,6 +269,7 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
     let formed = nondimensional(&identified, &runs);
 
     let by_run = PipelineResults::of(args, &sources, &runs, &mapping, band)?;
+    identified.linear.notes.extend(by_run.instrument_doubts());
     let mut document =
         json::document(&identified, formed.as_ref(), &by_run.json()?).map_err(|error| Failure::Running(error.to_string()))?;
     let besides = by_run.frequency_part(in_band.as_ref(), &mut document, style);
@@ -335,6 +339,15 @@ impl PipelineResults {
         let mut runs = sources.iter().map(through).collect::<Result<Vec<_>, _>>()?;
         runs.iter_mut().zip(columns).for_each(|(run, columns)| run.name.clone_from(&columns.run));
         Ok(PipelineResults { runs, in_band: band.is_some() })
+    }
+
+    /// Runs of which the pipeline withholds derivatives because of an instrument, a sentence each.
+    fn instrument_doubts(&self) -> impl Iterator<Item = String> {
+        self.runs.iter().filter_map(|run| {
+            let doubt = run.instrument_doubt()?;
+            let name = &run.name;
+            Some(format!("run {name}: {doubt}; what is fitted here rests on its readings: see `sideslip check`"))
+        })
     }
 
     fn json(&self) -> Result<String, Failure> {

@@ -10,11 +10,12 @@ use sideslip::io::outputs::words::event_text::{Severity, event_severity};
 use sideslip::io::outputs::words::finding_text::FindingsTable;
 use sideslip::io::outputs::words::noise_text::NoiseUsed;
 use sideslip::io::outputs::words::output_error_text::OutputErrorTable;
+use sideslip::io::outputs::words::status_text::ReasonText;
 use sideslip::live::record_sink::RecordSink;
 use sideslip::live::wiring::FinishedRun;
 use sideslip::realtime::estimation::record::{Aid, EstimationEvent};
 use sideslip::realtime::modes::record::ModesRecord;
-use sideslip::realtime::regression::record::DerivativesRecord;
+use sideslip::realtime::regression::record::{DerivativesRecord, Reason, Status};
 use std::fmt::Write;
 
 pub(crate) struct RunResult {
@@ -105,6 +106,16 @@ impl RunResult {
         let regression = self.sink.derivatives.iter().flat_map(|record| &record.equations);
         regression.flat_map(|equation| &equation.terms).any(|term| term.variable.is_some() && term.std.is_finite())
             || self.sink.output_error.as_ref().is_some_and(|record| !record.parameters.is_empty())
+    }
+
+    /// Why the pipeline withholds derivatives, where an instrument is in doubt.
+    pub(crate) fn instrument_doubt(&self) -> Option<String> {
+        let equations = self.sink.derivatives.iter().flat_map(|record| &record.equations);
+        let reason = equations.filter_map(|equation| match equation.status {
+            Status::NotIdentifiable(reason @ Reason::InstrumentDoubted { .. }) => Some(reason),
+            _ => None,
+        });
+        reason.map(|reason| ReasonText { reason, controls: self.controls }.to_string()).next()
     }
 
     /// Data that were lost or not used, a sentence each.

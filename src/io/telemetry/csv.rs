@@ -238,7 +238,11 @@ impl CsvRecording {
         for cell in &self.record {
             let Ok(text) = std::str::from_utf8(cell) else {
                 let column = self.record.iter().take(cells.len()).map(|cell| cell.len() + 1).sum::<usize>() + 1;
-                let what = format!("expected UTF-8 text in the header, found {}", quoted(&String::from_utf8_lossy(cell)));
+                let found = quoted(&String::from_utf8_lossy(cell));
+                let what = format!(
+                    "expected UTF-8 text in the header, found {found}; a table of another program is read by a map, which `sideslip \
+                     inspect FILE --map-template map.toml` writes"
+                );
                 return Err(self.place(line, column, what));
             };
             cells.push(text);
@@ -378,7 +382,17 @@ impl Skip {
                 format!("expected {width} cells, found {}{cut}", record.len())
             }
             SkipReason::NoTime => format!("column `{name}`: expected the time, found an empty cell"),
-            SkipReason::NotANumber | SkipReason::Damaged => format!("column `{name}`: expected a number, found {found}"),
+            SkipReason::NotANumber | SkipReason::Damaged => {
+                let cell = record.get(self.cell).unwrap_or_default();
+                let numeric = |byte: &u8| byte.is_ascii_digit() || b",.' \"+-".contains(byte);
+                let has_separator = cell.iter().any(|byte| matches!(byte, b',' | b'.' | b'\''));
+                let besides = if has_separator && cell.iter().all(numeric) {
+                    " (one decimal sign in all of the file, no separators of thousands)"
+                } else {
+                    ""
+                };
+                format!("column `{name}`: expected a number, found {found}{besides}")
+            }
         }
     }
 }

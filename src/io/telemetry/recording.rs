@@ -71,7 +71,8 @@ impl Recording {
         }
         let mut file = File::open(path).map_err(cannot)?;
         if file.metadata().map_err(cannot)?.is_dir() {
-            let what = "expected a recording, found a directory; one that stands in several files is read by a map with [[file]]";
+            let what = "expected a recording, found a directory; one that stands in several files is read by a map with [[file]], which \
+                        `sideslip inspect DIRECTORY --map-template map.toml` writes";
             return Err(whole(what.into()));
         }
         let mut head = Vec::with_capacity(HEAD_BYTES);

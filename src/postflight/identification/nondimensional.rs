@@ -37,6 +37,9 @@ pub struct NondimensionalDerivative {
 pub struct NondimensionalDerivatives {
     /// What they are formed with.
     pub reference: ReferenceDimensions,
+    /// Density of the air, kg/m^3, and the altitude, m, at which the standard atmosphere has it; NaN where the runs record the
+    /// density. `None` where they are formed without it.
+    pub density: Option<(f64, f64)>,
     /// The derivatives, in the order of the model's.
     pub derivatives: Vec<NondimensionalDerivative>,
     /// Why some or all are missing, a sentence each.
@@ -58,7 +61,7 @@ struct WingFlight {
 pub fn nondimensional(identified: &IdentificationResult, runs: &[Columns]) -> Option<NondimensionalDerivatives> {
     let stated: Vec<&AircraftProperties> = runs.iter().map(|run| &run.properties).collect();
     let reference = stated.iter().find_map(|one| one.reference)?;
-    let mut all = NondimensionalDerivatives { reference, derivatives: Vec::new(), missing: Vec::new() };
+    let mut all = NondimensionalDerivatives { reference, density: None, derivatives: Vec::new(), missing: Vec::new() };
     if stated.iter().any(|one| one.reference != Some(reference)) {
         all.missing.push("expected the same `reference` of every run, found different ones".to_owned());
         return Some(all);
@@ -74,11 +77,12 @@ pub fn nondimensional(identified: &IdentificationResult, runs: &[Columns]) -> Op
         ReferenceDimensions::Wing { area_m2, span_m, chord_m } => {
             let conditions: Vec<TestCondition> = runs.iter().map(TestCondition::of).collect();
             let TestCondition { density, altitude, .. } = TestCondition::mean(&conditions);
-            let density = if density.is_finite() { density } else { density_at(altitude) };
+            let (density, altitude) = if density.is_finite() { (density, f64::NAN) } else { (density_at(altitude), altitude) };
             if !(density > 0.0) {
                 all.missing.push("expected a channel `rho` or `altitude`, which give the density, found none".to_owned());
                 return Some(all);
             }
+            all.density = Some((density, altitude));
             let force = 0.5 * density * speed * speed * area_m2;
             let (mass_kg, inertia) = (mean(stated.iter().map(|one| one.mass_kg)), mean_inertia(&stated));
             model.of_wing(&mut all, &WingFlight { span_m, chord_m, speed, force, mass_kg, inertia });

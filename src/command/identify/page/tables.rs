@@ -165,11 +165,19 @@ pub(super) fn gusts(page: &mut String, identified: &IdentificationResult) {
 
 /// Nothing where no run states reference dimensions.
 pub(super) fn nondimensional(page: &mut String, formed: Option<&NondimensionalDerivatives>, level: u8) {
-    let Some(NondimensionalDerivatives { reference, derivatives, missing }) = formed else { return };
+    let Some(NondimensionalDerivatives { reference, density, derivatives, missing }) = formed else { return };
+    let density = density.map_or_else(String::new, |(density, altitude_m)| {
+        let recorded = if altitude_m.is_finite() {
+            format!("of the standard atmosphere at the recorded altitude, {} m", Fixed(altitude_m, 0))
+        } else {
+            "as recorded".to_owned()
+        };
+        format!(", rho = {} kg/m^3 ({recorded})", Digits(density, 4))
+    });
     let formed = match reference {
         ReferenceDimensions::Wing { area_m2, span_m, chord_m } => format!(
-            "Coefficients in body axes with S = {area_m2} m^2, b = {span_m} m, c = {chord_m} m; rates over 2V/b and 2V/c, u over V, \
-             angles in rad"
+            "Coefficients in body axes with S = {area_m2} m^2, b = {span_m} m, c = {chord_m} m{density}; rates over 2V/b and 2V/c, \
+             u over V, angles in rad"
         ),
         ReferenceDimensions::Rotor { radius_m, tip_speed_mps } => format!(
             "In units of the rotor: length R = {radius_m} m, speed Omega R = {tip_speed_mps} m/s; forces over mass, moments over \

@@ -125,7 +125,11 @@ impl TimeColumn {
                 }),
                 None => Err(format!("expected the unit of the time {}: rows are {step} apart; {say_it}", quoted(column))),
             },
-            None => Err(format!("expected times that grow or are dates in column {}, found neither; {say_it}", quoted(column))),
+            None => Err(format!(
+                "expected times that grow, or dates such as 2026-11-29 14:03:02.120 (ISO 8601, no other form is read), in column {}, \
+                 found neither; of numbers {say_it}",
+                quoted(column)
+            )),
         }
     }
 }
