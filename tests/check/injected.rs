@@ -11,7 +11,7 @@
 use super::errors::{every_error, with_own};
 use super::flown::{checked, flight, flight_with, own_biases};
 use super::score::{Score, score, told, told_by_kind};
-use crate::support::asked::seeds;
+use crate::support::asked::{is_study, seeds};
 use crate::support::manoeuvre::over_seeds;
 use sideslip::flight::channel::Channel::{Alpha, Ay, Beta, P, Phi, Psi, Q, R, Theta};
 use sideslip::flight::effect::{Effect, PositionedSensor};
@@ -29,7 +29,7 @@ fn judged(mut flight: Flight, errors: &[Effect], seed: u64) -> Score {
 #[test]
 fn errors_are_found_under_their_names() {
     let all = every_error();
-    let whole = std::env::var_os("SIDESLIP_SEEDS").is_some();
+    let whole = is_study();
     let errors: Vec<Effect> = if whole { all } else { all.into_iter().step_by(30).collect() };
     let each = seeds(1);
     let scores = over_seeds(each * errors.len() as u64, |number| {

@@ -4,7 +4,7 @@
 
 use super::flown::{SORTIE, candidate, own_biases, sortie};
 use super::score::score;
-use crate::support::asked::seeds;
+use crate::support::asked::{is_study, seeds};
 use crate::support::manoeuvre::over_seeds;
 use sideslip::flight::channel::Channel::{Beta, Phi, R, Theta};
 use sideslip::flight::effect::Effect;
@@ -22,7 +22,7 @@ fn one_bad_run_is_told_from_the_others() {
         (2, Effect::SensorDelay { channel: Theta, delay: 0.12 }),
     ];
     // Two of them where not the whole study is asked for.
-    let whole = std::env::var_os("SIDESLIP_SEEDS").is_some();
+    let whole = is_study();
     let cases = if whole { &cases[..] } else { &cases[1..3] };
     let runs = sortie();
     let each = seeds(1);

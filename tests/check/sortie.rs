@@ -23,7 +23,7 @@
 use super::errors::{every_error, with_own};
 use super::flown::{SORTIE, candidate, own_biases, sortie};
 use super::score::{Score, score, told_by_kind};
-use crate::support::asked::seeds;
+use crate::support::asked::{is_study, seeds};
 use crate::support::manoeuvre::over_seeds;
 use sideslip::flight::channel::Channel;
 use sideslip::flight::effect::Effect;
@@ -67,7 +67,7 @@ fn judged(runs: &[Flight], errors: &[Effect], seed: u64) -> Score {
 #[ignore = "a study"]
 fn errors_of_a_sortie_are_found_under_their_names() {
     let all = every_error();
-    let whole = std::env::var_os("SIDESLIP_SEEDS").is_some();
+    let whole = is_study();
     let errors: Vec<Effect> = if whole { all } else { all.into_iter().step_by(28).collect() };
     let each = seeds(1);
     let runs = sortie();
@@ -98,7 +98,7 @@ fn turned(candidates: &mut [RecordedRun], triad: [Channel; 3], axis: usize, angl
 fn turned_axes_are_not_called_something_else() {
     let runs = sortie();
     let triads = [[Channel::P, Channel::Q, Channel::R], [Channel::Ax, Channel::Ay, Channel::Az]];
-    let whole = std::env::var_os("SIDESLIP_SEEDS").is_some();
+    let whole = is_study();
     let cases: Vec<(usize, usize, f64)> = (0..2)
         .flat_map(|triad| (0..3).flat_map(move |axis| [1.0, -2.0].map(|deg: f64| (triad, axis, deg.to_radians()))))
         .filter(|(triad, axis, angle)| whole || *angle < 0.0 && (triad + axis) % 2 == 0)
@@ -124,7 +124,7 @@ fn turned_axes_are_not_called_something_else() {
 #[test]
 fn healthy_instruments_of_a_sortie_are_left_alone() {
     let runs = sortie();
-    let count = if std::env::var_os("SIDESLIP_SEEDS").is_some() { 100 * seeds(1) } else { 2 };
+    let count = if is_study() { 100 * seeds(1) } else { 2 };
     let found = over_seeds(count, |number| {
         let verdicts = checked(&runs, &[], 100_000 + number);
         verdicts.into_iter().flat_map(|(verdict, _)| verdict.corrections).map(|one| format!("{:?}", one.effect)).collect()

@@ -91,17 +91,11 @@ fn a_trim_that_is_taken_while_the_controls_move_is_said() {
 #[test]
 fn doubted_instruments_and_unused_accelerometers_are_noted() {
     let folder = folder("identify-doubts");
-    let text = std::fs::read_to_string(puma()).unwrap();
-    let header = text.lines().position(|line| line.starts_with("time")).unwrap();
-    let names: Vec<&str> = text.lines().nth(header).unwrap().split(',').map(|name| name.split('[').next().unwrap()).collect();
-    let airspeed = names.iter().position(|name| *name == "tas").unwrap();
-    let spoilt = |cell: &str| cell.parse().map_or_else(|_| cell.to_owned(), |value: f64| (1.944 * value).to_string());
-    let rows = text.lines().enumerate().map(|(line, row)| {
-        let cell = |(place, cell): (usize, &str)| if line > header && place == airspeed { spoilt(cell) } else { cell.to_owned() };
-        row.split(',').enumerate().map(cell).collect::<Vec<_>>().join(",")
-    });
+    let mut run = RunFile::read(&puma());
+    let place = run.place("tas");
+    run.rows.iter_mut().for_each(|row| row[place] = (1.944 * row[place].parse::<f64>().unwrap()).to_string());
     let file = folder.join("knots.csv");
-    std::fs::write(&file, rows.collect::<Vec<_>>().join("\n")).unwrap();
+    run.write(&file);
     for (run, words) in
         [(puma(), "ay is recorded and not among the outputs"), (file, "what is fitted here rests on its readings")]
     {

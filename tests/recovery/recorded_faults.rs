@@ -10,6 +10,7 @@
 use super::instrument_faults::Fault::{self, Clipped, Exchanged, Factor, Frozen};
 use super::instrument_faults::spoil;
 use super::pilot::KNOT;
+use crate::support::asked::is_study;
 use crate::support::manoeuvre::over_seeds;
 use crate::support::program::real;
 use crate::support::recorded_samples::remaining_samples;
@@ -210,7 +211,7 @@ impl Healthy {
 
 #[test]
 fn a_fault_in_a_real_recording_is_named_rightly_or_hides_its_numbers() {
-    let whole = std::env::var_os("SIDESLIP_SEEDS").is_some();
+    let whole = is_study();
     let (mut failed, mut numbers, mut beyond, mut named, mut put) = (Vec::new(), 0, 0, 0, 0);
     for (place, (name, geometry)) in RECORDINGS.into_iter().enumerate() {
         let Some(healthy) = Healthy::read(name, geometry) else { return };

@@ -14,3 +14,8 @@ pub(crate) fn seeds(usual: u64) -> u64 {
 pub(crate) fn first_seed(usual: u64) -> u64 {
     usual + number("SIDESLIP_SEEDS_FROM").unwrap_or(0)
 }
+
+/// Whether a study is asked for, of whatever size.
+pub(crate) fn is_study() -> bool {
+    std::env::var_os("SIDESLIP_SEEDS").is_some()
+}

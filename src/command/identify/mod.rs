@@ -228,11 +228,9 @@ pub(crate) fn run(args: &IdentifyArgs) -> Result<Outcome, Failure> {
         })?;
         let mut points = points?;
         lost |= stopped && say_stopped();
-        for point in &mut points {
-            point.identified.linear.notes.splice(..0, chosen.clone());
-        }
         let by_run = PipelineResults::of(args, &sources, &runs, &mapping, band)?;
         for point in &mut points {
+            point.identified.linear.notes.splice(..0, chosen.clone());
             point.identified.linear.notes.extend(by_run.instrument_doubts());
         }
         let mut document =

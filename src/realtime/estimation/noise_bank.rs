@@ -118,9 +118,8 @@ fn memory(wander: Wander, index: f64) -> f64 {
     }
 }
 
-/// By how much a value is above another, angles of period `turn` by the shorter way.
-fn difference(value: f64, other: f64, turn: f64) -> f64 {
-    let difference = value - other;
+/// A difference, of angles of period `turn` by the shorter way.
+fn wrapped(difference: f64, turn: f64) -> f64 {
     if turn > 0.0 && libm::fabs(difference) > 0.5 * turn { libm::remainder(difference, turn) } else { difference }
 }
 
@@ -171,7 +170,7 @@ impl NoiseBank {
         let best = self.best();
         let apart = |time_s: f64, value: f64| {
             let predicted = self.level[best] + (time_s - self.last_s) * self.slope[best];
-            libm::fabs(difference(value, predicted, turn))
+            libm::fabs(wrapped(value - predicted, turn))
         };
         if let Some((spike_s, spike)) = self.waits {
             if !(apart(time_s, value) < BACK_WITHIN * apart(spike_s, spike)) {
@@ -220,8 +219,8 @@ impl NoiseBank {
             *innovation = value - *level;
         }
         if turn > 0.0 {
-            for innovation in innovation.iter_mut().filter(|innovation| libm::fabs(**innovation) > 0.5 * turn) {
-                *innovation = libm::remainder(*innovation, turn);
+            for innovation in &mut innovation {
+                *innovation = wrapped(*innovation, turn);
             }
         }
         let per_s = 1.0 / interval_s;

@@ -106,10 +106,13 @@ pub fn account_for(
         });
         // K' = (B + Sigma_IV)^-1 B. Of nearly collinear regressors rounding can leave a Sigma_IV that is no covariance, and
         // (4) would take variance away: such an estimate tells nothing.
-        let gain = by_instruments.cholesky().and_then(|_| (prior + by_instruments).cholesky());
-        let gain = gain.map(|sum| sum.solve(&prior).transpose());
-        if let Some(gain) = gain.filter(|gain| (0..order.len()).all(|i| (prior - gain * prior)[(i, i)] >= 0.0)) {
-            left = prior - gain * prior;
+        let sum = by_instruments.cholesky().and_then(|_| (prior + by_instruments).cholesky());
+        let combined = sum.map(|sum| {
+            let gain = sum.solve(&prior).transpose();
+            (gain, prior - gain * prior)
+        });
+        if let Some((gain, rest)) = combined.filter(|(_, rest)| (0..order.len()).all(|i| rest[(i, i)] >= 0.0)) {
+            left = rest;
             let difference = SMatrix::<f64, REGRESSORS, 1>::from_fn(|i, _| {
                 order.get(i).map_or(0.0, |&place| (fit.theta[place] - estimate.theta[place]) / size[i])
             });

@@ -103,7 +103,7 @@ impl Reason {
 pub enum Status {
     /// Nothing has happened yet that could be learned from.
     Waiting,
-    /// The aircraft is being excited; too little so far for a number.
+    /// The aircraft is being excited, or has been; too little for a number.
     Exciting,
     /// There are numbers; they still move or are still uncertain.
     Converging,

@@ -416,9 +416,8 @@ impl Recursive {
             equation.terms.clear();
         }
         equation.status = match self.status(&equation, time_s) {
-            Status::Converging | Status::Converged if equation.terms.is_empty() => Status::Exciting,
-            // There is no answer that could be out of date.
-            Status::Stale if equation.terms.is_empty() => Status::Exciting,
+            // There is no answer that could be out of date either.
+            Status::Converging | Status::Converged | Status::Stale if equation.terms.is_empty() => Status::Exciting,
             // Settled, about a motion that may not be the aircraft's.
             Status::Converged if doubtful => Status::Converging,
             Status::Converging | Status::Converged if depends_on_amplitude => Status::DependsOnAmplitude,
