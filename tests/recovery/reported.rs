@@ -117,3 +117,29 @@ pub(super) fn rms(all: &[Reported], holds: impl Fn(Axis) -> bool) -> f64 {
     let (sum, count) = scores.fold((0.0, 0usize), |(sum, count), score| (sum + score * score, count + 1));
     (sum / count.max(1) as f64).sqrt()
 }
+
+/// Whether more flights have a `converged` number beyond four standard errors than right standard errors of normal errors give
+/// once in a thousand runs: some 15 numbers of a flight do not depend on each other, 6.3e-5 of them are beyond four, and the
+/// count of such flights is Poisson's.
+pub(super) fn too_many_converged_and_wrong(all: &[Reported]) -> bool {
+    let flights = all.iter().filter(|one| one.converged_and_wrong > 0).count();
+    flights > poisson_quantile(all.len() as f64 * 15.0 * 6.3e-5, 0.999)
+}
+
+/// The least count that is not exceeded with that probability.
+fn poisson_quantile(mean: f64, probability: f64) -> usize {
+    let (mut count, mut term, mut sum) = (0, (-mean).exp(), (-mean).exp());
+    while sum < probability {
+        count += 1;
+        term *= mean / count as f64;
+        sum += term;
+    }
+    count
+}
+
+/// Tables of the Poisson distribution: of the mean 1, P(X <= 3) = 0.9810 and P(X <= 4) = 0.9963; of 0.1, P(X <= 1) = 0.9953.
+#[test]
+fn quantiles_of_poisson_are_the_tabulated_ones() {
+    let found = [(1.0, 0.98), (1.0, 0.99), (0.1, 0.995), (0.1, 0.996), (0.1, 0.9)].map(|(mean, p)| poisson_quantile(mean, p));
+    assert_eq!(found, [3, 4, 1, 2, 0]);
+}

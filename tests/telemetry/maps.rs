@@ -69,7 +69,8 @@ fn written(name: &str, time: impl Fn(f64) -> String) -> (PathBuf, PathBuf, Vec<S
 fn assert_same(read: &[Sample], expected: &[Sample], offset_s: f64, channels: &[Channel]) {
     assert_eq!(read.len(), expected.len());
     for (read, expected) in read.iter().zip(expected) {
-        assert!((read.time_s - expected.time_s - offset_s).abs() < 1e-9, "{} {}", read.time_s, expected.time_s);
+        // A quarter of a microsecond is the last place of times since 1970.
+        assert!((read.time_s - expected.time_s - offset_s).abs() < 3e-7, "{} {}", read.time_s, expected.time_s);
         for channel in channels {
             match (read.get(*channel), expected.get(*channel)) {
                 (Some(read), Some(expected)) => {
@@ -128,6 +129,36 @@ fn dates_are_seconds_of_their_day() {
     assert!((samples_of(&out)[0].time_s - begin_s).abs() < 1e-9);
     assert_eq!(samples_of(&out).len(), expected.len());
     assert!(std::fs::read_to_string(&out).unwrap().contains("recorded_at = \"2024-05-17T09:30:59.500Z\""));
+}
+
+#[test]
+fn dates_as_spreadsheets_write_them_and_numbers_of_samples_are_times() {
+    let day_ms = |time_s: f64| (time_s * 1e3).round() as u64 + (9 * 3600 + 30 * 60) * 1000;
+    let clock = move |time_s: f64| {
+        let ms = day_ms(time_s);
+        format!("{}:{:02}:{:02},{:03}", ms / 3_600_000, ms / 60_000 % 60, ms / 1000 % 60, ms % 1000)
+    };
+    let dotted = move |time_s: f64| format!("17.05.2024 {}", clock(time_s));
+    let stroked = move |time_s: f64| format!("5/17/2024 {} AM", clock(time_s));
+    let numbered = |time_s: f64| (50.0 * time_s).round().to_string();
+    // date -d 2024-05-17 +%s
+    let epoch = move |time_s: f64| (1_715_904_000_000 + day_ms(time_s)).to_string();
+    let cases = [
+        ("epoch", &epoch as &dyn Fn(f64) -> String, "time = \"Zeit\"", 34_200.0),
+        ("dotted", &dotted, "time = \"Zeit\"", 34_200.0),
+        ("stroked", &stroked, "time = { column = \"Zeit\", format = \"mdy\" }", 34_200.0),
+        ("numbered", &numbered, "time = { column = \"Zeit\", rate_hz = 50 }", 0.0),
+    ];
+    for (name, time, line, begin_s) in cases {
+        let (table, map, expected) = written(&format!("maps-{name}"), time);
+        std::fs::write(&map, MAP.replace("time = \"Zeit\"", line)).unwrap();
+        let out = table.with_file_name("ours.csv");
+        let (status, _, said) = ended(&sideslip(&["convert", path(&table), path(&out), "--map", path(&map)]));
+        assert_eq!(status, 0, "{name}: {said}");
+        assert_same(&samples_of(&out), &expected, begin_s, &[Channel::P]);
+        let dated = std::fs::read_to_string(&out).unwrap().contains("recorded_at = \"2024-05-17T09:30:00Z\"");
+        assert_eq!(dated, begin_s > 0.0, "{name}");
+    }
 }
 
 #[test]

@@ -5,7 +5,7 @@ use super::test_run::FlownRun;
 use serde_json::Value;
 use sideslip::flight::channel::ControlNames;
 use sideslip::flight::derivative::{Axis, Variable};
-use sideslip::io::outputs::number::{Digits, measured_text};
+use sideslip::io::outputs::number::{Digits, Fixed, measured_text};
 use sideslip::io::outputs::tables::terminal::Style;
 use sideslip::io::outputs::words::status_text::DerivativeLabel;
 use sideslip::realtime::modes::lateral;
@@ -102,7 +102,7 @@ impl fmt::Display for ResultTable<'_> {
             TEST_POINTS.iter().zip(self.flown).zip(self.answer["test_points"].as_array().into_iter().flatten())
         {
             let path_deg = answer["path_rad"].as_f64().unwrap_or(f64::NAN).to_degrees();
-            writeln!(f, "{}", self.style.bold(format!("{}, flight path {path_deg:+.1} deg", point.name)))?;
+            writeln!(f, "{}", self.style.bold(format!("{}, flight path {:+} deg", point.name, Fixed(path_deg, 1))))?;
             for line in self.lines(flown, answer) {
                 let off = line.estimate.zip(line.truth).map(|((value, std), truth)| (value - truth).abs() / std);
                 within += usize::from(off.is_some_and(|off| off <= 3.0));

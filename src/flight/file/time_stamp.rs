@@ -1,8 +1,9 @@
 //! Times as dates and times of day.
 //!
 //! Consumes a text; produces the day (since 1970-01-01, UTC; none of a time of day) and the second of the day. Read are ISO 8601
-//! (`2024-05-17T09:30:01.25Z`, a space for the T, an offset `+02:00`, a comma for the point), the time of day alone
-//! (`09:30:01.25`), and the day of the year before it (`138:09:30:01.25`, day 1 is the first).
+//! (`2024-05-17T09:30:01.25Z`, a space for the T, an offset `+02:00`, a comma for the point), the same with points between day,
+//! month and year (`17.05.2024 09:30:01`), the time of day alone (`09:30:01.25`, `9:30:01 PM`), and the day of the year before it
+//! (`138:09:30:01.25`, day 1 is the first). With strokes, `5/6/2024` is a day of May or of June: read where the order is stated.
 
 /// Seconds of a day.
 pub const DAY_S: f64 = 86_400.0;
@@ -18,13 +19,31 @@ pub struct TimeStamp {
     pub second_s: f64,
 }
 
+/// In which order day, month and year stand in a date with strokes, `5/6/2024`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DateOrder {
+    /// Not stated: such a date is not read.
+    #[default]
+    Unknown,
+    /// As in Europe.
+    DayMonthYear,
+    /// As in the United States.
+    MonthDayYear,
+}
+
 impl TimeStamp {
     /// Reads the text.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
+        Self::parse_ordered(text, DateOrder::Unknown)
+    }
+
+    /// The same, dates with strokes in that order.
+    #[must_use]
+    pub fn parse_ordered(text: &str, order: DateOrder) -> Option<Self> {
         let text = text.trim();
         if let Some((date, time)) = text.split_once(['T', 't', ' '])
-            && let Some(day) = date_of(date)
+            && let Some(day) = date_of(date, order)
         {
             let time = time.trim_start();
             let (time, offset_s) = zone_of(time)?;
@@ -88,12 +107,20 @@ fn digits(text: &str, least: usize, most: usize) -> Option<i64> {
     if fits { text.parse().ok() } else { None }
 }
 
-/// Days since 1970-01-01 of `2024-05-17` or `2024/05/17`.
-fn date_of(text: &str) -> Option<i64> {
-    let mut parts = text.split(['-', '/']);
-    let (year, month, day) = (digits(parts.next()?, 4, 4)?, digits(parts.next()?, 1, 2)?, digits(parts.next()?, 1, 2)?);
+/// Days since 1970-01-01 of `2024-05-17`, `2024/05/17` or `17.05.2024`, and of `17/05/2024` or `05/17/2024` by the order.
+fn date_of(text: &str, order: DateOrder) -> Option<i64> {
+    let separator = text.chars().find(|letter| !letter.is_ascii_digit())?;
+    let parts: Vec<&str> = text.split(separator).collect();
+    let [first, second, third] = parts.try_into().ok()?;
+    let (year, month, day) = match (separator, first.len(), order) {
+        ('-' | '/', 4, _) => (first, second, third),
+        ('.', ..) | ('/', _, DateOrder::DayMonthYear) => (third, second, first),
+        ('/', _, DateOrder::MonthDayYear) => (third, first, second),
+        _ => return None,
+    };
+    let (year, month, day) = (digits(year, 4, 4)?, digits(month, 1, 2)?, digits(day, 1, 2)?);
     let days = days_from_civil(year, month, day);
-    (parts.next().is_none() && (1..=12).contains(&month) && civil(days) == (year, month, day)).then_some(days)
+    ((1..=12).contains(&month) && civil(days) == (year, month, day)).then_some(days)
 }
 
 /// Days since 1970-01-01 in the Gregorian calendar; eras of 400 years of 146097 days, years that begin in March.
@@ -140,8 +167,23 @@ fn zone_of(text: &str) -> Option<(&str, f64)> {
     Some((time.trim_end(), offset_s))
 }
 
-/// Second of the day of `09:30:01.25`; 60 in a leap second.
+/// Second of the day of `09:30:01.25` or `9:30:01 PM`; 60 in a leap second.
 fn time_of_day(text: &str) -> Option<f64> {
+    let half = |ends: [&str; 2]| ends.iter().find_map(|end| text.strip_suffix(end)).map(str::trim_end);
+    match (half(["AM", "am"]), half(["PM", "pm"])) {
+        (None, None) => time_of_24_hours(text),
+        (morning, afternoon) => {
+            let within_s = time_of_24_hours(morning.or(afternoon)?)?;
+            let hour_s = 3600.0;
+            // Twelve o'clock is the half's beginning.
+            let fits = (hour_s..13.0 * hour_s).contains(&within_s);
+            let since_half_s = if within_s >= 12.0 * hour_s { within_s - 12.0 * hour_s } else { within_s };
+            fits.then_some(if afternoon.is_some() { since_half_s + 12.0 * hour_s } else { since_half_s })
+        }
+    }
+}
+
+fn time_of_24_hours(text: &str) -> Option<f64> {
     let mut parts = text.split(':');
     let (hours, minutes) = (digits(parts.next()?, 1, 2)?, digits(parts.next()?, 2, 2)?);
     let seconds = parts.next().unwrap_or("00").replacen(',', ".", 1);
@@ -176,6 +218,16 @@ mod tests {
         assert_eq!(stamp.unix_ns(), Some(1_715_938_201_250_000_000));
         assert_eq!(TimeStamp::of_unix_us(1_715_938_201_250_000), stamp);
         assert_eq!(TimeStamp::parse("09:30:01").unwrap().unix_ns(), None);
+        assert_eq!(at("17.05.2024 09:30:01,25"), Some((Some(19_860), 34_201.25)));
+        assert_eq!(at("9:30:01 PM"), Some((None, 77_401.0)));
+        assert_eq!((at("12:00:01 AM"), at("12:00:01 pm")), (Some((None, 1.0)), Some((None, 43_201.0))));
+        // 5 August, or 8 May.
+        for (order, day) in
+            [(DateOrder::Unknown, None), (DateOrder::DayMonthYear, Some(19_940)), (DateOrder::MonthDayYear, Some(19_851))]
+        {
+            let found = TimeStamp::parse_ordered("05/08/2024 00:00:00", order);
+            assert_eq!(found.and_then(|stamp| stamp.day), day, "{order:?}");
+        }
         for wrong in [
             "",
             "12.5",
@@ -189,6 +241,11 @@ mod tests {
             "2024-05-17T09:30:01+99:00",
             "0:00:00:00",
             "1:2:3:4:5",
+            "13:00:00 PM",
+            "0:30:00 AM",
+            "05/17/2024 09:30:01",
+            "17.05-2024 09:30:01",
+            "31.02.2024 09:30:01",
         ] {
             assert_eq!(TimeStamp::parse(wrong), None, "{wrong}");
         }

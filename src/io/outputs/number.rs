@@ -25,7 +25,16 @@ impl Display for Digits {
         }
         let magnitude = if size > 0.0 { libm::floor(libm::log10(size)) as i32 } else { 0 };
         let decimals = usize::try_from(digits - 1 - magnitude).unwrap_or(0);
-        write!(f, "{value:.decimals$}")
+        f.write_str(&rounded(value, decimals))
+    }
+}
+
+/// A number with that many decimals; what rounds to zero has no minus sign.
+fn rounded(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(size) if size.bytes().all(|letter| matches!(letter, b'0' | b'.')) => size.to_owned(),
+        _ => text,
     }
 }
 
@@ -44,11 +53,11 @@ impl Display for Fixed {
         if value.is_infinite() {
             return f.pad(if value > 0.0 { "infinite" } else { "-infinite" });
         }
-        let plus = if f.sign_plus() && !value.is_sign_negative() { "+" } else { "" };
+        let signed = |text: String| if f.sign_plus() && !text.starts_with('-') { format!("+{text}") } else { text };
         let size = libm::fabs(value);
-        let plain = if size < 1e7 { format!("{plus}{value:.decimals$}") } else { String::new() };
-        let fits = size < 1e5 || f.width().is_none_or(|width| plain.len() <= width);
-        if size < 1e7 && fits { f.pad(&plain) } else { f.pad(&format!("{plus}{value:.2e}")) }
+        let plain = (size < 1e7).then(|| signed(rounded(value, decimals)));
+        let fits = |plain: &String| size < 1e5 || f.width().is_none_or(|width| plain.len() <= width);
+        f.pad(&plain.filter(fits).unwrap_or_else(|| signed(format!("{value:.2e}"))))
     }
 }
 
@@ -78,7 +87,7 @@ pub fn measured(value: f64, std: f64) -> (String, String) {
     // Of an error just below a power of ten the rounding may bring a third digit.
     let magnitude = libm::floor(libm::log10(std * 1.005)) as i32;
     let decimals = usize::try_from(1 - magnitude).unwrap_or(0);
-    (format!("{value:.decimals$}"), format!("{std:.decimals$}"))
+    (rounded(value, decimals), rounded(std, decimals))
 }
 
 /// [`measured`] as one text, `value +- error`.
@@ -140,6 +149,7 @@ mod tests {
             format!("{:+} {:+} {:<6}|", Fixed(1.0, 2), Fixed(-1.0, 2), Fixed(f64::NEG_INFINITY, 2)),
             "+1.00 -1.00 -infinite|"
         );
+        assert_eq!(format!("{} {:+} {}", Fixed(-0.004, 2), Fixed(-0.004, 2), Digits(-0.0, 3)), "0.00 +0.00 0.00");
         assert_eq!((estimate_text(1e300, f64::NAN), estimate_text(f64::NAN, 0.1)), ("1.00e300".into(), "none +- 0.10".into()));
         assert_eq!(short_measured_text(Measured { value: 1e200, std: f64::INFINITY }), "1.00e200 +- infinite");
     }

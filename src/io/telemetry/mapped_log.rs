@@ -14,7 +14,7 @@ use super::table::clock::scaled;
 use super::table::header::MappedHeader;
 use super::waiting_rows::WaitingRows;
 use crate::flight::file::run_file::{ChannelLatencies, RecordingColumn, RecordingTarget, RunInfo, quoted};
-use crate::flight::file::time_stamp::{DAY_S, TimeStamp};
+use crate::flight::file::time_stamp::{DAY_S, DateOrder, TimeStamp};
 use crate::flight::sample::Sample;
 use crate::flight::unit::{Quantity, factor_to_si};
 use serde_json::Value;
@@ -38,7 +38,7 @@ enum MessageTime {
     /// A number.
     Number { field: String, factor: f64 },
     /// A date, or an object of seconds and nanoseconds.
-    Stamp { field: String },
+    Stamp { field: String, order: DateOrder },
 }
 
 /// A topic: its fields, with the columns that they are.
@@ -64,10 +64,12 @@ impl MappedTopic {
             MappedHeader::new(&section, &headers).map_err(|what| format!("by the map, topic {}: {what}", quoted(&name)))?;
         let field = fields.first().cloned().unwrap_or_default();
         let unit = section.time.unit.or_else(|| name_and_unit(&field).1.and_then(unit_of));
-        let factor = unit.and_then(|unit| factor_to_si(unit, Quantity::Time).ok());
+        let of_rate = section.time.rate_hz.map(|rate_hz| 1.0 / rate_hz);
+        let factor = of_rate.or_else(|| unit.and_then(|unit| factor_to_si(unit, Quantity::Time).ok()));
+        let order = section.time.format.date_order();
         let time = match (field.is_empty(), section.time.format, factor) {
             (true, ..) => MessageTime::Logged,
-            (false, MappedTimeFormat::Iso8601, _) | (false, _, None) => MessageTime::Stamp { field },
+            (false, MappedTimeFormat::Stamps(_), _) | (false, _, None) => MessageTime::Stamp { field, order },
             (false, _, Some(factor)) => MessageTime::Number { field, factor },
         };
         Ok(MappedTopic { name, time, fields, header })
@@ -81,9 +83,9 @@ impl MappedTopic {
                 let value = field_of(message, field).ok_or(SkipReason::NoTime)?;
                 value.as_f64().map(|number| scaled(number, *factor)).ok_or(SkipReason::NotANumber)
             }
-            MessageTime::Stamp { field } => {
+            MessageTime::Stamp { field, order } => {
                 let value = field_of(message, field).ok_or(SkipReason::NoTime)?;
-                stamp_s(value).ok_or(SkipReason::NotANumber)
+                stamp_s(value, *order).ok_or(SkipReason::NotANumber)
             }
         }
     }
@@ -103,10 +105,10 @@ impl MappedTopic {
 }
 
 /// A date's text, or an object of seconds and nanoseconds: s since 1970.
-fn stamp_s(value: &Value) -> Option<f64> {
+fn stamp_s(value: &Value, order: DateOrder) -> Option<f64> {
     let part = |names: [&str; 3]| names.iter().find_map(|name| value.get(name)).and_then(Value::as_f64);
     if let Some(text) = value.as_str() {
-        let stamp = TimeStamp::parse(text)?;
+        let stamp = TimeStamp::parse_ordered(text, order)?;
         #[expect(clippy::cast_precision_loss, reason = "days")]
         let day = stamp.day.unwrap_or_default() as f64;
         return Some(day * DAY_S + stamp.second_s);
@@ -296,7 +298,7 @@ mod tests {
             (Some(1.0), Some(2.0), Some(2.0), Some(3.0))
         );
         assert_eq!((number("a.b[2]"), number("a.z"), number("")), (None, None, None));
-        assert_eq!(stamp_s(field_of(&message, "stamp").unwrap()), Some(5.5));
-        assert_eq!(stamp_s(&Value::from("1970-01-02T00:00:01Z")), Some(86_401.0));
+        assert_eq!(stamp_s(field_of(&message, "stamp").unwrap(), DateOrder::Unknown), Some(5.5));
+        assert_eq!(stamp_s(&Value::from("1970-01-02T00:00:01Z"), DateOrder::Unknown), Some(86_401.0));
     }
 }

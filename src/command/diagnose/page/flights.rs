@@ -50,12 +50,12 @@ pub(super) fn section(page: &mut String, answer: &Answer, flights: &Flights<'_>)
          them, and a curve ends where it exceeds the measured range several times.</p>\n<div class=\"side runs\">\n",
     );
     for one in &shown {
-        let _ = writeln!(page, "<div><h3>{} ({})</h3>", escaped(&one.run.name), one.how);
+        let _ = writeln!(page, "<section aria-label=\"{0} ({1})\"><h3>{0} ({1})</h3>", escaped(&one.run.name), one.how);
         for panel in panels(answer, one, &channels, !found.is_empty()) {
             plot(page, &panel, &[], &Figure { size: (560, 180), ..Figure::OF_A_PAGE })
                 .map_err(|error| Failure::Running(error.to_string()))?;
         }
-        page.push_str("</div>\n");
+        page.push_str("</section>\n");
     }
     page.push_str("</div>\n");
     for (run, why) in not_flown {

@@ -14,11 +14,11 @@ pub(super) fn section(page: &mut String, identified: &IdentificationResult) -> R
     let kinds = [("fitted", &identified.fit), ("predicted, not fitted", &identified.holdout)];
     page.push_str("<div class=\"side runs\">\n");
     for (how, flown) in kinds.iter().flat_map(|(how, runs)| runs.iter().map(move |run| (how, run))) {
-        let _ = writeln!(page, "<div><h3>{} ({how})</h3>", escaped(&flown.run));
+        let _ = writeln!(page, "<section aria-label=\"{0} ({how})\"><h3>{0} ({how})</h3>", escaped(&flown.run));
         for panel in panels(identified, flown) {
             let _ = writeln!(page, "{}", figure(&panel, &[], &Figure { size: (560, 180), ..Figure::OF_A_PAGE })?);
         }
-        page.push_str("</div>\n");
+        page.push_str("</section>\n");
     }
     page.push_str("</div>\n");
     Ok(())

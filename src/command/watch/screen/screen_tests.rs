@@ -97,7 +97,10 @@ fn the_verdict_comes_first_and_what_is_stale_says_so() {
     for (shown, expected) in [
         (first(10, -0.02), "Stability   STABLE: Dutch roll, roll and spiral decay"),
         (first(10, 0.02), "Stability   UNSTABLE: spiral grows, time to double 34.7 s"),
-        (first(10, 0.001), "Stability   NOT KNOWN YET, because spiral is within three standard errors of neutral"),
+        (
+            first(10, 0.001),
+            "Stability   NOT KNOWN YET, because spiral is within three standard errors of neutral; Dutch roll and roll decay",
+        ),
         (first(3100, -0.02), "Stability   STALE, 3.10 s old: last STABLE, Dutch roll, roll and spiral decay"),
     ] {
         let words: Vec<&str> = expected.split(' ').filter(|word| !word.is_empty()).collect();

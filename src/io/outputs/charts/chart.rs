@@ -151,7 +151,8 @@ pub fn figure(panel: &Panel, marks: &[Marks], figure: &Figure) -> Result<String,
         let _ = write!(text, " <span class=\"key {kind} c{place}\">{}</span>", words(name));
     }
     let (view_x, view_y) = (FINE * width, FINE * height);
-    let label = escaped(&format!("{}: {} over {}", panel.title, panel.y, panel.x));
+    let title = if panel.y.starts_with(&panel.title) { String::new() } else { format!("{}: ", panel.title) };
+    let label = escaped(&format!("{title}{} over {}", panel.y, panel.x));
     let _ =
         write!(text, "</figcaption><svg viewBox=\"0 0 {view_x} {view_y}\" role=\"img\" aria-label=\"{label}\">{body}</figure>");
     Ok(text)

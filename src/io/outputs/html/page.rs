@@ -21,9 +21,23 @@ pub fn escaped(text: &str) -> String {
     safe
 }
 
-/// Text for the page, plus and minus as one sign.
-pub fn words(text: &str) -> String {
+/// Text for an attribute of the page, plus and minus as one sign.
+pub fn attribute(text: &str) -> String {
     escaped(&with_short_numbers(&text.replace("+-", "\u{b1}")))
+}
+
+/// The same between tags; what stands in a pair of backticks is code.
+pub fn words(text: &str) -> String {
+    let text = attribute(text);
+    let mut parts = text.split('`');
+    let mut marked = parts.next().unwrap_or_default().to_owned();
+    while let Some(code) = parts.next() {
+        match parts.next() {
+            Some(after) => marked.push_str(&format!("<code>{code}</code>{after}")),
+            None => marked.push_str(&format!("`{code}")),
+        }
+    }
+    marked
 }
 
 /// How a page begins, up to its first heading; the title is made safe.
@@ -88,6 +102,8 @@ mod tests {
     fn what_files_say_is_text_and_nothing_else() {
         let safe = escaped("<script src='x'>a & \"b\"</script>");
         assert_eq!(safe, "&lt;script src=&#39;x&#39;&gt;a &amp; &quot;b&quot;&lt;/script&gt;");
+        assert_eq!(words("`a<b` +- `c` or `d"), "<code>a&lt;b</code> \u{b1} <code>c</code> or `d");
+        assert_eq!(attribute("`a` +- \"b"), "`a` \u{b1} &quot;b");
         let page = head("a<b");
         assert!(page.contains("<title>a&lt;b</title>") && !page.contains("http") && !page.contains("<script"));
         assert_eq!(page.matches('{').count(), page.matches('}').count());

@@ -3,7 +3,7 @@
 //! Consumes texts, which may come from files; produces HTML that a screen reader can walk: `aria-label`, `scope`. The first cell
 //! of a row is its head. `+-` becomes one sign. A table without rows is no text.
 
-use super::page::words;
+use super::page::{attribute, words};
 use std::fmt::{self, Display, Formatter};
 
 /// What stands in a column.
@@ -56,7 +56,7 @@ impl Display for HtmlTable {
         if !self.note.is_empty() {
             writeln!(f, "<p class=\"faint\">{}.</p>", words(&self.note))?;
         }
-        write!(f, "<div class=\"wide\"><table aria-label=\"{}\"><thead><tr>", words(&self.name))?;
+        write!(f, "<div class=\"wide\"><table aria-label=\"{}\"><thead><tr>", attribute(&self.name))?;
         for (name, kind) in &self.columns {
             write!(f, "<th scope=\"col\"{}>{}</th>", class(*kind), words(name))?;
         }

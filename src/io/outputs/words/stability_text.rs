@@ -71,14 +71,15 @@ pub fn lateral_verdict(modes: &ModesRecord, controls: ControlNames) -> Stability
     if !growing.is_empty() {
         return StabilityVerdict { verdict: LateralStability::Unstable, reason: format!("{}{reservation}", growing.join("; ")) };
     }
-    let unclear: Vec<&str> = of(ModeStability::Unclear).map(|(name, ..)| *name).collect();
+    let names = |wanted| of(wanted).map(|(name, ..)| *name).collect::<Vec<_>>();
+    let (decaying, unclear) = (names(ModeStability::Stable), names(ModeStability::Unclear));
+    let decay = format!("{} decay{}", listed(&decaying), if decaying.len() > 1 { "" } else { "s" });
     if !unclear.is_empty() {
         let what = if unclear.len() > 1 { "are" } else { "is" };
-        return not_known(format!("{} {what} within three standard errors of neutral", listed(&unclear)));
+        let others = if decaying.is_empty() { String::new() } else { format!("; {decay}{reservation}") };
+        return not_known(format!("{} {what} within three standard errors of neutral{others}", listed(&unclear)));
     }
-    let names: Vec<&str> = found.iter().map(|(name, ..)| *name).collect();
-    let decay = if names.len() > 1 { "decay" } else { "decays" };
-    StabilityVerdict { verdict: LateralStability::Stable, reason: format!("{} {decay}{reservation}", listed(&names)) }
+    StabilityVerdict { verdict: LateralStability::Stable, reason: format!("{decay}{reservation}") }
 }
 
 /// `roll`, `roll and spiral`, `Dutch roll, roll and spiral`.
@@ -134,7 +135,7 @@ mod tests {
                 0.02,
                 -0.01,
                 LateralStability::NotKnown,
-                "because Dutch roll and spiral are within three standard errors of neutral",
+                "because Dutch roll and spiral are within three standard errors of neutral; roll decays",
             ),
             (Status::Waiting, 0.1, -0.02, LateralStability::NotKnown, "because no input has excited the aircraft yet (waiting)"),
             (

@@ -77,6 +77,7 @@ const RULES: &[Rule] = &[
     ("p", &["gyr", "x"], None),
     ("p", &["omega", "x"], None),
     ("p", &["angular", "velocity", "x"], None),
+    ("p", &["rollgeschwindigkeit"], None),
     ("q", &["q"], None),
     ("q", &["pitch", "rate"], None),
     ("q", &["pitchrate"], None),
@@ -85,6 +86,8 @@ const RULES: &[Rule] = &[
     ("q", &["gyr", "y"], None),
     ("q", &["omega", "y"], None),
     ("q", &["angular", "velocity", "y"], None),
+    ("q", &["nickrate"], None),
+    ("q", &["nickgeschwindigkeit"], None),
     ("r", &["r"], None),
     ("r", &["yaw", "rate"], None),
     ("r", &["yawrate"], None),
@@ -93,6 +96,8 @@ const RULES: &[Rule] = &[
     ("r", &["gyr", "z"], None),
     ("r", &["omega", "z"], None),
     ("r", &["angular", "velocity", "z"], None),
+    ("r", &["gierrate"], None),
+    ("r", &["giergeschwindigkeit"], None),
     ("ax", &["ax"], None),
     ("ax", &["accel", "x"], None),
     ("ax", &["acc", "x"], None),
@@ -126,15 +131,21 @@ const RULES: &[Rule] = &[
     ("phi", &["roll"], None),
     ("phi", &["bank"], None),
     ("phi", &["roll", "attitude"], None),
+    ("phi", &["rollwinkel"], None),
+    ("phi", &["querneigung"], None),
     ("theta", &["theta"], None),
     ("theta", &["pitch"], None),
     ("theta", &["pitch", "attitude"], None),
+    ("theta", &["nickwinkel"], None),
+    ("theta", &["längsneigung"], None),
     ("psi", &["psi"], None),
     ("psi", &["yaw"], None),
     ("psi", &["heading"], None),
     ("psi", &["hdg"], None),
     ("psi", &["true", "heading"], None),
     ("psi", &["magnetic", "heading"], None),
+    ("psi", &["gierwinkel"], None),
+    ("psi", &["steuerkurs"], None),
     ("tas", &["tas"], None),
     ("tas", &["vtas"], None),
     ("tas", &["ktas"], None),
@@ -142,14 +153,23 @@ const RULES: &[Rule] = &[
     ("tas", &["true", "air", "speed"], None),
     ("tas", &["airspeed"], Some(INDICATED)),
     ("tas", &["air", "speed"], Some(INDICATED)),
+    ("tas", &["ias"], Some(INDICATED)),
+    ("tas", &["kias"], Some(INDICATED)),
+    ("tas", &["cas"], Some(INDICATED)),
+    ("tas", &["kcas"], Some(INDICATED)),
+    ("tas", &["eas"], Some(INDICATED)),
+    ("tas", &["indicated", "airspeed"], Some(INDICATED)),
+    ("tas", &["fluggeschwindigkeit"], Some(INDICATED)),
     ("alpha", &["alpha"], None),
     ("alpha", &["aoa"], None),
     ("alpha", &["attack"], None),
     ("alpha", &["incidence"], None),
+    ("alpha", &["anstellwinkel"], None),
     ("beta", &["beta"], None),
     ("beta", &["aos"], None),
     ("beta", &["sideslip"], None),
     ("beta", &["side", "slip"], None),
+    ("beta", &["schiebewinkel"], None),
     ("altitude", &["altitude"], None),
     ("altitude", &["alt"], None),
     ("altitude", &["pressure", "altitude"], None),
@@ -157,6 +177,9 @@ const RULES: &[Rule] = &[
     ("altitude", &["baro", "altitude"], None),
     ("altitude", &["baro", "alt"], None),
     ("altitude", &["hp"], None),
+    ("altitude", &["h"], None),
+    ("altitude", &["höhe"], None),
+    ("altitude", &["druckhöhe"], None),
     ("lon_cyclic", &["lon", "cyclic"], Some(ANGLE)),
     ("lon_cyclic", &["longitudinal", "cyclic"], Some(ANGLE)),
     ("lat_cyclic", &["lat", "cyclic"], Some(ANGLE)),
@@ -166,11 +189,20 @@ const RULES: &[Rule] = &[
     ("pedal", &["pedals"], Some(ANGLE)),
     ("elevator", &["elevator"], Some(ANGLE)),
     ("elevator", &["elev"], Some(ANGLE)),
+    ("elevator", &["de"], Some(ANGLE)),
+    ("elevator", &["delta", "e"], Some(ANGLE)),
+    ("elevator", &["höhenruder"], Some(ANGLE)),
     ("aileron", &["aileron"], Some(ANGLE)),
     ("aileron", &["ail"], Some(ANGLE)),
+    ("aileron", &["da"], Some(ANGLE)),
+    ("aileron", &["delta", "a"], Some(ANGLE)),
+    ("aileron", &["querruder"], Some(ANGLE)),
     ("throttle", &["throttle"], Some(ANGLE)),
     ("rudder", &["rudder"], Some(ANGLE)),
     ("rudder", &["rud"], Some(ANGLE)),
+    ("rudder", &["dr"], Some(ANGLE)),
+    ("rudder", &["delta", "r"], Some(ANGLE)),
+    ("rudder", &["seitenruder"], Some(ANGLE)),
     ("rotor_speed", &["nr"], None),
     ("rotor_speed", &["rotor", "speed"], None),
     ("rotor_speed", &["rotor", "rpm"], None),
@@ -198,13 +230,15 @@ fn words_of(name: &str, at_capitals: bool) -> Vec<String> {
     words
 }
 
-/// The rule with exactly these words, besides fillers.
+/// The rule with exactly these words, else with those that are no fillers.
 fn rule_of(mut words: Vec<String>) -> Option<&'static Rule> {
-    if words.len() > 1 {
-        let told: Vec<String> = words.iter().filter(|word| !FILLERS.contains(&word.as_str())).cloned().collect();
-        words = if told.is_empty() { words } else { told };
-    }
-    RULES.iter().find(|rule| rule.1.len() == words.len() && rule.1.iter().all(|word| words.iter().any(|own| own == word)))
+    let of_exactly = |words: &[String]| {
+        RULES.iter().find(|rule| rule.1.len() == words.len() && rule.1.iter().all(|word| words.iter().any(|own| own == word)))
+    };
+    of_exactly(&words).or_else(|| {
+        words.retain(|word| !FILLERS.contains(&word.as_str()));
+        of_exactly(&words)
+    })
 }
 
 /// What the header means, where its words say it.
@@ -272,6 +306,12 @@ mod tests {
             ("Rotor RPM", "rotor_speed (its unit is not stated)"),
             ("Time (ms)", "time in ms"),
             ("TIMESTAMP", "time (its unit is not stated)"),
+            ("DE [deg]", "elevator in deg"),
+            ("delta_a", "aileron (its unit is not stated)"),
+            ("KIAS", "tas (its unit is not stated)"),
+            ("h [ft]", "altitude in ft"),
+            ("Schiebewinkel [Grad]", "beta (its unit is not stated)"),
+            ("H\u{f6}henruder [deg]", "elevator in deg"),
         ] {
             assert_eq!(guess(header).as_ref().map(in_words).as_deref(), Some(words), "{header}");
         }

@@ -4,7 +4,8 @@
 //! separator = ";"                  # , ; tab or |; found out where absent
 //! decimal = ","                    # . or ,; found out where absent
 //! header_line = 3                  # of the file, from 1; default the first that is no comment
-//! time = "Zeit [ms]"               # or { column = "Time", unit = "ms" }, { column = "UTC", format = "iso8601" }
+//! time = "Zeit [ms]"               # or { column = "Time", unit = "ms" }, { column = "UTC", format = "iso8601" },
+//!                                  # { column = "Date", format = "dmy" } or "mdy", { column = "frame", rate_hz = 50 }
 //! [channels]                       # a channel, and the column as its header calls it
 //! p = "Roll Rate [deg/s]"          # the header states the unit
 //! az = { column = "nz", unit = "g", sign = -1 }
@@ -22,6 +23,7 @@
 use super::unit_text::{name_and_unit, quantity_of, unit_of, units_of};
 use crate::flight::channel::{Channel, ControlNames};
 use crate::flight::file::run_file::{RunFileError, RunInfo, quoted};
+use crate::flight::file::time_stamp::DateOrder;
 use crate::flight::file::toml_reader::{TomlEntry, TomlError, TomlTable, TomlText, nearest};
 use crate::flight::unit::{Quantity, factor_to_si};
 
@@ -33,8 +35,18 @@ pub enum MappedTimeFormat {
     FoundOut,
     /// Numbers.
     Number,
-    /// Date and time, or time of day: `2024-05-17T09:30:01.25Z`, `09:30:01.25`.
-    Iso8601,
+    /// Date and time, or time of day: `2024-05-17T09:30:01.25Z`, `09:30:01.25`; with strokes in the order of the map.
+    Stamps(DateOrder),
+}
+
+impl MappedTimeFormat {
+    /// In which order day, month and year of a date with strokes stand.
+    pub(crate) fn date_order(self) -> DateOrder {
+        match self {
+            MappedTimeFormat::Stamps(order) => order,
+            MappedTimeFormat::FoundOut | MappedTimeFormat::Number => DateOrder::Unknown,
+        }
+    }
 }
 
 /// Where the time stands.
@@ -44,6 +56,8 @@ pub struct MappedTime {
     pub column: Option<String>,
     /// Its unit, where the map says it.
     pub unit: Option<&'static str>,
+    /// Numbers of samples in a row, and how many a second, 1/s.
+    pub rate_hz: Option<f64>,
     /// How it is written.
     pub format: MappedTimeFormat,
 }
@@ -226,18 +240,28 @@ fn time(entry: &TomlEntry<'_>) -> Result<MappedTime, TomlError> {
         return Ok(MappedTime { column: Some(column.to_owned()), ..MappedTime::default() });
     }
     let table = entry.table("time")?;
-    table.allow_only(&["column", "field", "unit", "format"])?;
+    table.allow_only(&["column", "field", "unit", "format", "rate_hz"])?;
     let mut time = MappedTime { column: Some(column_of(&table)?), ..MappedTime::default() };
     if let Some(unit) = table.find("unit") {
         time.unit = Some(unit_for(&unit, "time", Quantity::Time)?);
         time.format = MappedTimeFormat::Number;
     }
+    if let Some(rate) = table.find("rate_hz") {
+        time.rate_hz = Some(rate.positive()?);
+        if time.unit.is_some() {
+            return Err(rate.misread("expected a unit or rate_hz, found both"));
+        }
+        time.format = MappedTimeFormat::Number;
+    }
     if let Some(format) = table.find("format") {
-        time.format = match format.text()? {
-            "iso8601" if time.unit.is_none() => MappedTimeFormat::Iso8601,
-            "iso8601" => return Err(format.misread("expected a unit or iso8601, found both")),
-            "number" => MappedTimeFormat::Number,
-            _ => return Err(format.choice("a format of the time", &["iso8601", "number"])),
+        let is_number = time.format == MappedTimeFormat::Number;
+        time.format = match (format.text()?, is_number) {
+            ("number", _) => MappedTimeFormat::Number,
+            ("iso8601" | "dmy" | "mdy", true) => return Err(format.misread("expected numbers or dates, found keys of both")),
+            ("iso8601", false) => MappedTimeFormat::Stamps(DateOrder::Unknown),
+            ("dmy", false) => MappedTimeFormat::Stamps(DateOrder::DayMonthYear),
+            ("mdy", false) => MappedTimeFormat::Stamps(DateOrder::MonthDayYear),
+            _ => return Err(format.choice("a format of the time", &["iso8601", "dmy", "mdy", "number"])),
         };
     }
     Ok(time)

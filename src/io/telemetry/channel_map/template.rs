@@ -7,7 +7,7 @@
 use super::header_guess::{HeaderGuess, guess_in};
 use super::unit_text::{name_and_unit, quantity_of, unit_of, units_of};
 use crate::flight::channel::{Channel, ControlNames};
-use crate::flight::file::time_stamp::TimeStamp;
+use crate::flight::file::time_stamp::{DateOrder, TimeStamp};
 use crate::io::telemetry::table::cell::{bare, header_text, number_of};
 use crate::io::telemetry::table::clock::{median_step, unit_by_step};
 use crate::io::telemetry::table::layout::{TableLayout, cells, unit_row};
@@ -192,16 +192,24 @@ impl SectionTemplate {
             return "time = \"?\"                         # no column looks like a time: put its header here\n".to_owned();
         };
         let stated = name_and_unit(header).1.and_then(unit_of).filter(|unit| ["s", "ms", "us", "ns"].contains(unit));
-        let is_stamp =
-            self.rows.first().and_then(|row| row.get(place)).is_some_and(|cell| TimeStamp::parse(cell.trim()).is_some());
-        let (format, comment) = match (is_stamp, stated, median_step(&self.numbers(place))) {
-            (true, ..) => ("format = \"iso8601\"".to_owned(), "by its cells".to_owned()),
-            (false, Some(unit), _) => (format!("unit = \"{unit}\""), format!("the header states {unit}")),
-            (false, None, Some((step, _))) => match unit_by_step(step).filter(|_| !(0.3..3.0).contains(&step)) {
+        let is_read = |order| {
+            let stamp = |row: &Vec<String>| TimeStamp::parse_ordered(row.get(place)?.trim(), order);
+            // The last row may be cut.
+            let whole = self.rows.len().max(2) - 1;
+            !self.rows.is_empty() && self.rows.iter().take(whole).all(|row| stamp(row).is_some())
+        };
+        let dates = [DateOrder::Unknown, DateOrder::DayMonthYear, DateOrder::MonthDayYear].map(is_read);
+        let (format, comment) = match (dates, stated, median_step(&self.numbers(place))) {
+            ([true, ..], ..) => ("format = \"iso8601\"".to_owned(), "by its cells".to_owned()),
+            ([_, true, true], ..) => ("format = \"?\"".to_owned(), "DAY OR MONTH FIRST NOT STATED (dmy, mdy)".to_owned()),
+            ([_, true, _], ..) => ("format = \"dmy\"".to_owned(), "by its cells".to_owned()),
+            ([.., true], ..) => ("format = \"mdy\"".to_owned(), "by its cells".to_owned()),
+            (_, Some(unit), _) => (format!("unit = \"{unit}\""), format!("the header states {unit}")),
+            (_, None, Some((step, _))) => match unit_by_step(step).filter(|_| !(0.3..3.0).contains(&step)) {
                 Some((unit, _)) => (format!("unit = \"{unit}\""), format!("guess: rows are {step} apart; not stated")),
                 None => ("unit = \"?\"".to_owned(), format!("UNIT NOT STATED (s, ms, us, ns): rows are {step} apart")),
             },
-            (false, None, None) => ("unit = \"?\"".to_owned(), "UNIT NOT STATED (s, ms, us, ns)".to_owned()),
+            (_, None, None) => ("unit = \"?\"".to_owned(), "UNIT NOT STATED (s, ms, us, ns)".to_owned()),
         };
         format!("time = {{ column = {}, {format} }}  # {comment}\n", quoted(header))
     }
@@ -281,6 +289,14 @@ mod tests {
             "# channels not found: ax ay q r phi psi tas alpha beta altitude",
         ] {
             assert!(map.contains(words), "{words} is not in\n{map}");
+        }
+        let dated = |cell: &str| of_table("x.csv", format!("UTC;p\n{cell};1\n{cell};2\n").as_bytes());
+        for (cell, format) in [
+            ("17.05.2024 09:30:01,5", "format = \"iso8601\" }  # by its cells"),
+            ("05/17/2024 9:30:01 AM", "format = \"mdy\" }  # by its cells"),
+            ("05/06/2024 9:30:01 AM", "format = \"?\" }  # DAY OR MONTH FIRST NOT STATED (dmy, mdy)"),
+        ] {
+            assert!(dated(cell).contains(format), "{}", dated(cell));
         }
         let refused = ChannelMap::from_toml(&map).unwrap_err();
         assert!(refused.what.contains("is theta (rad, deg, ...), found `?`"), "{refused}");

@@ -5,7 +5,7 @@
 //! the spacing of the first rows: recordings have from 3.3 to 3300 rows a second, so that of s, ms, us and ns one fits only.
 
 use super::cell::{bare, number_of};
-use crate::flight::file::time_stamp::{DAY_S, TimeStamp};
+use crate::flight::file::time_stamp::{DAY_S, DateOrder, TimeStamp};
 
 /// The least number of rows a second, 1/s.
 const SLOWEST_HZ: f64 = 10.0 / 3.0;
@@ -19,18 +19,24 @@ const UNITS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 
 pub(crate) enum TableClock {
     /// Numbers: s = factor * number.
     Number { factor: f64 },
+    /// Numbers that count from 1970-01-01 (UTC): s = factor * number - 86400 * (the day from whose beginning it counts).
+    SinceEpoch { factor: f64, zero_day: i64 },
     /// Dates, or times of day.
-    Stamp { zero_day: Option<i64>, newest_s: f64, midnights: f64 },
+    Stamp { order: DateOrder, zero_day: Option<i64>, newest_s: f64, midnights: f64 },
 }
 
 impl TableClock {
-    /// Of dates.
-    pub(crate) const STAMP: TableClock = TableClock::Stamp { zero_day: None, newest_s: f64::NEG_INFINITY, midnights: 0.0 };
+    /// Of dates, those with strokes in that order.
+    pub(crate) fn of_stamps(order: DateOrder) -> Self {
+        TableClock::Stamp { order, zero_day: None, newest_s: f64::NEG_INFINITY, midnights: 0.0 }
+    }
 
     /// Counts from that day's beginning.
     pub(crate) fn count_from(&mut self, day: i64) {
-        if let TableClock::Stamp { zero_day, .. } = self {
-            *zero_day = Some(day);
+        match self {
+            TableClock::Stamp { zero_day, .. } => *zero_day = Some(day),
+            TableClock::SinceEpoch { zero_day, .. } => *zero_day = day,
+            TableClock::Number { .. } => {}
         }
     }
 
@@ -38,6 +44,7 @@ impl TableClock {
     pub(crate) fn zero_day(&self) -> Option<i64> {
         match self {
             TableClock::Stamp { zero_day, .. } => *zero_day,
+            TableClock::SinceEpoch { zero_day, .. } => Some(*zero_day),
             TableClock::Number { .. } => None,
         }
     }
@@ -46,12 +53,17 @@ impl TableClock {
     pub(crate) fn seconds(&mut self, cell: &[u8], decimal: u8) -> Result<Option<f64>, ()> {
         match self {
             TableClock::Number { factor } => Ok(number_of(cell, decimal)?.map(|number| scaled(number, *factor))),
-            TableClock::Stamp { zero_day, newest_s, midnights } => {
+            TableClock::SinceEpoch { factor, zero_day } => {
+                #[expect(clippy::cast_precision_loss, reason = "days")]
+                let zero_s = *zero_day as f64 * DAY_S;
+                Ok(number_of(cell, decimal)?.map(|number| scaled(number, *factor) - zero_s))
+            }
+            TableClock::Stamp { order, zero_day, newest_s, midnights } => {
                 let cell = bare(cell);
                 if cell.is_empty() {
                     return Ok(None);
                 }
-                let stamp = std::str::from_utf8(cell).ok().and_then(TimeStamp::parse).ok_or(())?;
+                let stamp = std::str::from_utf8(cell).ok().and_then(|text| TimeStamp::parse_ordered(text, *order)).ok_or(())?;
                 let days = match stamp.day {
                     Some(day) => {
                         #[expect(clippy::cast_precision_loss, reason = "days")]
@@ -120,11 +132,11 @@ mod tests {
 
     #[test]
     fn dates_count_from_midnight_and_times_of_day_go_past_it() {
-        let mut clock = TableClock::STAMP;
+        let mut clock = TableClock::of_stamps(DateOrder::Unknown);
         assert_eq!(clock.seconds(b"2024-05-17T23:59:59.5Z", b'.'), Ok(Some(86_399.5)));
         assert_eq!(clock.seconds(b"\"2024-05-18T00:00:00.5Z\"", b'.'), Ok(Some(86_400.5)));
         assert_eq!((clock.seconds(b"", b'.'), clock.seconds(b"x", b'.')), (Ok(None), Err(())));
-        let mut clock = TableClock::STAMP;
+        let mut clock = TableClock::of_stamps(DateOrder::Unknown);
         assert_eq!(clock.seconds(b"23:59:59.5", b'.'), Ok(Some(86_399.5)));
         assert_eq!(clock.seconds(b"00:00:00.5", b'.'), Ok(Some(86_400.5)));
         let mut numbers = TableClock::Number { factor: 1e-3 };

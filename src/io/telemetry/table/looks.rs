@@ -7,11 +7,12 @@ use super::cell::{bare, number_of};
 use super::clock::{TableClock, median_step, unit_by_step};
 use super::layout::{TableLayout, cells};
 use crate::flight::file::run_file::{RecordingColumn, RecordingTarget, quoted};
-use crate::flight::file::time_stamp::TimeStamp;
+use crate::flight::file::time_stamp::{DateOrder, TimeStamp};
 use crate::flight::unit::{Quantity, factor_to_si};
 use crate::io::telemetry::channel_map::header_guess::{guess, in_words};
 use crate::io::telemetry::channel_map::map_file::{MapSection, MappedTime, MappedTimeFormat};
 use crate::io::telemetry::channel_map::unit_text::unit_of;
+use std::ops::Range;
 
 /// So many headers that look like channels are named.
 const NAMED: usize = 6;
@@ -19,6 +20,8 @@ const NAMED: usize = 6;
 const STEPS_MIN: usize = 8;
 /// Rows of a run file that are further apart are not in s.
 const SLOWEST_S: f64 = 3.0;
+/// Times since 1970 that are dates from 2000 to 2100, s.
+const SINCE_EPOCH_S: Range<f64> = 946_684_800.0..4_102_444_800.0;
 /// How a user gets a map.
 pub(crate) const TEMPLATE: &str = "sideslip inspect FILE --map-template map.toml";
 
@@ -30,6 +33,8 @@ pub(crate) struct TimeColumn {
     numbers: Vec<f64>,
     /// The first one that is a date or time of day, where no cell is a number.
     first_stamp: Option<TimeStamp>,
+    /// In which order the map says that day, month and year stand.
+    order: DateOrder,
 }
 
 /// How times are read.
@@ -45,12 +50,35 @@ impl FoundClock {
     fn number(factor: f64) -> Self {
         FoundClock { clock: TableClock::Number { factor }, said: None, started: None }
     }
+
+    /// Of another program, whose times may count from 1970.
+    fn foreign(factor: f64, numbers: &[f64]) -> Self {
+        let first_s = numbers.first().map(|first| first * factor).filter(|first_s| SINCE_EPOCH_S.contains(first_s));
+        let Some(first_s) = first_s else { return Self::number(factor) };
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 2000 and 2100")]
+        let stamp = TimeStamp::of_unix_us(libm::round(first_s * 1e6) as u64);
+        FoundClock {
+            clock: TableClock::SinceEpoch { factor, zero_day: stamp.day.unwrap_or_default() },
+            said: Some("the time counts from 1970: s since midnight (UTC) of the first day".to_owned()),
+            started: stamp.iso(),
+        }
+    }
+
+    /// With another sentence before its own.
+    fn and_said(mut self, words: String) -> Self {
+        self.said = Some(match self.said {
+            Some(own) => format!("{words}; {own}"),
+            None => words,
+        });
+        self
+    }
 }
 
 impl TimeColumn {
     /// Looks at the rows behind the header.
     pub(crate) fn look(rows: &[&[u8]], layout: TableLayout, place: usize, section: Option<&MapSection>) -> Self {
         let format = section.map_or(MappedTimeFormat::FoundOut, |section| section.time.format);
+        let order = format.date_order();
         let (mut numbers, mut first_stamp) = (Vec::new(), None);
         for row in rows {
             let record = cells(row, layout.separator);
@@ -58,12 +86,12 @@ impl TimeColumn {
             match number_of(cell, layout.decimal) {
                 Ok(number) => numbers.extend(number),
                 Err(()) if format != MappedTimeFormat::Number && first_stamp.is_none() => {
-                    first_stamp = std::str::from_utf8(cell).ok().and_then(TimeStamp::parse);
+                    first_stamp = std::str::from_utf8(cell).ok().and_then(|text| TimeStamp::parse_ordered(text, order));
                 }
                 Err(()) => {}
             }
         }
-        TimeColumn { place, first_stamp: first_stamp.filter(|_| numbers.is_empty()), numbers }
+        TimeColumn { place, first_stamp: first_stamp.filter(|_| numbers.is_empty()), order, numbers }
     }
 
     /// Dates.
@@ -74,7 +102,7 @@ impl TimeColumn {
         } else {
             "the time is a time of day: s since midnight"
         };
-        let mut clock = TableClock::STAMP;
+        let mut clock = TableClock::of_stamps(self.order);
         if let Some(day) = self.first_stamp.and_then(|stamp| stamp.day) {
             clock.count_from(day);
         }
@@ -91,11 +119,10 @@ impl TimeColumn {
         let all_grow = |count: usize| count >= STEPS_MIN && count + 1 == self.numbers.len();
         let step = median_step(&self.numbers).filter(|(step, count)| is_foreign && all_grow(*count) && *step >= SLOWEST_S);
         match step.and_then(|(step, _)| Some((step, unit_by_step(step)?))) {
-            Some((step, (unit, factor))) => FoundClock {
-                said: Some(format!("the time is in {unit}: its header states no unit, rows are {step} apart")),
-                ..FoundClock::number(factor)
-            },
-            None => FoundClock::number(factor),
+            Some((step, (unit, factor))) => FoundClock::foreign(factor, &self.numbers)
+                .and_said(format!("the time is in {unit}: its header states no unit, rows are {step} apart")),
+            None if has_preamble => FoundClock::number(factor),
+            None => FoundClock::foreign(factor, &self.numbers),
         }
     }
 
@@ -104,12 +131,15 @@ impl TimeColumn {
     /// # Errors
     /// A sentence where the unit is not stated and several are possible.
     pub(crate) fn of_mapped(&self, time: &MappedTime, header_unit: Option<&str>) -> Result<FoundClock, String> {
-        if time.format == MappedTimeFormat::Iso8601 || self.first_stamp.is_some() {
+        if matches!(time.format, MappedTimeFormat::Stamps(_)) || self.first_stamp.is_some() {
             return Ok(self.stamps());
+        }
+        if let Some(rate_hz) = time.rate_hz {
+            return Ok(FoundClock::number(1.0 / rate_hz));
         }
         let stated = time.unit.or_else(|| header_unit.and_then(unit_of));
         if let Some(factor) = stated.and_then(|unit| factor_to_si(unit, Quantity::Time).ok()) {
-            return Ok(FoundClock::number(factor));
+            return Ok(FoundClock::foreign(factor, &self.numbers));
         }
         let column = time.column.as_deref().unwrap_or("time");
         let say_it = format!("say it in the map: time = {{ column = {}, unit = \"ms\" }}", toml::Value::from(column));
@@ -119,16 +149,15 @@ impl TimeColumn {
                 Err(format!("expected the unit of the time {}: rows are {step} apart, in s or in ms; {say_it}", quoted(column)))
             }
             Some((step, _)) => match unit_by_step(step) {
-                Some((unit, factor)) => Ok(FoundClock {
-                    said: Some(format!("the time is in {unit}: neither header nor map state a unit, rows are {step} apart")),
-                    ..FoundClock::number(factor)
-                }),
+                Some((unit, factor)) => Ok(FoundClock::foreign(factor, &self.numbers)
+                    .and_said(format!("the time is in {unit}: neither header nor map state a unit, rows are {step} apart"))),
                 None => Err(format!("expected the unit of the time {}: rows are {step} apart; {say_it}", quoted(column))),
             },
             None => Err(format!(
-                "expected times that grow, or dates such as 2026-11-29 14:03:02.120 (ISO 8601, no other form is read), in column {}, \
-                 found neither; of numbers {say_it}",
-                quoted(column)
+                "expected times that grow, or dates such as 2026-11-29 14:03:02.120 or 29.11.2026 14:03:02.120, in column {}, found \
+                 neither; of numbers {say_it}, of dates with strokes time = {{ column = {}, format = \"dmy\" }} or \"mdy\"",
+                quoted(column),
+                toml::Value::from(column)
             )),
         }
     }
