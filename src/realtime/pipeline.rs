@@ -175,7 +175,7 @@ impl Pipeline {
     /// Derivatives and modes from the band of frequencies alone, as everything that came of age tells them.
     pub fn in_band(&self) -> (DerivativesRecord, ModesRecord) {
         let derivatives = self.recursive.in_band(self.published_s.unwrap_or(0.0), &self.estimator.instrumentation());
-        let modes = stage::step(&derivatives, None);
+        let modes = stage::step(&derivatives, None, self.recursive.trim_pitch_std());
         (derivatives, modes)
     }
 
@@ -184,7 +184,7 @@ impl Pipeline {
         self.published_s = Some(time_s);
         let derivatives = self.recursive.record(time_s, elapsed_s, &self.estimator.instrumentation());
         self.tick.regression_events = self.recursive.take_events();
-        let mut modes = stage::step(&derivatives, self.recursive.six_axis());
+        let mut modes = stage::step(&derivatives, self.recursive.six_axis(), self.recursive.trim_pitch_std());
         self.persistence.step(&mut modes);
         self.tick.modes = Some(modes);
         self.tick.derivatives = Some(derivatives);

@@ -95,7 +95,7 @@ pub(crate) fn run(criterion: &mut Criterion, ledger: &Ledger, flight: &Flight) {
         }
     }
     let record = recursive.record(80.0, 80.0, &instruments);
-    let modes = stage::step(&record, None).dutch_roll.unwrap();
+    let modes = stage::step(&record, None, 0.0).dutch_roll.unwrap();
     assert!((modes.omega - 1.1).abs() < 0.2, "{modes:?}");
     assert_eq!(P, REGRESSORS);
 
@@ -114,7 +114,7 @@ pub(crate) fn run(criterion: &mut Criterion, ledger: &Ledger, flight: &Flight) {
     ledger.bench(&mut group, "publication: ours", || {
         time_s += 0.06;
         let derivatives = recursive.record(time_s, 0.06, &instruments);
-        black_box(stage::step(&derivatives, None));
+        black_box(stage::step(&derivatives, None, 0.0));
     });
     for (name, depth) in [("publication: Cholesky, white", Depth::White), ("publication: Cholesky, coloured", Depth::Coloured)] {
         ledger.bench(&mut group, name, || {

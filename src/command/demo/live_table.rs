@@ -102,7 +102,7 @@ impl fmt::Display for LiveTable<'_> {
         }
         let subsystem = LateralDerivatives::of(self.truth);
         let modes = lateral::modes(0.0, Status::Converged, &subsystem).map(|modes| ModesRecord {
-            coupled: modes.dutch_roll.and_then(|alone| dutch_roll(&SixAxisDerivatives::of(self.truth), &subsystem, &alone)),
+            coupled: modes.dutch_roll.and_then(|alone| dutch_roll(&SixAxisDerivatives::of(self.truth), &subsystem, &alone, 0.0)),
             ..modes
         });
         let mut lines = modes.map(|modes| mode_lines(&modes, self.estimate)).unwrap_or_default();

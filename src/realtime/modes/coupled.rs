@@ -7,7 +7,7 @@
 //! regressor to which the Dutch roll is sensitive. A derivative that is in no equation counts as zero: it was not significant.
 //! Numerics: velocities in tens of m/s, so that the entries of A are of similar size in its adjugate.
 
-use super::lateral::{d_omega_zeta, nearest};
+use super::lateral::{by_pitch, d_omega_zeta, nearest};
 use super::record::OscillatoryMode;
 use crate::dynamics::linear::{MOTION_PLACES, kinematic_entries};
 use crate::flight::derivative::AXES;
@@ -32,11 +32,12 @@ pub fn matrix(six_axis: &SixAxisDerivatives, lateral: &LateralDerivatives) -> [[
     a
 }
 
-/// The Dutch roll of the whole aircraft; `None` where it cannot be computed or no pair is left.
+/// The Dutch roll of the whole aircraft, with the standard error of the pitch attitude in trim, rad; `None` where it cannot be computed or no pair is left.
 pub fn dutch_roll(
     six_axis: &SixAxisDerivatives,
     lateral: &LateralDerivatives,
     alone: &OscillatoryMode,
+    pitch_std: f64,
 ) -> Option<OscillatoryMode> {
     let a = matrix(six_axis, lateral);
     let scaled: [[f64; 8]; 8] = core::array::from_fn(|i| core::array::from_fn(|j| a[i][j] * SCALE[i] / SCALE[j]));
@@ -51,7 +52,9 @@ pub fn dutch_roll(
             let u0 = by(1, 2)[part] - by(4, 7)[part];
             let w0 = by(4, 5)[part] - by(0, 2)[part];
             let v0 = by(0, 7)[part] - by(1, 5)[part];
-            let trim = [(u0, lateral.trim_std[0]), (w0, lateral.trim_std[1]), (v0, six_axis.v0_std)];
+            let slopes = by_pitch([lateral.u0, six_axis.v0, lateral.w0], lateral.phi0, lateral.theta0);
+            let pitch = slopes.into_iter().map(|(i, j, entry)| by(i, j)[part] * entry).sum();
+            let trim = [(u0, lateral.trim_std[0]), (w0, lateral.trim_std[1]), (v0, six_axis.v0_std), (pitch, pitch_std)];
             *std = libm::sqrt(variance(&gradient, trim, six_axis, lateral));
         }
     }
@@ -61,7 +64,7 @@ pub fn dutch_roll(
 /// g' Sigma g.
 fn variance(
     gradient: &[[f64; MOTION]; AXES],
-    trim: [(f64, f64); 3],
+    trim: [(f64, f64); 4],
     six_axis: &SixAxisDerivatives,
     lateral: &LateralDerivatives,
 ) -> f64 {
@@ -130,7 +133,7 @@ mod tests {
             }
         }
         let alone = lateral::modes(0.0, Status::Converged, &lateral).unwrap().dutch_roll.unwrap();
-        let pair = dutch_roll(&six_axis, &lateral, &alone).unwrap();
+        let pair = dutch_roll(&six_axis, &lateral, &alone, 0.0).unwrap();
         let expected = eigenmodes(&theirs).unwrap().dutch_roll.unwrap();
         assert!((pair.real - expected.re).abs() < 1e-10 && (pair.imag - expected.im).abs() < 1e-10, "{pair:?} {expected:?}");
     }
@@ -140,12 +143,12 @@ mod tests {
         // Central differences of omega and zeta in every derivative and in the trim, then g' Sigma g over all pairs.
         let (six_axis, lateral, _) = puma();
         let alone = lateral::modes(0.0, Status::Converged, &lateral).unwrap().dutch_roll.unwrap();
-        let pair = dutch_roll(&six_axis, &lateral, &alone).unwrap();
+        let pair = dutch_roll(&six_axis, &lateral, &alone, 0.05).unwrap();
         let slope = |change: &dyn Fn(&mut SixAxisDerivatives, &mut LateralDerivatives, f64)| {
             let at = |step: f64| {
                 let (mut six_axis, mut lateral) = (six_axis.clone(), lateral);
                 change(&mut six_axis, &mut lateral, step);
-                let pair = dutch_roll(&six_axis, &lateral, &alone).unwrap();
+                let pair = dutch_roll(&six_axis, &lateral, &alone, 0.05).unwrap();
                 [pair.omega, pair.zeta]
             };
             let (up, down) = (at(1e-6), at(-1e-6));
@@ -161,6 +164,7 @@ mod tests {
             slope(&|_, lateral, step| lateral.u0 += step),
             slope(&|_, lateral, step| lateral.w0 += step),
             slope(&|six_axis, _, step| six_axis.v0 += step),
+            slope(&|_, lateral, step| lateral.theta0 += step),
         ];
         let place = |axis: usize, variable: usize| {
             LateralDerivatives::NAMES.iter().position(|(a, v)| (a.index(), v.index()) == (axis, variable))
@@ -175,7 +179,10 @@ mod tests {
                 };
                 sum += slopes[a][i][k] * cov * slopes[b][j][k];
             }
-            sum += (trim[0][k] * 0.2).powi(2) + (trim[1][k] * 0.1).powi(2) + (trim[2][k] * 0.15).powi(2);
+            sum += (trim[0][k] * 0.2).powi(2)
+                + (trim[1][k] * 0.1).powi(2)
+                + (trim[2][k] * 0.15).powi(2)
+                + (trim[3][k] * 0.05).powi(2);
             assert!((found / sum.sqrt() - 1.0).abs() < 1e-5, "{found} {}", sum.sqrt());
         }
     }

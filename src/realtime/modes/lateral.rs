@@ -10,7 +10,7 @@
 //!     omega = |lambda|,   zeta = -sigma/omega                                                      (2)
 //!     d omega = Re(conj(lambda) d lambda)/omega,   d zeta = -(d sigma + zeta d omega)/omega         (3)
 //! and, with d lambda/d A exact (`num::eigen`), variances by the delta method, g' Sigma g,             (4)
-//! the uncertainty of u0 and w0 included.
+//! the uncertainty of u0, w0 and theta0 included.
 //! Roll is the real root largest in size, spiral the smallest. Where they are a second complex pair, that is reported.
 //! Numerics: (4) is first order: valid while the standard errors are small beside the distances between roots.
 //! Returns no roots where A is not finite, and no standard error at a double root.
@@ -49,10 +49,35 @@ pub fn matrix(lateral: &LateralDerivatives) -> [[f64; 4]; 4] {
     a
 }
 
-/// Gradient of a root with respect to the lateral derivatives; zero at a double root, where there is none.
-fn gradient(a: &[[f64; 4]; 4], root: Complex<f64>) -> Option<[Complex<f64>; LATERAL]> {
+/// What a root of A moves by: the lateral derivatives and the pitch attitude in trim.
+struct RootSlopes {
+    derivatives: [Complex<f64>; LATERAL],
+    pitch: Complex<f64>,
+}
+
+/// Those of a root; none at a double root.
+fn slopes(a: &[[f64; 4]; 4], root: Complex<f64>, by_pitch: &[(usize, usize, f64)]) -> Option<RootSlopes> {
     let slope = sensitivity(a, root)?;
-    Some(PLACES.map(|(i, j)| slope[i][j]))
+    let mut pitch = Complex::new(0.0, 0.0);
+    for &(row, column, entry) in by_pitch {
+        if let (Some(row), Some(column)) = (row.checked_sub(LATERAL_STATES), column.checked_sub(LATERAL_STATES)) {
+            pitch += slope[row][column] * entry;
+        }
+    }
+    Some(RootSlopes { derivatives: PLACES.map(|(i, j)| slope[i][j]), pitch })
+}
+
+/// What the derivatives and the trim are known to.
+struct Uncertainty {
+    cov: [[f64; LATERAL]; LATERAL],
+    pitch_std: f64,
+}
+
+impl Uncertainty {
+    /// Standard error of what moves by so much with the derivatives and the pitch attitude.
+    fn std(&self, derivatives: &[f64; LATERAL], pitch: f64) -> f64 {
+        libm::hypot(libm::sqrt(variance(derivatives, &self.cov)), pitch * self.pitch_std)
+    }
 }
 
 /// g' Sigma g.
@@ -64,6 +89,18 @@ fn variance(gradient: &[f64; LATERAL], cov: &[[f64; LATERAL]; LATERAL]) -> f64 {
         }
     }
     sum
+}
+
+/// Step of the pitch attitude for the slopes of A by it, rad.
+const PITCH_STEP: f64 = 1e-4;
+
+/// d A/d theta0: the kinematic entries, central differences.
+pub(super) fn by_pitch(velocity: [f64; 3], phi0: f64, theta0: f64) -> [(usize, usize, f64); 16] {
+    let mut slopes = kinematic_entries(velocity, phi0, theta0 + PITCH_STEP);
+    for (slope, (.., before)) in slopes.iter_mut().zip(kinematic_entries(velocity, phi0, theta0 - PITCH_STEP)) {
+        slope.2 = (slope.2 - before) / (2.0 * PITCH_STEP);
+    }
+    slopes
 }
 
 /// d omega and d zeta of a root for d lambda; (3).
@@ -81,25 +118,31 @@ pub(super) fn nearest(roots: &[Complex<f64>], guide: Complex<f64>) -> Option<Com
 }
 
 /// A complex pair with its standard errors, (2) to (4).
-fn oscillation(a: &[[f64; 4]; 4], cov: &[[f64; LATERAL]; LATERAL], root: Complex<f64>) -> OscillatoryMode {
+fn oscillation(root: Complex<f64>, slopes: Option<RootSlopes>, uncertainty: &Uncertainty) -> OscillatoryMode {
     let omega = libm::hypot(root.re, root.im);
     let zeta = -root.re / omega;
     let (mut std_omega, mut std_zeta) = (f64::NAN, f64::NAN);
-    if let Some(slope) = gradient(a, root) {
-        let moved = slope.map(|d| d_omega_zeta(root, d));
-        std_omega = libm::sqrt(variance(&moved.map(|[d_omega, _]| d_omega), cov));
-        std_zeta = libm::sqrt(variance(&moved.map(|[_, d_zeta]| d_zeta), cov));
+    if let Some(slopes) = slopes {
+        let moved = slopes.derivatives.map(|d| d_omega_zeta(root, d));
+        let by_pitch = d_omega_zeta(root, slopes.pitch);
+        std_omega = uncertainty.std(&moved.map(|[d_omega, _]| d_omega), by_pitch[0]);
+        std_zeta = uncertainty.std(&moved.map(|[_, d_zeta]| d_zeta), by_pitch[1]);
     }
     OscillatoryMode { real: root.re, imag: root.im, omega, zeta, std_omega, std_zeta }
 }
 
-fn real_root(a: &[[f64; 4]; 4], cov: &[[f64; LATERAL]; LATERAL], root: Complex<f64>) -> RealRoot {
-    let std = gradient(a, root).map_or(f64::NAN, |slope| libm::sqrt(variance(&slope.map(|d| d.re), cov)));
-    RealRoot { value: root.re, std }
+fn real_root(root: Complex<f64>, slopes: Option<RootSlopes>, uncertainty: &Uncertainty) -> RealRoot {
+    let std = |slopes: RootSlopes| uncertainty.std(&slopes.derivatives.map(|d| d.re), slopes.pitch.re);
+    RealRoot { value: root.re, std: slopes.map_or(f64::NAN, std) }
 }
 
-/// The modes of the lateral subsystem; `None` where its matrix is not finite.
+/// The modes of the lateral subsystem, its pitch attitude in trim known; `None` where its matrix is not finite.
 pub fn modes(time_s: f64, status: Status, lateral: &LateralDerivatives) -> Option<ModesRecord> {
+    modes_of_trim(time_s, status, lateral, 0.0)
+}
+
+/// The same with the standard error of the pitch attitude, rad.
+pub fn modes_of_trim(time_s: f64, status: Status, lateral: &LateralDerivatives, pitch_std: f64) -> Option<ModesRecord> {
     let a = matrix(lateral);
     let roots = eigenvalues_4(&a)?;
     // u0 and w0 are in A at the places of Y_r and Y_p, with the standard errors of the trim.
@@ -107,6 +150,8 @@ pub fn modes(time_s: f64, status: Status, lateral: &LateralDerivatives) -> Optio
     for (trim_std, place) in lateral.trim_std.into_iter().zip([Y_R, Y_P]) {
         cov[place][place] += trim_std * trim_std;
     }
+    let uncertainty = Uncertainty { cov, pitch_std };
+    let by_pitch = by_pitch([lateral.u0, 0.0, lateral.w0], lateral.phi0, lateral.theta0);
     let mut record = ModesRecord::empty(time_s, status);
     let mut pairs: [Option<Complex<f64>>; 2] = [None; 2];
     for root in roots {
@@ -115,7 +160,7 @@ pub fn modes(time_s: f64, status: Status, lateral: &LateralDerivatives) -> Optio
             let slower = pairs[0].replace(root);
             pairs[1] = slower;
         } else if root.im.abs() <= REAL * size {
-            let real = real_root(&a, &cov, root);
+            let real = real_root(root, slopes(&a, root, &by_pitch), &uncertainty);
             if record.roll.is_none_or(|roll| size > roll.value.abs()) {
                 record.roll = Some(real);
             }
@@ -129,7 +174,7 @@ pub fn modes(time_s: f64, status: Status, lateral: &LateralDerivatives) -> Optio
     {
         pairs.swap(0, 1);
     }
-    let [dutch_roll, phugoid] = pairs.map(|pair| pair.map(|root| oscillation(&a, &cov, root)));
+    let [dutch_roll, phugoid] = pairs.map(|pair| pair.map(|root| oscillation(root, slopes(&a, root, &by_pitch), &uncertainty)));
     record.dutch_roll = dutch_roll;
     record.lateral_phugoid = phugoid;
     Some(record)
@@ -199,6 +244,25 @@ mod tests {
         assert!((std(omega) / pair.std_omega - 1.0).abs() < 0.03, "{} {}", std(omega), pair.std_omega);
         assert!((std(zeta) / pair.std_zeta - 1.0).abs() < 0.03, "{} {}", std(zeta), pair.std_zeta);
         assert!((std(roll) / modes.roll.unwrap().std - 1.0).abs() < 0.03);
+    }
+
+    /// By the pitch attitude alone each root moves as it does where the trim is another.
+    #[test]
+    fn a_pitch_attitude_that_is_not_known_is_in_the_standard_errors() {
+        let mut lateral = paper_level();
+        (lateral.theta0, lateral.phi0) = (0.06, 0.2);
+        let at = |by: f64| {
+            let mut moved = lateral;
+            moved.theta0 += by;
+            modes(0.0, Status::Converged, &moved).unwrap()
+        };
+        let found = modes_of_trim(0.0, Status::Converged, &lateral, 0.01).unwrap();
+        let (up, down) = (at(0.005), at(-0.005));
+        let spiral = libm::fabs(up.spiral.unwrap().value - down.spiral.unwrap().value);
+        assert!((found.spiral.unwrap().std / spiral - 1.0).abs() < 1e-3, "{found:?} {spiral}");
+        let (pair, up, down) = (found.dutch_roll.unwrap(), up.dutch_roll.unwrap(), down.dutch_roll.unwrap());
+        assert!((pair.std_zeta / libm::fabs(up.zeta - down.zeta) - 1.0).abs() < 1e-3, "{pair:?}");
+        assert!((pair.std_omega / libm::fabs(up.omega - down.omega) - 1.0).abs() < 1e-2, "{pair:?}");
     }
 
     #[test]

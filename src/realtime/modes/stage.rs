@@ -13,8 +13,9 @@ const OMEGA_KNOWN: f64 = 0.05;
 /// Standard error of zeta below which the Dutch roll is known.
 const ZETA_KNOWN: f64 = 0.02;
 
-/// The modes of these derivatives; `six_axis` where all six equations have what the whole aircraft's need.
-pub fn step(derivatives: &DerivativesRecord, six_axis: Option<&SixAxisDerivatives>) -> ModesRecord {
+/// The modes of these derivatives; `six_axis` where all six equations have what the whole aircraft's need; with the standard error
+/// of the pitch attitude in trim, rad.
+pub fn step(derivatives: &DerivativesRecord, six_axis: Option<&SixAxisDerivatives>, pitch_std: f64) -> ModesRecord {
     let time_s = derivatives.time_s;
     let status = match (least(derivatives), lacking(derivatives)) {
         (status, Some(reason)) if status.rank() >= Status::Stale.rank() => Status::NotIdentifiable(reason),
@@ -22,11 +23,11 @@ pub fn step(derivatives: &DerivativesRecord, six_axis: Option<&SixAxisDerivative
     };
     let has_numbers = status.rank() >= Status::Stale.rank();
     let lateral = derivatives.lateral.as_ref().filter(|_| has_numbers);
-    let Some(mut record) = lateral.and_then(|lateral| lateral::modes(time_s, status, lateral)) else {
+    let Some(mut record) = lateral.and_then(|lateral| lateral::modes_of_trim(time_s, status, lateral, pitch_std)) else {
         return ModesRecord::empty(time_s, status);
     };
     if let (Some(six_axis), Some(lateral), Some(alone)) = (six_axis, &derivatives.lateral, &record.dutch_roll) {
-        record.coupled = coupled::dutch_roll(six_axis, lateral, alone);
+        record.coupled = coupled::dutch_roll(six_axis, lateral, alone, pitch_std);
     }
     if record.status.rank() >= Status::Stale.rank() && record.dutch_roll.is_some_and(|pair| !pair.is_resolved()) {
         record.status = Status::NotIdentifiable(Reason::Unresolved);

@@ -251,6 +251,7 @@ impl Recursive {
             fits[axis.index()] = match doubtful {
                 Some(joint::AX_NOT_CONFIRMED) => fit.map(joint::of_unconfirmed_ax),
                 Some(_) => None,
+                None if axis == Axis::Y => fit.map(|fit| joint::of_plausible_ay(fit, self.hidden_error_of(Channel::Ay))),
                 None => fit,
             };
             match doubtful {

@@ -2,13 +2,13 @@
 //! of a number leads there.
 //!
 //! Consumes how a problem is posed with effects in the model; produces factors of -1 (`sensor_scale` of a channel,
-//! `control_effectiveness` of a control) and `exchanged` pairs, each with twice the logarithm of its odds. Tried is the one with
-//! the least
-//!     C = cost of the model with it, noise of forces and offsets as they begin                          (1)
-//! where that falls by [`FALLS`]; it is taken where with noise and offsets free
-//!     E_0 - E_1 > FALLS     R_1 < PART (R_0 + E_0 - E_1)                                               (2)
+//! `control_effectiveness` of a control) and `exchanged` pairs, each with twice the logarithm of its odds. Tried are the
+//! [`TRIED`] with which the cost of the model falls most, by [`FALLS`] at least, noise of forces and offsets as they begin: what
+//! else is wrong, such as the place of an accelerometer, lets several channels that see it seem turned there. Taken is the first
+//! with which, noise and offsets free,
+//!     E_0 - E_1 > FALLS     R_1 < PART (R_0 + E_0 - E_1)                                               (1)
 //! E of `problem` (2) without and with it, R the cost that noise of forces beyond its floor saves: such a fault explains most of
-//! what is wrong. In no run may the squared innovations rise by FALLS. The search begins again with it in the model, up to
+//! what is wrong. In no run may the cost rise by FALLS. The search begins again with it in the model, up to
 //! [`MOST`]. Two that act on the same motion, such as vane and gyro of yaw, are not found: neither mends much without the other.
 
 use super::forward_search::SearchResult;
@@ -26,8 +26,10 @@ use crate::postflight::diagnosis::likelihood::parameter_set::ParameterSet;
 use crate::postflight::diagnosis::likelihood::problem::DiagnosisProblem;
 use crate::postflight::recorded_run::RecordedRun;
 
-/// Least that (1) and the evidence fall by.
+/// Least that cost and evidence fall by.
 const FALLS: f64 = 100.0;
+/// How many are tried.
+const TRIED: usize = 8;
 /// Most of what is wrong that it leaves, as a part.
 const PART: f64 = 0.5;
 /// Most that are looked for.
@@ -59,27 +61,30 @@ fn next_fault(pose: &impl Fn(&[Effect]) -> DiagnosisProblem, known: &[Effect]) -
         linearise(problem, &problem.null_hypothesis(), &[], Detail::Cost).map_or(f64::INFINITY, |local| local.cost)
     };
     let problem = pose(known);
-    let cost_as_recorded = cost(&problem);
-    let tried = candidates(&problem).into_iter().filter(|effect| !known.contains(effect));
-    let (effect, least) = tried.map(|effect| (effect, cost(&with(effect)))).min_by(|(_, a), (_, b)| a.total_cmp(b))?;
-    if !(least < cost_as_recorded - FALLS) {
-        return None;
-    }
-    let mended = with(effect);
-    // What one run has and another has not is no fault of the recording of all.
-    let innovations = |problem: &DiagnosisProblem| {
-        let local = linearise(problem, &problem.null_hypothesis(), &[], Detail::Traces)?;
-        Some(local.runs.iter().map(|run| run.innovations.iter().map(|(.., e)| e * e).sum::<f64>()).collect::<Vec<f64>>())
-    };
-    if innovations(&mended)?.iter().zip(&innovations(&problem)?).any(|(mended, recorded)| *mended > recorded + FALLS) {
+    let begin = cost(&problem);
+    let others = candidates(&problem).into_iter().filter(|effect| !known.contains(effect));
+    let mut tried: Vec<(f64, Effect, DiagnosisProblem)> = others
+        .map(|effect| (effect, with(effect)))
+        .map(|(effect, mended)| (cost(&mended), effect, mended))
+        .filter(|(cost, ..)| *cost < begin - FALLS)
+        .collect();
+    tried.sort_by(|(one, ..), (other, ..)| one.total_cmp(other));
+    tried.truncate(TRIED);
+    if tried.is_empty() {
         return None;
     }
     let (point, before) = maximise(&problem, problem.null_hypothesis(), Effort::SETTLED)?;
-    let (mended_point, after) = maximise(&mended, mended.null_hypothesis(), Effort::SETTLED)?;
-    let odds = before.evidence() - after.evidence();
     let left = |problem: &DiagnosisProblem, point: &ParameterSet| Some(unexplained(problem, point)?.iter().sum::<f64>());
-    let (as_recorded, as_mended) = (left(&problem, &point)?, left(&mended, &mended_point)?);
-    (odds > FALLS && as_mended < PART * (as_recorded + odds)).then_some(RecordingFault { effect, odds })
+    let as_recorded = left(&problem, &point)?;
+    tried.into_iter().find_map(|(_, effect, mended)| {
+        let (there, after) = maximise(&mended, mended.null_hypothesis(), Effort::SETTLED)?;
+        let odds = before.evidence() - after.evidence();
+        // What one run has and another has not is no fault of the recording of all.
+        let rises = after.runs.len() > 1
+            && after.runs.iter().zip(&before.runs).any(|(mended, recorded)| mended.cost > recorded.cost + FALLS);
+        let explains = left(&mended, &there)? < PART * (as_recorded + odds);
+        (odds > FALLS && !rises && explains).then_some(RecordingFault { effect, odds })
+    })
 }
 
 /// What can be turned (a speed and a height above the ground have no sign) or exchanged: channels of one quantity.
@@ -164,7 +169,8 @@ pub(crate) fn as_it_should_be_recorded(runs: &[RecordedRun], faults: &[Recording
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::flight::derivative::{AXES, VARIABLES};
+    use crate::flight::derivative::{AXES, Axis, VARIABLES, Variable};
+    use crate::flight::effect::PositionedSensor;
     use crate::flight::run::RunGeometry;
     use crate::postflight::diagnosis::data::run_data::RunData;
     use crate::postflight::diagnosis::likelihood::aircraft::Aircraft;
@@ -197,6 +203,18 @@ mod tests {
             let both = both.map(|channel| Effect::SensorScale { channel, factor: -1.0 });
             let twice = found(&both);
             assert!(twice.len() == 2 && both.iter().all(|one| twice.contains(one)), "{twice:?}");
+        }
+    }
+
+    /// A lateral accelerometer that the model is far from lets ay and beta seem turned before noise and offsets settle.
+    #[test]
+    fn a_turned_control_is_found_beside_a_large_error_of_the_side_force() {
+        let reversed = Effect::ControlEffectiveness { control: Control::Pedal, factor: -1.0 };
+        let derivative = Effect::Derivative { axis: Axis::Y, variable: Variable::V, delta: 0.1 };
+        let elsewhere = Effect::SensorPosition { sensor: PositionedSensor::Accelerometer, offset_m: [-12.0, 1.0, 1.0] };
+        for besides in [vec![derivative], vec![elsewhere], vec![derivative, elsewhere]] {
+            assert_eq!(found(&[&[reversed], &besides[..]].concat()), [reversed], "{besides:?}");
+            assert_eq!(found(&besides), [], "{besides:?}");
         }
     }
 

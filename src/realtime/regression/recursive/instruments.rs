@@ -7,6 +7,7 @@ use super::{PATIENCE_S, Recursive};
 use crate::flight::channel::Channel;
 use crate::flight::control::Control;
 use crate::flight::derivative::{Axis, Variable};
+use crate::flight::unit::STANDARD_GRAVITY;
 use crate::realtime::estimation::record::{Aid, Confirmation, Instrumentation};
 use crate::realtime::regression::candidate::{REGRESSORS, STILL, is_primary, regressor};
 use crate::realtime::regression::record::{EquationRecord, Reason, TermRecord};
@@ -114,16 +115,32 @@ impl Recursive {
     }
 
     /// By how much the term may be wrong because moving air hides an error of ay, which a side force follows, or of the
-    /// airspeed, which every velocity is made of. Modes have no such part: the product of a velocity's derivative and the
-    /// speed, which they rest on, is right all the same.
+    /// airspeed, which every velocity is made of. Modes have no part of the latter: the product of a velocity's derivative and
+    /// the speed, which they rest on, is right all the same.
     pub(super) fn hidden_error(&self, axis: Axis, variable: Variable, value: f64) -> f64 {
-        let of = |channel: Channel| match self.confirmation(channel) {
-            Some(Confirmation::Plausible { relative_error }) => relative_error * value,
-            _ => 0.0,
-        };
-        let by_force = if axis == Axis::Y { of(Channel::Ay) } else { 0.0 };
-        let by_speed = if matches!(variable, Variable::U | Variable::V | Variable::W) { of(Channel::Tas) } else { 0.0 };
+        let by_force = if axis == Axis::Y { self.hidden_error_of(Channel::Ay) * value } else { 0.0 };
+        let is_velocity = matches!(variable, Variable::U | Variable::V | Variable::W);
+        let by_speed = if is_velocity { self.hidden_error_of(Channel::Tas) * value } else { 0.0 };
         libm::hypot(by_force, by_speed)
+    }
+
+    /// The relative error of the channel that moving air hides.
+    pub(super) fn hidden_error_of(&self, channel: Channel) -> f64 {
+        match self.confirmation(channel) {
+            Some(Confirmation::Plausible { relative_error }) => relative_error,
+            _ => 0.0,
+        }
+    }
+
+    /// The standard error of the pitch attitude in trim, rad: how far ax is from what gravity, the attitude and the rates of
+    /// the trim have along it,
+    ///     |ax - (g sin(theta0) + q0 w0 - r0 v0)|/g.
+    /// One of ax and theta is wrong by that, or the run did not begin in steady flight. None without ax.
+    pub fn trim_pitch_std(&self) -> f64 {
+        let Some(trim) = self.trim else { return 0.0 };
+        let ([_, v, w], [_, q, r], [ax, ..]) = (trim.velocity, trim.rates, trim.specific_force);
+        let apart = ax - (STANDARD_GRAVITY * libm::sin(trim.attitude[1]) + q * w - r * v);
+        if apart.is_finite() { libm::fabs(apart) / STANDARD_GRAVITY } else { 0.0 }
     }
 
     /// Whether an unobserved velocity must have moved: its terms are in no equation and bias the others.

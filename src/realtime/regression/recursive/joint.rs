@@ -21,10 +21,33 @@ pub(super) const AX_NOT_CONFIRMED: Reason = Reason::NotConfirmed { channel: Chan
 /// Change of the derivatives of X, relative, by an ax in another unit (g for m/s^2, 9.81); one by a reversed ax is smaller.
 const BY_ANOTHER_UNIT: f64 = 8.81;
 
+/// Y_v beyond which no aircraft's is taken to be where moving air hides the unit of ay, 1/s: small unmanned ones reach 0.7.
+const SIDE_FORCE: f64 = 0.7;
+/// Change of the derivatives of Y, relative, by a reversed ay.
+const BY_REVERSAL: f64 = 2.0;
+/// Standard errors by which a negative Y_v tells that ay is not reversed.
+const OPPOSES_SIDESLIP: f64 = 2.0;
+
 /// The fit of X with what a wrong sign or unit of ax would change as part of its covariance. A lateral test input hardly moves
 /// the airspeed, which alone confirms ax, and X hardly enters the Dutch roll.
-pub(super) fn of_unconfirmed_ax(mut fit: Fit) -> Fit {
-    let change = fit.theta.map(|value| BY_ANOTHER_UNIT * value);
+pub(super) fn of_unconfirmed_ax(fit: Fit) -> Fit {
+    with_relative_error(fit, BY_ANOTHER_UNIT)
+}
+
+/// The fit of Y with what an error of ay that moving air hides would change as part of its covariance: a reversal where the side
+/// force is not known to oppose the sideslip, as every aircraft's does, or g for m/s^2 where Y_v would not be beyond every
+/// aircraft's in the other unit.
+pub(super) fn of_plausible_ay(fit: Fit, hidden: f64) -> Fit {
+    let place = regressor(Variable::V);
+    let (y_v, std) = (fit.theta[place], libm::sqrt(fit.cov[place][place]));
+    let by_unit = if libm::fabs(y_v) * (1.0 + BY_ANOTHER_UNIT) < SIDE_FORCE { BY_ANOTHER_UNIT } else { 0.0 };
+    let by_reversal = if y_v < -OPPOSES_SIDESLIP * std { 0.0 } else { BY_REVERSAL };
+    with_relative_error(fit, libm::fmin(hidden, libm::fmax(by_unit, by_reversal)))
+}
+
+/// One factor on all derivatives, known to be one with that standard error.
+fn with_relative_error(mut fit: Fit, relative_error: f64) -> Fit {
+    let change = fit.theta.map(|value| relative_error * value);
     for (row, by_row) in fit.cov.iter_mut().zip(change) {
         for (entry, by_column) in row.iter_mut().zip(change) {
             *entry += by_row * by_column;
