@@ -32,7 +32,8 @@ pub fn matrix(six_axis: &SixAxisDerivatives, lateral: &LateralDerivatives) -> [[
     a
 }
 
-/// The Dutch roll of the whole aircraft, with the standard error of the pitch attitude in trim, rad; `None` where it cannot be computed or no pair is left.
+/// The Dutch roll of the whole aircraft, with the standard error of the pitch attitude in trim, rad; `None` where
+/// it cannot be computed or no pair is left.
 pub fn dutch_roll(
     six_axis: &SixAxisDerivatives,
     lateral: &LateralDerivatives,

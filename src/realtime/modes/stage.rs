@@ -13,8 +13,8 @@ const OMEGA_KNOWN: f64 = 0.05;
 /// Standard error of zeta below which the Dutch roll is known.
 const ZETA_KNOWN: f64 = 0.02;
 
-/// The modes of these derivatives; `six_axis` where all six equations have what the whole aircraft's need; with the standard error
-/// of the pitch attitude in trim, rad.
+/// The modes of these derivatives; `six_axis` where all six equations have what the whole aircraft's need; `pitch_std` the
+/// standard error of the pitch attitude in trim, rad.
 pub fn step(derivatives: &DerivativesRecord, six_axis: Option<&SixAxisDerivatives>, pitch_std: f64) -> ModesRecord {
     let time_s = derivatives.time_s;
     let status = match (least(derivatives), lacking(derivatives)) {
