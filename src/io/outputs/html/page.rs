@@ -82,7 +82,9 @@ figure [stroke=\"#000000\"]{stroke:var(--c6)}
 table{border-collapse:collapse;font-size:.9em;font-variant-numeric:tabular-nums;margin:.6em 0}
 th,td{padding:.18em .7em;text-align:right;border-bottom:1px solid var(--rule);vertical-align:top}
 th{color:var(--faint);font-weight:600}th[scope=row]{color:var(--ink);text-align:left;white-space:nowrap}
-th[scope=row]~td:not(.words){white-space:nowrap}td.words,th.words{text-align:left}td.better{color:var(--c2);font-weight:600}
+th[scope=row]~td:not(.words){white-space:nowrap}td.words,th.words{text-align:left}
+td.words{min-width:7em}td.words:last-child{min-width:16em}
+td.better{color:var(--c2);font-weight:600}
 td.worse{color:var(--c1);font-weight:600}.wide{overflow-x:auto}td.odds{text-align:left;white-space:nowrap}
 .interval{display:block;font-weight:400;font-size:.86em;color:var(--faint);white-space:nowrap}
 .bar{display:inline-block;height:.8em;min-width:1px;background:var(--c0);print-color-adjust:exact;
