@@ -182,7 +182,7 @@ fn telemetry_and_estimator_meet_whoever_comes_first_and_readers_see_them_go() {
     let _turn = crate::alone();
     let stage = stage("meeting");
     let (root, log, json) = (stage.join("root"), stage.join("flight.mcap"), stage.join("flight.json"));
-    let mut ingest = Running::start(&["ingest", "--source", &source(&puma()), "--speed", "10", "--root", path(&root)]);
+    let mut ingest = Running::start(&["ingest", "--source", &source(&puma()), "--speed", "2.5", "--root", path(&root)]);
     until("telemetry announces its run", || root.join(".sideslip/runs").read_dir().is_ok_and(|mut heads| heads.next().is_some()));
     let call = ["estimate", "--root", path(&root), "--out", path(&log), "--json", path(&json)];
     let mut estimate = Running::start(&call);
