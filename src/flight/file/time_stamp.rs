@@ -3,7 +3,7 @@
 //! Consumes a text; produces the day (since 1970-01-01, UTC; none of a time of day) and the second of the day. Read are ISO 8601
 //! (`2024-05-17T09:30:01.25Z`, a space for the T, an offset `+02:00`, a comma for the point), the same with points between day,
 //! month and year (`17.05.2024 09:30:01`), the time of day alone (`09:30:01.25`, `9:30:01 PM`), and the day of the year before it
-//! (`138:09:30:01.25`, day 1 is the first). With strokes, `5/6/2024` is a day of May or of June: read where the order is stated.
+//! (`138:09:30:01.25`, day 1 is the first). With slashes, `5/6/2024` is a day of May or of June: read where the order is stated.
 
 /// Seconds of a day.
 pub const DAY_S: f64 = 86_400.0;
@@ -19,7 +19,7 @@ pub struct TimeStamp {
     pub second_s: f64,
 }
 
-/// In which order day, month and year stand in a date with strokes, `5/6/2024`.
+/// In which order day, month and year stand in a date with slashes, `5/6/2024`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DateOrder {
     /// Not stated: such a date is not read.
@@ -38,7 +38,7 @@ impl TimeStamp {
         Self::parse_ordered(text, DateOrder::Unknown)
     }
 
-    /// The same, dates with strokes in that order.
+    /// The same, dates with slashes in that order.
     #[must_use]
     pub fn parse_ordered(text: &str, order: DateOrder) -> Option<Self> {
         let text = text.trim();

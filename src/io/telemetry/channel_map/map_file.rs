@@ -35,12 +35,12 @@ pub enum MappedTimeFormat {
     FoundOut,
     /// Numbers.
     Number,
-    /// Date and time, or time of day: `2024-05-17T09:30:01.25Z`, `09:30:01.25`; with strokes in the order of the map.
+    /// Date and time, or time of day: `2024-05-17T09:30:01.25Z`, `09:30:01.25`; with slashes in the order of the map.
     Stamps(DateOrder),
 }
 
 impl MappedTimeFormat {
-    /// In which order day, month and year of a date with strokes stand.
+    /// In which order day, month and year of a date with slashes stand.
     pub(crate) fn date_order(self) -> DateOrder {
         match self {
             MappedTimeFormat::Stamps(order) => order,

@@ -26,7 +26,7 @@ pub(crate) enum TableClock {
 }
 
 impl TableClock {
-    /// Of dates, those with strokes in that order.
+    /// Of dates, those with slashes in that order.
     pub(crate) fn of_stamps(order: DateOrder) -> Self {
         TableClock::Stamp { order, zero_day: None, newest_s: f64::NEG_INFINITY, midnights: 0.0 }
     }

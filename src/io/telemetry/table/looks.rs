@@ -155,7 +155,7 @@ impl TimeColumn {
             },
             None => Err(format!(
                 "expected times that grow, or dates such as 2026-11-29 14:03:02.120 or 29.11.2026 14:03:02.120, in column {}, found \
-                 neither; of numbers {say_it}, of dates with strokes time = {{ column = {}, format = \"dmy\" }} or \"mdy\"",
+                 neither; of numbers {say_it}, of dates with slashes time = {{ column = {}, format = \"dmy\" }} or \"mdy\"",
                 quoted(column),
                 toml::Value::from(column)
             )),

@@ -82,8 +82,8 @@ fn next_fault(pose: &impl Fn(&[Effect]) -> DiagnosisProblem, known: &[Effect]) -
         // What one run has and another has not is no fault of the recording of all.
         let rises = after.runs.len() > 1
             && after.runs.iter().zip(&before.runs).any(|(mended, recorded)| mended.cost > recorded.cost + FALLS);
-        let explains = left(&mended, &there)? < PART * (as_recorded + odds);
-        (odds > FALLS && !rises && explains).then_some(RecordingFault { effect, odds })
+        let is_taken = odds > FALLS && !rises && left(&mended, &there)? < PART * (as_recorded + odds);
+        is_taken.then_some(RecordingFault { effect, odds })
     })
 }
 
