@@ -7,7 +7,7 @@ use sideslip::realtime::estimation::admission::{Admission, Verdict};
 use sideslip::realtime::estimation::record::EstimationEvent;
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(super::cases(256))]
 
     #[test]
     fn only_finite_numbers_in_order_of_time_pass(

@@ -113,7 +113,7 @@ fn run<T: Scalar>(variances: &[f64; N], steps: &[Step], scale: &[f64; N]) -> SMa
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(super::cases(256))]
 
     #[test]
     fn it_stays_symmetric_and_positive_in_any_units(

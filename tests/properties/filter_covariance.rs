@@ -140,7 +140,7 @@ fn run<T: Scalar>(steps: &[Step], scale: &State) -> SMatrix<f64, STATES, STATES>
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, cases: 48, ..ProptestConfig::default() })]
+    #![proptest_config(super::cases(48))]
 
     #[test]
     fn all_states_stay_symmetric_and_positive_in_any_units(

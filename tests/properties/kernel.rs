@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use sideslip::num::kernel::weights;
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(super::cases(256))]
 
     #[test]
     fn its_weights_have_the_moments_of_a_smoother_and_of_a_slope(

@@ -64,7 +64,7 @@ fn assert_sound(tick: &Tick) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, cases: 200, ..ProptestConfig::default() })]
+    #![proptest_config(super::cases(200))]
 
     #[test]
     fn no_samples_make_it_panic(

@@ -48,7 +48,7 @@ fn open(bytes: Vec<u8>) -> CsvRecording {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(super::cases(256))]
 
     #[test]
     fn what_is_written_is_read_bit_for_bit((channels, samples) in any_rows(), fixed_wing in any::<bool>()) {

@@ -109,19 +109,18 @@ impl TimeColumn {
         FoundClock { clock, said: Some(said.to_owned()), started: self.first_stamp.and_then(TimeStamp::iso) }
     }
 
-    /// Of a run file: s where the header states no unit. A file without a preamble is another program's, and in ms, us or ns
-    /// where every row is far too late for s.
+    /// Of a run file: s where the header states no unit. A recording without a preamble is another program's: in ms, us or ns
+    /// where every row is far too late for s, and since 1970 where it would be of this century.
     pub(crate) fn of_run_file(&self, factor: f64, unit: Option<&str>, has_preamble: bool) -> FoundClock {
         if self.first_stamp.is_some() {
             return self.stamps();
         }
-        let is_foreign = unit.is_none() && !has_preamble;
-        let all_grow = |count: usize| count >= STEPS_MIN && count + 1 == self.numbers.len();
-        let step = median_step(&self.numbers).filter(|(step, count)| is_foreign && all_grow(*count) && *step >= SLOWEST_S);
-        match step.and_then(|(step, _)| Some((step, unit_by_step(step)?))) {
-            Some((step, (unit, factor))) => FoundClock::foreign(factor, &self.numbers)
+        // Of few rows, or of times in disorder, nothing is found out: they are read as they stand.
+        let is_recording = median_step(&self.numbers).filter(|(_, grow)| *grow >= STEPS_MIN && grow + 1 == self.numbers.len());
+        let Some((step, _)) = is_recording.filter(|_| !has_preamble) else { return FoundClock::number(factor) };
+        match unit_by_step(step).filter(|_| unit.is_none() && step >= SLOWEST_S) {
+            Some((unit, factor)) => FoundClock::foreign(factor, &self.numbers)
                 .and_said(format!("the time is in {unit}: its header states no unit, rows are {step} apart")),
-            None if has_preamble => FoundClock::number(factor),
             None => FoundClock::foreign(factor, &self.numbers),
         }
     }
