@@ -14,11 +14,11 @@ fn replayed(folder: &Path, file: &Path, more: &[&str]) -> (String, String) {
     (out, without_provenance(&std::fs::read_to_string(&json).unwrap()))
 }
 
-/// The recording's first ten seconds.
+/// The recording's first eleven seconds.
 fn short(folder: &Path) -> std::path::PathBuf {
     let mut run = RunFile::read(&puma());
     let place = run.place("time");
-    run.rows.retain(|row| row[place].parse::<f64>().unwrap() < 10.0);
+    run.rows.retain(|row| row[place].parse::<f64>().unwrap() < 11.0);
     let file = folder.join("short.csv");
     std::fs::write(&file, run.text()).unwrap();
     file

@@ -53,7 +53,10 @@ pub(super) fn watched(flight: &Flight, model: &LinearModel) -> Reported {
         let tick = pipeline.step(sample);
         let blames =
             |event: &&EstimationEvent| matches!(event, EstimationEvent::GrossError { .. } | EstimationEvent::StandsStill { .. });
-        found.blamed += tick.estimation_events.iter().filter(blames).count();
+        for event in tick.estimation_events.iter().filter(blames) {
+            found.blamed += 1;
+            eprintln!("{:.0} s, seed {}: {event:?} of instruments that are right", sample.time_s, flight.seed);
+        }
         let (Some(derivatives), Some(modes)) = (&tick.derivatives, &tick.modes) else { continue };
         if sample.time_s < due_s {
             continue;

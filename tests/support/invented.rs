@@ -1,5 +1,6 @@
 //! Aircraft as linear models, invented, with derivatives of a usual size: a slow light aircraft with strong adverse yaw, a
-//! helicopter with weak weathercock stability whose planes are coupled, and a glider with a fast roll mode.
+//! helicopter with weak weathercock stability whose planes are coupled, a light helicopter whose roll rate follows sideslip, yaw
+//! rate, pitch rate and incidence, and a glider with a fast roll mode.
 
 use sideslip::flight::file::model_file::ModelFile;
 use sideslip::flight::model::LinearModel;
@@ -94,6 +95,60 @@ p = -0.12
 r = -0.45
 lat_cyclic = 3.0
 pedal = -6.0
+collective = 3.0
+"#;
+
+const LIGHT_HELICOPTER: &str = r#"
+name = "light helicopter"
+kind = "linear"
+[trim]
+u = 42.0
+w = -0.4
+phi = -0.03
+theta = -0.01
+rotor_speed = 45.0
+[trim.controls]
+collective = 0.2
+pedal = 0.1
+[derivatives.X]
+u = -0.03
+w = 0.02
+q = 0.7
+lon_cyclic = -7.0
+[derivatives.Y]
+v = -0.11
+p = -0.5
+r = 0.15
+lat_cyclic = 9.0
+pedal = 4.0
+[derivatives.Z]
+u = -0.05
+w = -0.8
+lon_cyclic = -18.0
+collective = -90.0
+[derivatives.L]
+u = 0.01
+v = -0.09
+w = -0.05
+p = -4.1
+q = -1.2
+r = 0.2
+lat_cyclic = 40.0
+pedal = 2.5
+[derivatives.M]
+u = 0.02
+w = 0.008
+p = 0.4
+q = -1.4
+lon_cyclic = 18.0
+collective = 5.0
+[derivatives.N]
+v = 0.065
+w = 0.01
+p = -0.3
+r = -0.65
+lat_cyclic = 1.5
+pedal = -11.0
 collective = 3.0
 "#;
 
@@ -220,6 +275,11 @@ pub(crate) fn light_aircraft() -> LinearModel {
 /// The helicopter.
 pub(crate) fn helicopter() -> LinearModel {
     ModelFile::parse(HELICOPTER).unwrap().linear
+}
+
+/// The light helicopter: after an input of pedal or collective alone its motions are nearly combinations of each other.
+pub(crate) fn light_helicopter() -> LinearModel {
+    ModelFile::parse(LIGHT_HELICOPTER).unwrap().linear
 }
 
 /// The glider.

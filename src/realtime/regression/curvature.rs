@@ -118,7 +118,7 @@ impl Curvature {
     }
 
     /// Adds the square of the shift (2) and its covariance to the covariance of the fit, as for any term that is left out
-    /// (`stepwise` (3)); whether it is large for a primary term. `residual_var` is the variance of the residual.
+    /// (`stepwise::omitted` (1)); whether it is large for a primary term. `residual_var` is the variance of the residual.
     pub fn account_for(&self, axis: Axis, fit: &mut Fit, speed: f64, residual_var: f64) -> bool {
         // How much more variance the residual's colour makes of an estimate, on average over the terms.
         let colour = |&place: &usize| fit.cov[place][place] / (fit.dispersion[place][place] * residual_var);

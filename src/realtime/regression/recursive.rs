@@ -343,6 +343,7 @@ impl Recursive {
         let mut offer = Offer::NONE;
         offer.noise_vars.copy_from_slice(&noise_variances(&instruments.noise)[..REGRESSORS]);
         let follows = self.excitation.response_s(axis.is_lateral()).is_none();
+        offer.follows = follows;
         for variable in Variable::ALL {
             let place = regressor(variable);
             let deviation = self.information.deviation(place);
@@ -360,7 +361,7 @@ impl Recursive {
             offer.belongs[place] = belongs && !variable.is_control() && variable != Variable::U;
             offer.primary[place] = primary;
             offer.optional[place] = optional;
-            offer.undetermined[place] = !primary && (follows || belongs && !optional);
+            offer.undetermined[place] = !primary && (follows || !variable.is_control() || belongs && !optional);
         }
         Ok(offer)
     }

@@ -3,20 +3,16 @@
 //! Consumes an information matrix, the response and the terms that are offered; produces a [`Fit`].
 //!     theta = (X'X)^-1 X'y                                                                           (1)
 //!     F_i = theta_i^2/s_i^2                                       s_i for coloured residuals        (2)
-//!     Sigma <- Sigma + sum_j d_j d_j',  d_j = (theta_j/rho_j) (X'X)^-1 X'x_j, over the j left out   (3)
-//!     rho_j = 1 - W (n_j + sum_i b_i^2 n_i)/|x_j - sum_i b_i x_i|^2                                 (4)
 //! Primary terms enter first, the one with the largest partial F ahead; then, one a step, the term with the largest partial F
 //! (the highest partial correlation with the residual) whose corrected F exceeds `f_enter`; after each entry terms that are not
 //! primary and have fallen below `f_remove` leave, and stay out. A second pass enters all the others at once and removes the
 //! insignificant ones, for terms that are significant only together. Last, terms leave that fall below `f_remove` on their final
-//! standard errors. Standard errors conditional on the selection, as if the terms out were known to be zero, can be ten times too
-//! small. (3) restores those of the full equation, in the mean, where the terms out are zero. rho_j is the reliability of what
-//! term j has beyond its regression b on the terms in: the part of it that is motion, not noise of the variances n. The noise
-//! makes the estimate of j, and its standard error, too small by it. It is 1 for terms of the other plane.
+//! standard errors. What the terms left out may hide is added to the covariance: `omitted`.
 //! Source: Padfield et al. 1987, (18), (22) and section 2.2.5; N. R. Draper and H. Smith, Applied Regression Analysis, 3rd ed.,
-//! ch. 15; (3) after S. T. Buckland, K. P. Burnham and N. H. Augustin, Biometrics 53, 1997 (uncertainty of the model itself);
-//! (4): W. A. Fuller, Measurement Error Models, 1987, (1.1.11), of the partial regression.
+//! ch. 15.
 //! Numerics: sums scaled to unit diagonal, pivots below `PIVOT_MIN` refused: such a term is collinear with those in.
+
+mod omitted;
 
 use super::candidate::Coefficients;
 use super::candidate::{BIAS, REGRESSORS, SIGNALS};
@@ -30,15 +26,6 @@ const PIVOT_MIN: f64 = 1e-9;
 
 /// The same for terms that enter together: condition indexes stay in the tens.
 const PIVOT_SECOND: f64 = 1e-4;
-
-/// Part of its squares that a term of the equation's own plane has beyond those in, below which its own estimate says nothing:
-/// the rate of a fast roll mode follows v, r and the controls, and what is left of it is as much the filter's error and the
-/// gusts' as its own. With 0.1 one of 108 flights of such aircraft in still air has numbers beyond four standard errors, with
-/// 0.25 none.
-const OWN_MIN: f64 = 0.25;
-
-/// F of an estimate that is as good as zero.
-const F_MIN: f64 = 1e-6;
 
 /// Thresholds of entry and removal, on the corrected partial F.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,11 +43,13 @@ pub struct Offer {
     pub primary: [bool; REGRESSORS],
     /// Terms that have to earn their place.
     pub optional: [bool; REGRESSORS],
-    /// Terms of which, left out, at least the standard error counts by (3): those that belong to the equation and hardly moved,
-    /// and all those of a plane that follows the other.
+    /// Terms of which, left out, at least the standard error counts: those that belong to the equation and hardly moved,
+    /// motions of the other plane, and all those of a plane that follows the other.
     pub undetermined: [bool; REGRESSORS],
     /// Motions of the fast modes (all but u) that belong to the equation, whether they moved or not.
     pub belongs: [bool; REGRESSORS],
+    /// Whether no input moved the equation's own plane of motion.
+    pub follows: bool,
     /// Variances of the noise on the regressors.
     pub noise_vars: [f64; REGRESSORS],
 }
@@ -72,6 +61,7 @@ impl Offer {
         optional: [false; REGRESSORS],
         undetermined: [false; REGRESSORS],
         belongs: [false; REGRESSORS],
+        follows: false,
         noise_vars: [0.0; REGRESSORS],
     };
 }
@@ -85,7 +75,7 @@ pub struct Fit {
     pub theta: [f64; REGRESSORS],
     /// (X'X)^-1 by place; zero where a term is not in.
     pub dispersion: [[f64; REGRESSORS]; REGRESSORS],
-    /// Covariance of the estimates by place, corrected for coloured residuals and (3) for the selection.
+    /// Covariance of the estimates by place, corrected for coloured residuals and for what was left out.
     pub cov: [[f64; REGRESSORS]; REGRESSORS],
     /// Variance of the bias of least squares, by place, where the disturbance may move the aircraft.
     pub bias_var: [f64; REGRESSORS],
@@ -150,6 +140,19 @@ impl Fit {
     /// Multiplies the covariance of the estimates by `factor`.
     pub fn scale_covariance(&mut self, factor: f64) {
         self.cov.iter_mut().flatten().for_each(|entry| *entry *= factor);
+    }
+
+    /// Adds to the covariance d d', d the differences of the estimates by place.
+    fn add_shift(&mut self, shift: impl Fn(usize) -> f64) {
+        let mut by_place = [0.0; REGRESSORS];
+        for &i in &self.order {
+            by_place[i] = shift(i);
+        }
+        for &i in &self.order {
+            for &j in &self.order {
+                self.cov[i][j] += by_place[i] * by_place[j];
+            }
+        }
     }
 
     /// The optional term with the smallest F on its final standard error, where that is below `f_remove`.
@@ -298,51 +301,6 @@ impl<'a> SweptSelection<'a> {
         }
         let gained = wider.order.iter().any(|place| !self.order.contains(place));
         if gained { wider } else { self }
-    }
-
-    /// The fit with what the terms that were left out may hide. Were term j in, with its own estimate, the others would be
-    /// off by (3); that it did not earn its place does not say that it is zero. One that is undetermined counts with its standard
-    /// error where that is larger.
-    fn with_omitted(&self, mut fit: Fit, offer: &Offer) -> Fit {
-        for place in 0..REGRESSORS {
-            let own = self.swept.at(place, place);
-            let is_out = (offer.optional[place] || offer.undetermined[place]) && !self.swept.is_inside(place);
-            if !is_out || !(own > PIVOT_SECOND) {
-                continue;
-            }
-            let scaled_theta = self.swept.at(place, self.response) / own * self.scale[self.response];
-            // Noise makes the estimate of such a term too small: it may be what its standard error says.
-            let least_f = if offer.undetermined[place] { self.corrected_f_of_entry(place).clamp(F_MIN, 1.0) } else { 1.0 };
-            let scaled_theta = scaled_theta / libm::sqrt(least_f);
-            let scaled_theta =
-                if offer.belongs[place] { self.with_unreliability(scaled_theta, place, offer) } else { scaled_theta };
-            let mut shift = [0.0; REGRESSORS];
-            for &i in &self.order {
-                shift[i] = -scaled_theta * self.swept.at(i, place) / self.scale[i];
-            }
-            for &i in &self.order {
-                for &j in &self.order {
-                    fit.cov[i][j] += shift[i] * shift[j];
-                }
-            }
-        }
-        fit
-    }
-
-    /// What a motion of the equation's own plane that is left out may account for, given its own estimate, both in units of the
-    /// response's root of squares: divided by (4). Of one that hardly differs from a combination of the terms in nothing is
-    /// known, but that it does not account for more than there is.
-    fn with_unreliability(&self, scaled_theta: f64, place: usize, offer: &Offer) -> f64 {
-        let own = self.swept.at(place, place);
-        let of_others = self.order.iter().map(|&other| {
-            let coefficient = self.swept.at(other, place) * self.scale[place] / self.scale[other];
-            coefficient * coefficient * offer.noise_vars[other]
-        });
-        let noise: f64 = offer.noise_vars[place] + of_others.sum::<f64>();
-        let reliability = 1.0 - self.information.weight() * noise / (own * self.scale[place] * self.scale[place]);
-        let most = self.scale[self.response];
-        let known = reliability > 0.0 && own >= OWN_MIN;
-        if known { (scaled_theta / reliability).clamp(-most, most) } else { most }
     }
 
     /// The fit as the selection stands.
