@@ -178,9 +178,8 @@ fn the_blamed_instrument_is_the_right_one_or_none_and_no_number_is_wrong() {
 }
 
 /// A fixed wing's side force is small beside what rotation makes of the sideslip, which a wrong ay hardly contradicts; the
-/// sideways velocity follows it all the same. Of twelve flights of each fault none has a converged number that is wrong; those
-/// of the transport with an ay reversed or in ft/s^2 have 11 of 1,098 numbers beyond four standard errors, rms 1.6, above the
-/// limit.
+/// sideways velocity follows it all the same. Of seven flights of each fault none has a number beyond four standard errors; the
+/// few of the transport with an ay reversed or in ft/s^2 have rms 1.30 and 1.38, the latter above the limit.
 #[test]
 fn a_wrong_ay_of_a_small_side_force_gives_no_wrong_number() {
     const IN_FEET: f64 = 1.0 / 0.3048;

@@ -127,13 +127,14 @@ pub fn fit(information: &Information<SIGNALS>, response: usize, offer: &Offer, t
         }
     }
     let mut selection = selection.second_look(offer, thresholds);
-    loop {
-        let fit = selection.finish();
-        match fit.weakest(offer, thresholds.f_remove) {
-            Some(worst) if selection.leave(worst) => {}
-            _ => return Some(selection.with_omitted(fit, offer)),
-        }
+    let mut fit = selection.finish();
+    while let Some(worst) = fit.weakest(offer, thresholds.f_remove)
+        && selection.leave(worst)
+    {
+        fit = selection.finish();
     }
+    selection.add_omitted(&mut fit, offer);
+    Some(fit)
 }
 
 impl Fit {

@@ -29,8 +29,8 @@ const OWN_MIN: f64 = 0.25;
 const F_MIN: f64 = 1e-6;
 
 impl SweptSelection<'_> {
-    /// The fit with (1) to (4).
-    pub(super) fn with_omitted(&self, mut fit: Fit, offer: &Offer) -> Fit {
+    /// The fit with (1) to (4); the selection ends with all terms in.
+    pub(super) fn add_omitted(&mut self, fit: &mut Fit, offer: &Offer) {
         for place in (0..REGRESSORS).filter(|&place| self.is_out(place, offer) && self.swept.at(place, place) > PIVOT_MIN) {
             let scaled_theta = self.swept.at(place, self.response) / self.swept.at(place, place) * self.scale[self.response];
             // An undetermined one may be what its standard error says, where that is larger than its estimate.
@@ -39,14 +39,13 @@ impl SweptSelection<'_> {
             let scaled_theta = if offer.belongs[place] { self.unattenuated(scaled_theta, place, offer) } else { scaled_theta };
             fit.add_shift(|i| -scaled_theta * self.swept.at(i, place) / self.scale[i]);
         }
-        let all = self.with_all(offer);
+        self.enter_all(offer);
         let theta = fit.theta;
-        fit.add_shift(|i| all.theta(i) - theta[i]);
+        fit.add_shift(|i| self.theta(i) - theta[i]);
         if offer.follows {
-            let motions = (1..REGRESSORS).filter(|&place| offer.noise_vars[place] > 0.0 && all.swept.is_inside(place));
-            motions.for_each(|place| all.add_attenuation(place, offer, &mut fit));
+            let motions = (1..REGRESSORS).filter(|&place| offer.noise_vars[place] > 0.0 && self.swept.is_inside(place));
+            motions.for_each(|place| self.add_attenuation(place, offer, fit));
         }
-        fit
     }
 
     /// Whether the term was offered, or belongs to the equation, and is not in.
@@ -54,15 +53,13 @@ impl SweptSelection<'_> {
         (offer.optional[place] || offer.undetermined[place]) && !self.swept.is_inside(place)
     }
 
-    /// The equation with all terms but combinations of others.
-    fn with_all(&self, offer: &Offer) -> Self {
-        let mut all = SweptSelection { swept: self.swept.clone(), order: self.order.clone(), ..*self };
+    /// All terms enter but combinations of others.
+    fn enter_all(&mut self, offer: &Offer) {
         for place in 0..REGRESSORS {
-            if all.is_out(place, offer) && all.swept.at(place, place) > PIVOT_SECOND {
-                let _ = all.enter(place);
+            if self.is_out(place, offer) && self.swept.at(place, place) > PIVOT_SECOND {
+                let _ = self.enter(place);
             }
         }
-        all
     }
 
     /// What a motion of the equation's own plane that is left out may account for, given its own estimate, both in units of the
