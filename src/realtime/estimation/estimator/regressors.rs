@@ -22,6 +22,10 @@ use crate::realtime::estimation::trim::STEADY_RATE_RMS;
 /// Parts of the white noise of airspeed, incidence and sideslip that the filter leaves in the velocities at 100 Hz, measured in
 /// still air: airspeed and incidence are held by the attitude as well.
 const PASSED_BY_FILTER: [f64; 3] = [0.3, 0.3, 0.6];
+/// Place of the specific forces among the signals.
+const FORCES: usize = 8;
+/// Axis of the accelerometer that moves the velocity between the readings of airspeed, incidence and sideslip.
+const MOVED_BY_FORCE: [usize; 3] = [0, 2, 1];
 
 /// The instruments of the air data and their signals, in the order of `AirData::ALL`.
 const AIR_DATA: [(Aid, usize); 3] =
@@ -224,14 +228,17 @@ impl Estimator {
     fn noise_after_smoothing(&self, smoothed: &Smoothed<SIGNALS>, air_data_noise_vars: &[f64; 3]) -> SignalNoise {
         let estimated = self.noise.noise();
         let through = |signal: usize, gain: f64| libm::sqrt(gain * self.delay.ticks_a_sample(signal));
-        let [rates, forces] = [3, 8].map(|first| core::array::from_fn(|i| through(first + i, smoothed.value_noise_gain)));
+        let [rates, forces] = [3, FORCES].map(|first| core::array::from_fn(|i| through(first + i, smoothed.value_noise_gain)));
         let slopes: [f64; 3] = core::array::from_fn(|i| through(3 + i, smoothed.slope_noise_gain));
         let u = smoothed.value[0];
         let gust_gains = self.gust.gains();
         // Of airspeed, incidence, sideslip.
         let left: [f64; 3] = core::array::from_fn(|i| {
             let (_, signal) = AIR_DATA[i];
-            let by_filter = PASSED_BY_FILTER[i] / libm::sqrt(self.delay.ticks_a_sample(signal));
+            let force = FORCES + MOVED_BY_FORCE[i];
+            let is_held = smoothed.value[force].is_finite() && !self.delay.is_silent(force);
+            // Without the accelerometer that moves it between readings the velocity follows each of them.
+            let by_filter = if is_held { PASSED_BY_FILTER[i] / libm::sqrt(self.delay.ticks_a_sample(signal)) } else { 1.0 };
             libm::sqrt(air_data_noise_vars[i]) * libm::hypot((1.0 - gust_gains[i]) * by_filter, gust_gains[i])
         });
         let times = |gains: [f64; 3], stds: [f64; 3]| core::array::from_fn(|i| gains[i] * stds[i]);
