@@ -200,8 +200,8 @@ fn a_wrong_ay_of_a_small_side_force_gives_no_wrong_number() {
             let all = Seen::of(&flights);
             let (numbers, rms, beyond, wrong) = (all.numbers, all.rms(), all.beyond_four, all.converged_and_wrong);
             eprintln!("{name}, {channels:?} {fault:?}: {numbers} numbers, rms {rms:.2}, {beyond} beyond 4, {wrong} converged");
-            // Of the right ay, the flight with the pedal first has numbers most of the time, but for L_v and L_r of a glider until
-            // its L_p is known.
+            // Of the right ay, the flight with the pedal first has numbers most of the time, but for a glider's L_v and L_r
+            // until its L_p is known.
             let silent = channels.is_empty() && flights[0].numbers <= 1800;
             if wrong > 0 || rms > 1.3 || silent {
                 failed.push((name, channels, fault));
