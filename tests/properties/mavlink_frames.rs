@@ -83,6 +83,7 @@ fn a_frame_cut_short_anywhere_costs_only_itself() {
 
 proptest! {
     #![proptest_config(super::cases(256))]
+
     #[test]
     fn how_the_bytes_are_cut_changes_nothing(
         parts in prop::collection::vec(

@@ -3,7 +3,8 @@
 //! The terms of such a plane follow a few motions of the other and explain them alike. Selected among themselves they had, with
 //! numbers under `converging` and `converged`: of a light aircraft that circled after an aileron pulse Z_u 19 standard errors
 //! off, of a helicopter after a pedal doublet M_q 14 and M_v 13; in 3 of 6 flights each. Of a light helicopter, whose roll rate
-//! is nearly a combination of its other motions, in 8 of 8 flights after a collective doublet: L_v 12, L_r 10 and L_p 10.
+//! is nearly a combination of its other motions, in 8 of 8 flights after a collective doublet: L_v 12, L_r 10 and L_p 10;
+//! now 3 of 3,061 readings of 7 flights are beyond four.
 
 use super::pilot::with_inputs;
 use super::reported::watched;
@@ -14,8 +15,7 @@ use sideslip::flight::model::LinearModel;
 use sideslip::simulation::fly::Flight;
 use sideslip::simulation::instrument::InstrumentSet;
 
-/// A name, an aircraft, inputs, the time flown in s, and whether N_v, N_r, L_p and the Dutch roll have to have numbers in four
-/// of five flights.
+/// A name, an aircraft, inputs, the time flown in s, and whether N_v, N_r, L_p and the Dutch roll have to have numbers.
 type Case = (&'static str, LinearModel, &'static [&'static str], f64, bool);
 
 #[test]
@@ -42,8 +42,7 @@ fn a_plane_without_an_input_of_its_own_gives_no_wrong_number() {
         let wrong: usize = all.iter().map(|one| one.beyond_four).sum();
         eprintln!("{name}: {wrong} of {numbers} numbers beyond 4 standard errors");
         assert!(numbers > 0 && wrong == 0, "{name}");
-        let answered = all.iter().filter(|one| one.dutch_roll && one.last.iter().take(3).all(|has| *has)).count();
-        if lateral && answered * 5 < all.len() * 4 {
+        if lateral && !all.iter().all(|one| one.dutch_roll && one.last.iter().take(3).all(|has| *has)) {
             silent.push(name);
         }
     }
