@@ -16,8 +16,7 @@
 //! ours.
 
 use super::candidate::{REGRESSORS, SIGNALS};
-use super::information::Information;
-use super::instrumental::Instruments;
+use super::instrumental::InstrumentalEstimate;
 use super::stepwise::Fit;
 use nalgebra::SMatrix;
 
@@ -72,20 +71,11 @@ pub fn account_for_attenuation(fit: &mut Fit, noise: &[f64; SIGNALS], weight: f6
     }
 }
 
-/// (4) in place of least squares.
+/// (4) in place of least squares, given theta_IV where there is one and s_v^2 > 0.
 #[inline(never)]
-pub fn account_for(
-    fit: &mut Fit,
-    response: usize,
-    information: &Information<SIGNALS>,
-    instruments: Option<&Instruments>,
-    disturbance_var: f64,
-) {
-    if !(disturbance_var > 0.0) {
-        return;
-    }
+pub fn account_for(fit: &mut Fit, weight: f64, by_instruments: Option<&InstrumentalEstimate>, disturbance_var: f64) {
     let order = fit.order.clone();
-    let factor = PRIOR * disturbance_var * information.weight();
+    let factor = PRIOR * disturbance_var * weight;
     // Scaled by the prior's standard deviations.
     let size: [f64; REGRESSORS] =
         core::array::from_fn(|i| order.get(i).map_or(1.0, |&place| libm::sqrt(factor * fit.dispersion[place][place])));
@@ -97,16 +87,15 @@ pub fn account_for(
         fit.bias_var[place] = size * size;
     }
     let prior = RegressorSquare::from_fn(|i, j| scaled(&fit.dispersion, factor, i, j));
-    let estimate = instruments.and_then(|instruments| instruments.estimate(information, &order, response));
     let mut left = prior;
-    if let Some(estimate) = &estimate {
-        let by_instruments = RegressorSquare::from_fn(|i, j| {
+    if let Some(estimate) = by_instruments {
+        let its_cov = RegressorSquare::from_fn(|i, j| {
             let unused = i == j && i >= order.len();
             scaled(&estimate.cov, 1.0, i, j) + f64::from(u8::from(unused))
         });
         // K' = (B + Sigma_IV)^-1 B. Of nearly collinear regressors rounding can leave a Sigma_IV that is no covariance, and
         // (4) would take variance away: such an estimate tells nothing.
-        let sum = by_instruments.cholesky().and_then(|_| (prior + by_instruments).cholesky());
+        let sum = its_cov.cholesky().and_then(|_| (prior + its_cov).cholesky());
         let combined = sum.map(|sum| {
             let gain = sum.solve(&prior).transpose();
             (gain, prior - gain * prior)
@@ -132,6 +121,7 @@ pub fn account_for(
 #[cfg(test)]
 mod tests {
     use super::super::candidate::{BIAS, regressor, response};
+    use super::super::information::Information;
     use super::super::stepwise::{Offer, Thresholds, fit};
     use super::*;
     use crate::flight::derivative::{Axis, Variable};
@@ -173,7 +163,7 @@ mod tests {
         let (information, before) = fitted();
         let mut after = before.clone();
         let disturbance_var = 0.25e-4;
-        account_for(&mut after, response(Axis::N), &information, None, disturbance_var);
+        account_for(&mut after, information.weight(), None, disturbance_var);
         let v = regressor(Variable::V);
         assert!((after.theta[v] - before.theta[v]).abs() < 1e-15);
         // One regressor of variance 1/2: the bias is at most the disturbance's deviation over the regressor's, the prior c of it.

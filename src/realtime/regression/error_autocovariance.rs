@@ -21,15 +21,14 @@
 use super::candidate::REGRESSORS;
 use super::candidate::{BIAS, Coefficients, SIGNALS};
 use super::information::{Information, LAGS, LagCovariance};
-use heapless::Vec;
 use nalgebra::{SMatrix, SVector};
 
 /// Lags counted from zero.
 const COUNT: usize = LAGS + 1;
 
 type RegressorMatrix = [[f64; REGRESSORS]; REGRESSORS];
-/// A p x p matrix for every lag, row by row; no longer than p asks for, since most equations have few terms.
-type MatrixOverLags = Vec<[f64; COUNT], { REGRESSORS * REGRESSORS }>;
+/// A row or column of a p x p matrix for every lag.
+type VectorOverLags = [[f64; COUNT]; REGRESSORS];
 
 /// Autocovariance r of the error of the equation with those terms; `residual` over z, `dispersion` by place.
 pub fn error_covariance(
@@ -38,43 +37,28 @@ pub fn error_covariance(
     dispersion: &RegressorMatrix,
     residual: &Coefficients,
 ) -> Option<LagCovariance> {
-    let p = order.len().min(REGRESSORS);
-    // D G_l' and D (G_m + 1(m > 0) G_m'), rows and columns in the order of entry.
-    let (mut turned, mut both) = (MatrixOverLags::new(), MatrixOverLags::new());
-    turned.resize(p * p, [0.0; COUNT]).ok()?;
-    both.resize(p * p, [0.0; COUNT]).ok()?;
-    for &place_k in order.iter().take(p) {
-        for (j, &place_j) in order.iter().enumerate().take(p) {
-            let (ahead, behind) = (information.over_lags(place_k, place_j), information.over_lags(place_j, place_k));
-            let mut sum = ahead;
-            for lag in 1..COUNT {
-                sum[lag] += behind[lag];
-            }
-            for (i, &place_i) in order.iter().enumerate().take(p) {
-                let d = dispersion[place_i][place_k];
-                for (entry, behind) in turned[i * p + j].iter_mut().zip(&behind) {
-                    *entry += d * behind;
-                }
-                for (entry, sum) in both[i * p + j].iter_mut().zip(&sum) {
-                    *entry += d * sum;
-                }
-            }
-        }
-    }
-    // quadratic[l][m] = trace of the products.
+    // quadratic[l][m] = trace(G_l' D (G_m + 1(m > 0) G_m') D), a row of D G_l' and the column of D (G_m + ..) that meets it at a
+    // time: on a flight computer's stack there is no room for whole matrices over all lags.
     let mut quadratic = [[0.0; COUNT]; COUNT];
     let mut trace = [0.0; COUNT];
-    for i in 0..p {
-        for j in 0..p {
-            for (row, of_l) in quadratic.iter_mut().zip(&turned[i * p + j]) {
-                for (entry, of_m) in row.iter_mut().zip(&both[j * p + i]) {
-                    *entry += of_l * of_m;
-                }
+    for (i, &place_i) in order.iter().enumerate().take(REGRESSORS) {
+        let (mut row, mut column): (VectorOverLags, VectorOverLags) = ([[0.0; COUNT]; REGRESSORS], [[0.0; COUNT]; REGRESSORS]);
+        for &place_k in order {
+            let mut both = information.over_lags(place_k, place_i);
+            let behind = information.over_lags(place_i, place_k);
+            both.iter_mut().zip(behind).skip(1).for_each(|(sum, behind)| *sum += behind);
+            for ((&place_j, row), column) in order.iter().zip(&mut row).zip(&mut column) {
+                information.add_over_lags(row, dispersion[place_i][place_k], place_j, place_k);
+                let d = dispersion[place_j][place_k];
+                column.iter_mut().zip(&both).for_each(|(entry, both)| *entry += d * both);
             }
         }
-        for (trace, own) in trace.iter_mut().zip(&turned[i * p + i]) {
-            *trace += own;
+        for (of_row, of_column) in row.iter().zip(&column).take(order.len()) {
+            for (entries, of_l) in quadratic.iter_mut().zip(of_row) {
+                entries.iter_mut().zip(of_column).for_each(|(entry, of_m)| *entry += of_l * of_m);
+            }
         }
+        trace.iter_mut().zip(row[i]).for_each(|(trace, own)| *trace += own);
     }
     let pairs = information.over_lags(BIAS, BIAS);
     let w3 = information.weight3() / information.weight2();

@@ -142,6 +142,16 @@ impl<const N: usize> Information<N> {
         products
     }
 
+    /// Adds `factor` times entry i, j of G_l to `sums`, for every lag.
+    pub fn add_over_lags(&self, sums: &mut [f64; LAGS + 1], factor: f64, i: usize, j: usize) {
+        let [now, later @ ..] = sums;
+        *now += factor * self.squared[i][j];
+        let factor = factor * self.scale2();
+        for (sum, product) in later.iter_mut().zip(&self.lagged[i][j].0) {
+            *sum += factor * product;
+        }
+    }
+
     /// Entry of (2) for z_i of `lag_i` instants ago and z_j of `lag_j` instants ago, as if the signals were stationary; zero
     /// where they are more than [`LAGS`] apart.
     pub fn shifted(&self, i: usize, lag_i: usize, j: usize, lag_j: usize) -> f64 {

@@ -250,21 +250,36 @@ impl Instruments {
         size: impl Fn(usize) -> f64,
     ) -> RegressorProducts {
         let count = self.count();
-        let mut weighted = Normal::zeros();
-        for (lag, r) in autocovariance.iter().enumerate() {
-            let weight = taper(lag) * r;
-            let counted = if lag == 0 { 1.0 } else { 2.0 };
-            weighted[(0, 0)] += counted * weight * information.shifted(BIAS, 0, BIAS, lag);
-            for i in 1..count {
-                for j in 1..count {
-                    let both = self.product(i, j, lag) + if lag == 0 { 0.0 } else { self.product(j, i, lag) };
-                    weighted[(i, j)] += weight * both;
+        let weights: [f64; LAGS + 1] = core::array::from_fn(|lag| taper(lag) * autocovariance[lag]);
+        // sum_l w_l R_l (Z'Z_l + Z_l'Z) an entry at a time: all of it would be a large part of a flight computer's stack.
+        let weighted = |i: usize, j: usize| {
+            let by_lag = weights.iter().enumerate().map(|(lag, weight)| {
+                let both = match (i, j, lag) {
+                    (0, 0, 0) => information.shifted(BIAS, 0, BIAS, 0),
+                    (0, 0, _) => 2.0 * information.shifted(BIAS, 0, BIAS, lag),
+                    (_, _, 0) => self.product(i, j, 0),
+                    _ => self.product(i, j, lag) + self.product(j, i, lag),
+                };
+                weight * both
+            });
+            by_lag.sum::<f64>()
+        };
+        let mut middle = RegressorProducts::zeros();
+        for k in 0..count {
+            let mut row = [0.0; REGRESSORS];
+            for m in (0..count).filter(|&m| (k == 0) == (m == 0)) {
+                let product = weighted(k, m);
+                row.iter_mut().zip(order).for_each(|(entry, &place)| *entry += product * self.first_stage[(m, place)]);
+            }
+            for (i, &a) in order.iter().enumerate() {
+                for (j, entry) in row.iter().enumerate().take(order.len()) {
+                    middle[(i, j)] += self.first_stage[(k, a)] * entry;
                 }
             }
         }
-        let columns = SMatrix::<f64, INSTRUMENTS, REGRESSORS>::from_fn(|k, i| {
-            order.get(i).map_or(0.0, |&place| self.first_stage[(k, place)] / size(place))
-        });
-        columns.transpose() * (weighted * columns)
+        RegressorProducts::from_fn(|i, j| match (order.get(i), order.get(j)) {
+            (Some(&a), Some(&b)) => middle[(i, j)] / (size(a) * size(b)),
+            _ => 0.0,
+        })
     }
 }
