@@ -36,6 +36,7 @@ fn statuses() -> Vec<Status> {
         Reason::AidRejected { channel: Channel::Beta },
         Reason::Unresolved,
         Reason::NoInput,
+        Reason::NoControl,
         Reason::InstrumentDoubted { channel: None },
         Reason::InstrumentDoubted { channel: Some(Channel::Tas) },
     ];
@@ -156,7 +157,7 @@ fn codes_that_there_are_not_are_refused_with_the_field() {
     let refused = |error: String, words: &str| assert!(error.contains(words), "{error}");
     let status = |code, reason, places| StatusBody { code, reason, places, numbers: [0.0; 2] }.status().unwrap_err().to_string();
     refused(status(8, ABSENT, [0; 2]), "sideslip.Status.1: code: expected 0 to 7, found 8");
-    refused(status(5, 13, [0; 2]), "reason: expected 0 to 12, found 13");
+    refused(status(5, 14, [0; 2]), "reason: expected 0 to 13, found 14");
     refused(status(5, 3, [10, 0]), "variable: expected a place in its table, found 10");
     let event = EventPayload { code: 0, subject: 24, ..EventPayload::default() };
     refused(event.record().unwrap_err().to_string(), "subject");

@@ -69,13 +69,14 @@ pub(super) fn watched(flight: &Flight, model: &LinearModel) -> Reported {
                 found.numbers += 1;
                 found.beyond_four += usize::from(score.abs() > 4.0);
                 found.converged += usize::from(equation.status == Status::Converged);
-                if equation.status == Status::Converged && score.abs() > 4.0 {
-                    found.converged_and_wrong += 1;
+                if score.abs() > 4.0 {
+                    found.converged_and_wrong += usize::from(equation.status == Status::Converged);
                     eprintln!(
-                        "{:.0} s, seed {}: {}_{variable:?} {score:.1} standard errors off",
+                        "{:.0} s, seed {}: {}_{variable:?} {score:.1} standard errors off, {:?}",
                         sample.time_s,
                         flight.seed,
-                        equation.axis.name()
+                        equation.axis.name(),
+                        equation.status
                     );
                 }
                 let doubted = matches!(equation.status, Status::DependsOnAmplitude | Status::Disagree);

@@ -31,7 +31,9 @@ pub enum IdentificationModelError {
     Twice(String),
     #[error("expected at least one state")]
     NoState,
-    #[error("no control moves in these runs: expected a test input, or what else acts on the states in --inputs")]
+    #[error(
+        "no control moves in these runs (channels that are not a deflection in rad or deg do not count): expected a test input, or what else acts on the states in --inputs"
+    )]
     NoInput,
     #[error("`{0}` and `{1}` are the same state; expected one of them")]
     Same(&'static str, &'static str),

@@ -70,6 +70,8 @@ pub enum Reason {
     Unresolved,
     /// No input moved this plane of motion, and it is not known to follow from the other plane: the air may move it.
     NoInput,
+    /// No control was sampled by the time of the trim: an input is not told from gusts.
+    NoControl,
     /// Another equation that this answer needs has no number.
     Equation {
         /// Which.
@@ -84,6 +86,7 @@ impl Reason {
             Reason::NoRates
             | Reason::NoAccelerometer { .. }
             | Reason::NoTrim { .. }
+            | Reason::NoControl
             | Reason::Unobserved { .. }
             | Reason::AidRejected { .. }
             | Reason::InstrumentDoubted { .. }

@@ -56,6 +56,7 @@ impl From<Status> for StatusBody {
             }
             Reason::NotConfirmed { channel } => (11, [place(channel.index()), ABSENT], [0.0; 2]),
             Reason::NoInput => (12, [ABSENT; 2], [0.0; 2]),
+            Reason::NoControl => (13, [ABSENT; 2], [0.0; 2]),
         };
         StatusBody { reason: code, places, numbers, ..plain(5) }
     }
@@ -93,8 +94,9 @@ impl StatusBody {
                 10 => Reason::InstrumentDoubted { channel: Some(channel(first)?) },
                 11 => Reason::NotConfirmed { channel: channel(first)? },
                 12 => Reason::NoInput,
+                13 => Reason::NoControl,
                 found => {
-                    return Err(BusError::Payload { schema: SCHEMA, field: "reason", expected: "0 to 12", found: found.into() });
+                    return Err(BusError::Payload { schema: SCHEMA, field: "reason", expected: "0 to 13", found: found.into() });
                 }
             }),
             (6, _) => Status::Disagree,

@@ -170,6 +170,9 @@ impl Display for ReasonText {
             Reason::NoInput => f.write_str(
                 "no input moved this plane of motion, nor is it known to follow from the other plane: the air may move it",
             ),
+            Reason::NoControl => f.write_str(
+                "no control is known from the start of the run on, and without one an input is not told from gusts; record the deflections",
+            ),
             Reason::Equation { axis } => write!(f, "the {} equation has no numbers", axis.name()),
         }
     }

@@ -47,8 +47,12 @@ impl Recursive {
         if instruments.vanes_contradict[usize::from(axis.is_lateral())] {
             return Some(Reason::AidRejected { channel: vane.channel() });
         }
-        let rejected = needs(axis).into_iter().find(|aid| !instruments.trusted[aid.index()])?;
-        Some(Reason::AidRejected { channel: rejected.channel() })
+        let rejected = needs(axis).into_iter().find(|aid| !instruments.trusted[aid.index()]);
+        if let Some(aid) = rejected {
+            return Some(Reason::AidRejected { channel: aid.channel() });
+        }
+        let no_control = self.trim.is_some_and(|trim| trim.controls.iter().all(|control| !control.is_finite()));
+        no_control.then_some(Reason::NoControl)
     }
 
     /// Takes up what the kinematics tell about sign and unit. Without excitation gusts alone speak, which may confirm but do not

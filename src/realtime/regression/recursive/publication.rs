@@ -76,7 +76,7 @@ impl Recursive {
                 }
             }
         }
-        withhold_followers(&mut equation);
+        withhold_followers(&mut equation, offer.follows);
         equation
     }
 
@@ -104,13 +104,15 @@ impl Recursive {
     }
 }
 
-/// Takes L_v and L_r out where L_p is not known: a fast roll mode follows v and r, and they then have part of what p does.
-fn withhold_followers(equation: &mut EquationRecord) {
+/// Takes L_v and L_r out where L_p is not known: a fast roll mode follows v and r, and they then have part of what p does. In a
+/// plane that follows the other one, everything of L: there the roll rate of a helicopter after its collective is a combination
+/// of all the other motions.
+fn withhold_followers(equation: &mut EquationRecord, follows: bool) {
     let is_known = |term: &TermRecord| term.value.abs() > DAMPING_KNOWN * term.std;
     if equation.axis != Axis::L || equation.term(Variable::P).is_some_and(is_known) {
         return;
     }
-    for variable in [Variable::V, Variable::R] {
+    for variable in Variable::ALL.into_iter().filter(|variable| follows || matches!(variable, Variable::V | Variable::R)) {
         if equation.term(variable).is_some() {
             equation.terms.retain(|term| term.variable != Some(variable));
             equation.unresolved |= 1 << variable.index();
