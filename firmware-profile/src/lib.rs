@@ -4,7 +4,11 @@
 //! within `budget.toml`: a build that exceeds one of them fails.
 #![no_std]
 
+#[cfg(feature = "hosted")]
+extern crate std;
+
 pub mod budget;
+pub mod c_interface;
 pub mod fingerprint;
 pub mod manoeuvre;
 

@@ -1,9 +1,10 @@
 //! The profile on the host: a static place, samples of its own, and an allocator that stops the program.
 //!
 //! `firmware-profile` flies the manoeuvre and prints sizes, Dutch roll and fingerprint. `--stack BYTES` flies it in a
-//! thread of that much stack: the program dies where it is too little.
+//! thread of that much stack: the program dies where it is too little. `firmware-profile --c-header` prints `include/sideslip.h`.
 
 use firmware_profile::budget::PARTS;
+use firmware_profile::c_interface::header::header;
 use firmware_profile::fingerprint::Fingerprint;
 use firmware_profile::manoeuvre::ManoeuvreSamples;
 use firmware_profile::{Profile, SETTINGS};
@@ -78,7 +79,11 @@ fn run() -> Result<String, String> {
         ["--stack", bytes] => {
             within(bytes.parse().map_err(|_| format!("expected a number of bytes after --stack, found {bytes:?}"))?)?
         }
-        _ => return Err(format!("expected nothing or `--stack BYTES`, found {arguments:?}")),
+        ["--c-header"] => {
+            let mut text = String::new();
+            return header(&mut text).map(|()| text).map_err(|error| error.to_string());
+        }
+        _ => return Err(format!("expected nothing, `--stack BYTES` or `--c-header`, found {arguments:?}")),
     };
     let mut text = String::from("part             bytes      limit\n");
     for part in PARTS {

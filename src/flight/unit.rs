@@ -78,6 +78,7 @@ const UNITS: &[(&str, Quantity, f64)] = &[
     ("ns", Quantity::Time, 1e-9),
     ("min", Quantity::Time, 60.0),
     ("h", Quantity::Time, 3600.0),
+    ("day", Quantity::Time, 86_400.0),
     ("m", Quantity::Length, 1.0),
     ("mm", Quantity::Length, 1e-3),
     ("cm", Quantity::Length, 1e-2),

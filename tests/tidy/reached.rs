@@ -56,7 +56,8 @@ fn candidates(file: &str, beside: bool, name: &str, path: Option<&str>) -> Vec<S
 
 /// Files that Cargo builds by itself.
 fn is_root(path: &str, manifests: &str) -> bool {
-    let by_rule = path.ends_with("src/lib.rs") || path.ends_with("src/main.rs") || path.ends_with("build.rs");
+    let program = path.contains("src/bin/") && path.ends_with("/main.rs");
+    let by_rule = path.ends_with("src/lib.rs") || path.ends_with("src/main.rs") || path.ends_with("build.rs") || program;
     let test = match path.strip_prefix("tests/") {
         Some(below) => below.split_once('/').is_none_or(|(_, file)| file == "main.rs"),
         None => path.contains("/tests/"),

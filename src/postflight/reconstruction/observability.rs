@@ -155,6 +155,7 @@ pub(crate) fn undetectable(found: &FaultSearch, number: usize) -> Vec<NotObserva
     if run.record.outputs.get(6).is_some_and(Option::is_some) {
         said.push(NotObservable::Altitude);
     }
+    said.push(NotObservable::Controls);
     said
 }
 

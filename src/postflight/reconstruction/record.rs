@@ -213,6 +213,8 @@ pub enum NotObservable {
     HeadingBias,
     /// Vertical wind and static pressure have the effect of errors of the altitude.
     Altitude,
+    /// No kinematic equation contains a control.
+    Controls,
 }
 
 /// What distinguishes two explanations of one error.

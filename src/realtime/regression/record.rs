@@ -80,6 +80,26 @@ pub enum Reason {
 }
 
 impl Reason {
+    /// Its number wherever it stands as one: on the bus and in the C interface of the firmware profile.
+    pub const fn code(&self) -> u32 {
+        match self {
+            Reason::NoRates => 0,
+            Reason::NoAccelerometer { .. } => 1,
+            Reason::RateTooLow { .. } => 2,
+            Reason::Unobserved { .. } => 3,
+            Reason::Collinear { .. } => 4,
+            Reason::NotExcited { .. } => 5,
+            Reason::Equation { .. } => 6,
+            Reason::NoTrim { .. } => 7,
+            Reason::AidRejected { .. } => 8,
+            Reason::Unresolved => 9,
+            Reason::InstrumentDoubted { .. } => 10,
+            Reason::NotConfirmed { .. } => 11,
+            Reason::NoInput => 12,
+            Reason::NoControl => 13,
+        }
+    }
+
     /// Whether an instrument is why: missing, doubted, not confirmed. What rests on its readings has no number by any method.
     pub const fn is_of_an_instrument(&self) -> bool {
         match self {

@@ -94,6 +94,17 @@ pub(super) fn labelled(label: &str, text: &str, style: Style, width: usize) -> V
     rest.collect()
 }
 
+/// A sentence to the right of what it belongs to, in as many lines as the width needs.
+pub(super) fn beside(left: &str, text: &str, style: Style, width: usize) -> Vec<Line<'static>> {
+    let columns = left.chars().count();
+    let parts = wrapped(&printable(text), width.saturating_sub(columns).max(20)).into_iter().enumerate();
+    let of_place = |(place, part)| {
+        let left = if place == 0 { left } else { "" };
+        Line::from(Span::styled(format!("{left:<columns$}{part}"), style))
+    };
+    parts.map(of_place).collect()
+}
+
 /// A sentence in as many lines as the width needs; the first keeps its own indentation, the later ones have that one.
 pub(super) fn sentence(text: &str, style: Style, width: usize, indent: usize) -> Vec<Line<'static>> {
     let text = printable(text);
@@ -104,4 +115,16 @@ pub(super) fn sentence(text: &str, style: Style, width: usize, indent: usize) ->
     parts
         .map(|(place, part)| Line::from(Span::styled(format!("{:1$}{part}", "", if place == 0 { first } else { indent }), style)))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sentence_keeps_to_the_right_of_what_it_belongs_to_and_uses_the_width() {
+        let lines = beside("1.20 s  ", "the aircraft is being excited", Style::new(), 28);
+        let texts: Vec<String> = lines.iter().map(ToString::to_string).collect();
+        assert_eq!(texts, ["1.20 s  the aircraft is", "        being excited"]);
+    }
 }

@@ -9,10 +9,11 @@ use iceoryx2::prelude::ZeroCopySend;
 
 const SCHEMA: &str = "sideslip.Status.1";
 
-/// How far along an answer is. Codes: 0 waiting, 1 exciting, 2 converging, 3 converged, 4 stale, 5 not identifiable;
-/// then reasons: 0 no rates, 1 no accelerometer (channel), 2 rate too low (Hz, Hz needed), 3 unobserved (variable,
-/// channel), 4 collinear (condition index), 5 not excited (axis, variable), 6 another equation (axis), 7 no trim (channel),
-/// 8 aid rejected (channel), 9 unresolved, 10 instrument doubted (channel or none), 11 accelerometer not confirmed (channel).
+/// How far along an answer is. Codes: 0 waiting, 1 exciting, 2 converging, 3 converged, 4 stale, 5 not identifiable,
+/// 6 disagree, 7 depends on amplitude; then reasons, by [`Reason::code`]: 0 no rates, 1 no accelerometer (channel), 2 rate too
+/// low (Hz, Hz needed), 3 unobserved (variable, channel), 4 collinear (condition index), 5 not excited (axis, variable),
+/// 6 another equation (axis), 7 no trim (channel), 8 aid rejected (channel), 9 unresolved, 10 instrument doubted (channel or
+/// none), 11 not confirmed (channel), 12 no input, 13 no control.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[type_name("sideslip.Status.1")]
@@ -40,25 +41,22 @@ impl From<Status> for StatusBody {
             Status::DependsOnAmplitude => return plain(7),
             Status::NotIdentifiable(reason) => reason,
         };
-        let (code, places, numbers) = match reason {
-            Reason::NoRates => (0, [ABSENT; 2], [0.0; 2]),
-            Reason::NoAccelerometer { channel } => (1, [place(channel.index()), ABSENT], [0.0; 2]),
-            Reason::RateTooLow { hz, needed_hz } => (2, [ABSENT; 2], [hz, needed_hz]),
-            Reason::Unobserved { variable, missing } => (3, [place(variable.index()), place(missing.index())], [0.0; 2]),
-            Reason::Collinear { condition_index } => (4, [ABSENT; 2], [condition_index, 0.0]),
-            Reason::NotExcited { axis, variable } => (5, [place(axis.index()), place(variable.index())], [0.0; 2]),
-            Reason::Equation { axis } => (6, [place(axis.index()), ABSENT], [0.0; 2]),
-            Reason::NoTrim { channel } => (7, [place(channel.index()), ABSENT], [0.0; 2]),
-            Reason::AidRejected { channel } => (8, [place(channel.index()), ABSENT], [0.0; 2]),
-            Reason::Unresolved => (9, [ABSENT; 2], [0.0; 2]),
+        let (places, numbers) = match reason {
+            Reason::NoRates | Reason::Unresolved | Reason::NoInput | Reason::NoControl => ([ABSENT; 2], [0.0; 2]),
+            Reason::NoAccelerometer { channel }
+            | Reason::NoTrim { channel }
+            | Reason::AidRejected { channel }
+            | Reason::NotConfirmed { channel } => ([place(channel.index()), ABSENT], [0.0; 2]),
+            Reason::RateTooLow { hz, needed_hz } => ([ABSENT; 2], [hz, needed_hz]),
+            Reason::Unobserved { variable, missing } => ([place(variable.index()), place(missing.index())], [0.0; 2]),
+            Reason::Collinear { condition_index } => ([ABSENT; 2], [condition_index, 0.0]),
+            Reason::NotExcited { axis, variable } => ([place(axis.index()), place(variable.index())], [0.0; 2]),
+            Reason::Equation { axis } => ([place(axis.index()), ABSENT], [0.0; 2]),
             Reason::InstrumentDoubted { channel } => {
-                (10, [channel.map_or(ABSENT, |channel| place(channel.index())), ABSENT], [0.0; 2])
+                ([channel.map_or(ABSENT, |channel| place(channel.index())), ABSENT], [0.0; 2])
             }
-            Reason::NotConfirmed { channel } => (11, [place(channel.index()), ABSENT], [0.0; 2]),
-            Reason::NoInput => (12, [ABSENT; 2], [0.0; 2]),
-            Reason::NoControl => (13, [ABSENT; 2], [0.0; 2]),
         };
-        StatusBody { reason: code, places, numbers, ..plain(5) }
+        StatusBody { reason: reason.code(), places, numbers, ..plain(5) }
     }
 }
 

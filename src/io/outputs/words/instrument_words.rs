@@ -175,6 +175,9 @@ pub fn not_observable(one: &NotObservable) -> String {
         NotObservable::Altitude => {
             "altitude: vertical wind and static pressure have the same effect as errors of its instrument".to_owned()
         }
+        NotObservable::Controls => {
+            "controls: their sign, scale and delay are in no kinematic equation; `diagnose` compares them with a model".to_owned()
+        }
     }
 }
 

@@ -19,6 +19,22 @@ pub struct HeaderGuess {
     pub doubt: Option<&'static str>,
 }
 
+impl HeaderGuess {
+    /// The same with the sign of a load factor by what it mostly reads, in level flight one of the weight.
+    pub fn with_sign_of(self, values: &[f64]) -> HeaderGuess {
+        let negative = values.iter().filter(|value| **value < 0.0).count();
+        let positive = values.iter().filter(|value| **value > 0.0).count();
+        let down = 10 * negative >= 9 * values.len();
+        let up = 10 * positive >= 9 * values.len();
+        match self.doubt {
+            Some(UPWARD) if values.is_empty() || down == up => self,
+            Some(UPWARD) if down => HeaderGuess { negative: false, doubt: Some(READS_DOWN), ..self },
+            Some(UPWARD) => HeaderGuess { negative: true, doubt: Some(READS_UP), ..self },
+            _ => self,
+        }
+    }
+}
+
 /// Words that say nothing of the quantity.
 const FILLERS: [&str; 27] = [
     "a",
@@ -52,6 +68,8 @@ const FILLERS: [&str; 27] = [
 
 const INDICATED: &str = "true airspeed is needed, not indicated or calibrated airspeed";
 const UPWARD: &str = "load factor is usually positive upward, az is positive down";
+const READS_UP: &str = "positive upward by what it reads, az is positive down";
+const READS_DOWN: &str = "positive down by what it reads, as az is";
 const ANGLE: &str = "controls are angles, positive as in the conventions";
 
 type Rule = (&'static str, &'static [&'static str], Option<&'static str>);

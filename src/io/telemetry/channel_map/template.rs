@@ -8,6 +8,7 @@ use super::header_guess::{HeaderGuess, guess_in};
 use super::unit_text::{name_and_unit, quantity_of, unit_of, units_of};
 use crate::flight::channel::{Channel, ControlNames};
 use crate::flight::file::time_stamp::{DateOrder, TimeStamp};
+use crate::flight::unit::{Quantity, factor_to_si};
 use crate::io::telemetry::table::cell::{bare, header_text, number_of};
 use crate::io::telemetry::table::clock::{median_step, unit_by_step};
 use crate::io::telemetry::table::layout::{TableLayout, cells, unit_row};
@@ -153,7 +154,7 @@ impl SectionTemplate {
             let is_surer = |other: &HeaderGuess| other.name == found.name && other.doubt.is_none();
             let is_surpassed = found.doubt.is_some() && guesses.iter().flatten().any(is_surer);
             let is_first = fits && !is_surpassed && taken.insert(found.name);
-            let (line, comment) = channel_line(header, found);
+            let (line, comment) = channel_line(header, &found.with_sign_of(&self.numbers(place)));
             let mark = if is_first { "" } else { "# " };
             let again = if is_first { "" } else { "also looks like it; " };
             let _ = writeln!(text, "{mark}{line:<48} # {again}{comment}");
@@ -191,7 +192,7 @@ impl SectionTemplate {
         let Some((place, header)) = place.and_then(|place| Some((place, self.headers.get(place)?))) else {
             return "time = \"?\"                         # no column looks like a time: put its header here\n".to_owned();
         };
-        let stated = name_and_unit(header).1.and_then(unit_of).filter(|unit| ["s", "ms", "us", "ns"].contains(unit));
+        let stated = name_and_unit(header).1.and_then(unit_of).filter(|unit| factor_to_si(unit, Quantity::Time).is_ok());
         let is_read = |order| {
             let stamp = |row: &Vec<String>| TimeStamp::parse_ordered(row.get(place)?.trim(), order);
             // The last row may be cut.
@@ -282,6 +283,7 @@ mod tests {
             "time = { column = \"Time\", unit = \"ms\" }  # guess: rows are 10 apart; not stated",
             "p = \"Roll Rate [deg/s]\"",
             "az = { column = \"nz [g]\", sign = -1 }",
+            "positive upward by what it reads, az is positive down",
             "theta = { column = \"Pitch\", unit = \"?\" }",
             "# guess; UNIT NOT STATED (rad, deg)",
             "#   \"gear\"  (first value 0)",
@@ -290,6 +292,8 @@ mod tests {
         ] {
             assert!(map.contains(words), "{words} is not in\n{map}");
         }
+        let down = of_table("x.csv", first.replace(";1,0;2", ";-9,7;2").replace("[g]", "[m/s2]").as_bytes());
+        assert!(down.contains("az = \"nz [m/s2]\"") && down.contains("positive down by what it reads, as az is"), "{down}");
         let dated = |cell: &str| of_table("x.csv", format!("UTC;p\n{cell};1\n{cell};2\n").as_bytes());
         for (cell, format) in [
             ("17.05.2024 09:30:01,5", "format = \"iso8601\" }  # by its cells"),
@@ -298,6 +302,8 @@ mod tests {
         ] {
             assert!(dated(cell).contains(format), "{}", dated(cell));
         }
+        let serial = of_table("x.csv", b"Time [days];p [deg/s]\n45000,5;1\n45000,6;1\n");
+        assert!(serial.contains("time = { column = \"Time [days]\", unit = \"day\" }  # the header states day"), "{serial}");
         let refused = ChannelMap::from_toml(&map).unwrap_err();
         assert!(refused.what.contains("is theta (rad, deg, ...), found `?`"), "{refused}");
         let read = ChannelMap::from_toml(&map.replace("\"?\"", "\"deg\"")).unwrap();

@@ -32,6 +32,7 @@ const OTHER_WRITINGS: &[(&str, &str)] = &[
     ("micros", "us"),
     ("microsecond", "us"),
     ("microseconds", "us"),
+    ("days", "day"),
     ("nsec", "ns"),
     ("nanos", "ns"),
     ("nanosecond", "ns"),
