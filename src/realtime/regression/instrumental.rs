@@ -251,24 +251,32 @@ impl Instruments {
     ) -> RegressorProducts {
         let count = self.count();
         let weights: [f64; LAGS + 1] = core::array::from_fn(|lag| taper(lag) * autocovariance[lag]);
-        // sum_l w_l R_l (Z'Z_l + Z_l'Z) an entry at a time: all of it would be a large part of a flight computer's stack.
-        let weighted = |i: usize, j: usize| {
+        let entry = |i: usize, j: usize| {
             let by_lag = weights.iter().enumerate().map(|(lag, weight)| {
                 let both = match (i, j, lag) {
                     (0, 0, 0) => information.shifted(BIAS, 0, BIAS, 0),
                     (0, 0, _) => 2.0 * information.shifted(BIAS, 0, BIAS, lag),
-                    (_, _, 0) => self.product(i, j, 0),
+                    (0, ..) | (_, 0, _) => 0.0,
+                    (.., 0) => self.product(i, j, 0),
                     _ => self.product(i, j, lag) + self.product(j, i, lag),
                 };
                 weight * both
             });
             by_lag.sum::<f64>()
         };
+        // sum_l w_l R_l (Z'Z_l + Z_l'Z): symmetric.
+        let mut weighted = Normal::zeros();
+        for k in 0..count {
+            for m in 0..=k {
+                weighted[(k, m)] = entry(k, m);
+                weighted[(m, k)] = weighted[(k, m)];
+            }
+        }
         let mut middle = RegressorProducts::zeros();
         for k in 0..count {
             let mut row = [0.0; REGRESSORS];
-            for m in (0..count).filter(|&m| (k == 0) == (m == 0)) {
-                let product = weighted(k, m);
+            for m in 0..count {
+                let product = weighted[(k, m)];
                 row.iter_mut().zip(order).for_each(|(entry, &place)| *entry += product * self.first_stage[(m, place)]);
             }
             for (i, &a) in order.iter().enumerate() {
