@@ -44,6 +44,37 @@ pub struct SideslipSample {
     pub channels: [f64; CHANNELS],
 }
 
+impl SideslipSample {
+    /// Its bytes in a file, little-endian numbers one after the other.
+    pub const BYTES: usize = 8 * (1 + CHANNELS);
+
+    /// The sample of those bytes.
+    pub fn from_le_bytes(bytes: &[u8; Self::BYTES]) -> Self {
+        let (numbers, _) = bytes.as_chunks::<8>();
+        let number = |place: usize| numbers.get(place).map_or(f64::NAN, |bytes| f64::from_le_bytes(*bytes));
+        SideslipSample { time_s: number(0), channels: core::array::from_fn(|channel| number(1 + channel)) }
+    }
+}
+
+impl From<&Sample> for SideslipSample {
+    fn from(sample: &Sample) -> Self {
+        let channels = Channel::ALL.map(|channel| sample.get(channel).unwrap_or(f64::NAN));
+        SideslipSample { time_s: sample.time_s, channels }
+    }
+}
+
+impl From<&SideslipSample> for Sample {
+    fn from(from: &SideslipSample) -> Self {
+        let mut sample = Sample::new(from.time_s);
+        for (channel, value) in Channel::ALL.into_iter().zip(from.channels) {
+            if !value.is_nan() {
+                sample.set(channel, value);
+            }
+        }
+        sample
+    }
+}
+
 /// A pair of conjugate roots; NaN where there is none.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -166,14 +197,8 @@ pub unsafe extern "C" fn sideslip_step(profile: *mut c_void, sample: *const Side
         return NO_POINTER;
     }
     // SAFETY: the caller's promise.
-    let (profile, from) = unsafe { (&mut *profile, &*sample) };
-    let mut sample = Sample::new(from.time_s);
-    for (channel, value) in Channel::ALL.into_iter().zip(from.channels) {
-        if !value.is_nan() {
-            sample.set(channel, value);
-        }
-    }
-    i32::from(profile.estimates.take(profile.profile.step(&sample)))
+    let (profile, sample) = unsafe { (&mut *profile, &*sample) };
+    i32::from(profile.estimates.take(profile.profile.step(&Sample::from(sample))))
 }
 
 /// Copies the newest estimates.

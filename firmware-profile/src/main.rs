@@ -1,14 +1,17 @@
 //! The profile on the host: a static place, samples of its own, and an allocator that stops the program.
 //!
 //! `firmware-profile` flies the manoeuvre and prints sizes, Dutch roll and fingerprint. `--stack BYTES` flies it in a
-//! thread of that much stack: the program dies where it is too little. `firmware-profile --c-header` prints `include/sideslip.h`.
+//! thread of that much stack: the program dies where it is too little. `--samples FILE` flies the samples of a file
+//! (`examples/recorded_samples.rs`), `--c-header` prints `include/sideslip.h`.
 
 use firmware_profile::budget::PARTS;
+use firmware_profile::c_interface::SideslipSample;
 use firmware_profile::c_interface::header::header;
 use firmware_profile::fingerprint::Fingerprint;
 use firmware_profile::manoeuvre::ManoeuvreSamples;
 use firmware_profile::{Profile, SETTINGS};
 use sideslip::flight::run::RunGeometry;
+use sideslip::flight::sample::Sample;
 use sideslip::realtime::modes::record::ModesRecord;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write;
@@ -52,10 +55,15 @@ static PROFILE: Mutex<Profile> = Mutex::new(Profile::new(&SETTINGS, RunGeometry:
 
 /// Flies the manoeuvre without an allocator.
 fn fly() -> Result<(Option<ModesRecord>, Fingerprint), String> {
+    fly_samples(ManoeuvreSamples::default())
+}
+
+/// Flies the samples without an allocator.
+fn fly_samples(samples: impl Iterator<Item = Sample>) -> Result<(Option<ModesRecord>, Fingerprint), String> {
     let mut profile = PROFILE.lock().map_err(|error| error.to_string())?;
     let mut fingerprint = Fingerprint::default();
     IN_FLIGHT.store(true, Ordering::Relaxed);
-    for sample in ManoeuvreSamples::default() {
+    for sample in samples {
         fingerprint.take(profile.step(&sample));
     }
     let tick = profile.finish();
@@ -63,6 +71,17 @@ fn fly() -> Result<(Option<ModesRecord>, Fingerprint), String> {
     let last = tick.modes;
     IN_FLIGHT.store(false, Ordering::Relaxed);
     Ok((last, fingerprint))
+}
+
+/// The fingerprint of the samples of a file, one `SideslipSample` after the other.
+fn fingerprint_of(file: &str) -> Result<String, String> {
+    let bytes = std::fs::read(file).map_err(|error| format!("{file}: {error}"))?;
+    let (samples, rest) = bytes.as_chunks();
+    if !rest.is_empty() {
+        return Err(format!("{file}: expected samples of {} bytes, found {} left over", SideslipSample::BYTES, rest.len()));
+    }
+    let (_, fingerprint) = fly_samples(samples.iter().map(|bytes| Sample::from(&SideslipSample::from_le_bytes(bytes))))?;
+    Ok(format!("fingerprint  {:016x}\n", fingerprint.0))
 }
 
 /// The same in a thread with that much stack.
@@ -79,11 +98,12 @@ fn run() -> Result<String, String> {
         ["--stack", bytes] => {
             within(bytes.parse().map_err(|_| format!("expected a number of bytes after --stack, found {bytes:?}"))?)?
         }
+        ["--samples", file] => return fingerprint_of(file),
         ["--c-header"] => {
             let mut text = String::new();
             return header(&mut text).map(|()| text).map_err(|error| error.to_string());
         }
-        _ => return Err(format!("expected nothing, `--stack BYTES` or `--c-header`, found {arguments:?}")),
+        _ => return Err(format!("expected nothing, `--stack BYTES`, `--samples FILE` or `--c-header`, found {arguments:?}")),
     };
     let mut text = String::from("part             bytes      limit\n");
     for part in PARTS {

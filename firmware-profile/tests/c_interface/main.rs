@@ -6,7 +6,6 @@ use firmware_profile::c_interface::header::header;
 use firmware_profile::c_interface::{SideslipEstimates, SideslipSample};
 use firmware_profile::manoeuvre::ManoeuvreSamples;
 use firmware_profile::{Profile, SETTINGS};
-use sideslip::flight::channel::Channel;
 use sideslip::flight::run::RunGeometry;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -31,11 +30,7 @@ fn library() -> PathBuf {
 }
 
 fn samples() -> Vec<SideslipSample> {
-    let of_sample = |sample: sideslip::flight::sample::Sample| SideslipSample {
-        time_s: sample.time_s,
-        channels: Channel::ALL.map(|channel| sample.get(channel).unwrap_or(f64::NAN)),
-    };
-    ManoeuvreSamples::default().map(of_sample).collect()
+    ManoeuvreSamples::default().map(|sample| SideslipSample::from(&sample)).collect()
 }
 
 /// The numbers of a structure without padding, as its bytes.
