@@ -205,6 +205,7 @@ pub fn withhold_axes(derivatives: Option<&DerivativesRecord>, fit: &mut OutputEr
         Status::NotIdentifiable(reason) => reason.is_of_an_instrument() || reason == Reason::NoInput,
         _ => false,
     };
+    let had_numbers = !fit.parameters.is_empty();
     fit.parameters.retain(|one| !withheld(one.axis));
     let (lateral, longitudinal) =
         ([Axis::Y, Axis::L, Axis::N].into_iter().any(withheld), [Axis::Z, Axis::M].into_iter().any(withheld));
@@ -217,7 +218,7 @@ pub fn withhold_axes(derivatives: Option<&DerivativesRecord>, fit: &mut OutputEr
     if lateral || longitudinal || withheld(Axis::X) {
         fit.coupled = None;
     }
-    if fit.parameters.is_empty() && fit.progress != OutputErrorProgress::Waiting {
+    if had_numbers && fit.parameters.is_empty() && fit.progress != OutputErrorProgress::Waiting {
         fit.progress = OutputErrorProgress::Failed;
         fit.explain("the regression withholds the equations that it would have derivatives of, for the reasons given there");
     }
@@ -269,6 +270,11 @@ mod tests {
         regression.equations[Axis::N.index()].status = Status::NotIdentifiable(Reason::NoRates);
         withhold_axes(Some(&regression), &mut kept);
         assert!(kept.parameters.is_empty() && kept.dutch_roll.is_none() && kept.progress == OutputErrorProgress::Failed);
+        // One that never had numbers keeps its own reason.
+        let mut never = OutputErrorRecord { parameters: heapless::Vec::new(), progress: OutputErrorProgress::Failed, ..kept };
+        never.explain("a gap");
+        withhold_axes(Some(&derivatives(Status::Converged, 0.04, 0.004)), &mut never);
+        assert_eq!(never.reason.as_str(), "a gap");
     }
 
     #[test]

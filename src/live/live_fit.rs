@@ -240,7 +240,7 @@ fn output_error_record(
     record.manoeuvres = u32::try_from(records.len()).unwrap_or(u32::MAX);
     record.samples = u32::try_from(count(records)).unwrap_or(u32::MAX);
     if let Some(doubt) = doubt {
-        record.explain(format_args!("{doubt}; standard errors not below the regression's"));
+        record.explain(format_args!("{doubt}; errors not below the regression's"));
     }
     let roots = |structure: &ModelStructure| {
         modes(structure, &fitted.theta, &cov, &linear.reference_trim.steps(linear.reference_trim_std, &structure.states))

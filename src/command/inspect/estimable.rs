@@ -72,7 +72,10 @@ impl EstimableQuantities {
         let too_short = gyros.iter().filter_map(length_s).reduce(f64::min).filter(|length_s| *length_s < LENGTH_MIN_S);
         let too_short =
             too_short.map(|length_s| format!("it is {length_s:.2} s long, derivatives need {LENGTH_MIN_S} s or more"));
-        let moments: Vec<String> = no_rates.clone().into_iter().chain(too_slow(&gyros)).chain(too_short).collect();
+        let no_control = Channel::CONTROLS.iter().all(|channel| survey.of(*channel).is_none());
+        let no_control = no_control.then(|| NO_CONTROL.to_owned());
+        let moments = no_rates.clone().into_iter().chain(too_slow(&gyros)).chain(too_short).chain(no_control.clone());
+        let moments: Vec<String> = moments.collect();
         // Said beside what is possible: nothing may have been excited.
         let most = gyros.iter().filter_map(range).fold(0.0, f64::max);
         let stands = (moments.is_empty() && most < RATE_EXCURSION_MIN)
@@ -129,7 +132,7 @@ impl EstimableQuantities {
         let mut dutch_roll = Feasibility::from_obstacles((), obstacles);
         let lateral = [Variable::LatCyclic, Variable::Pedal];
         let excites = |answer: &Feasibility<Variable>| lateral.contains(&answer.what) && answer.reasons.is_empty();
-        if !variables.iter().any(excites) {
+        if no_control.is_none() && !variables.iter().any(excites) {
             let names = lateral.map(|variable| variable.name(controls)).join(" nor ");
             dutch_roll.reasons.push(format!("neither {names} moves enough: only gusts or a free motion can excite it"));
         }
@@ -150,6 +153,9 @@ impl EstimableQuantities {
         }
     }
 }
+
+/// Why nothing is estimated from a recording without controls.
+const NO_CONTROL: &str = "no control is recorded as a deflection (rad or deg): an input is not told from gusts";
 
 fn unobserved(variable: Variable, missing: &str) -> String {
     let name = variable.name(ControlNames::default());
@@ -225,8 +231,10 @@ mod tests {
         assert_eq!(answer.aids_missing, ["beta", "psi", "altitude"]);
         let blind = judged("tas alpha beta", 10.0, &[]);
         assert!(!blind.state.possible && blind.state.reasons[0] == "no `p`, `q`, `r`");
+        assert!(blind.dutch_roll.reasons.iter().any(|reason| reason == NO_CONTROL), "{:?}", blind.dutch_roll.reasons);
+        let still = judged(ALL, 10.0, &[Channel::LatCyclic, Channel::Pedal]);
         assert_eq!(
-            blind.dutch_roll.reasons.last().unwrap(),
+            still.dutch_roll.reasons.last().unwrap(),
             "neither aileron nor rudder moves enough: only gusts or a free motion can excite it"
         );
     }

@@ -6,7 +6,7 @@ use super::link_words::{self, is_current};
 use super::mode_lines::{oscillation, output_error, slow_modes};
 use ratatui::style::Style;
 use ratatui::text::Line;
-use sideslip::io::outputs::words::status_text::{WHOLE_NOT_AVAILABLE, status_in_words};
+use sideslip::io::outputs::words::status_text::{DUTCH_ROLL_WITHHELD, WHOLE_NOT_AVAILABLE, status_in_words};
 
 /// The page.
 pub(super) fn lines(picture: &BusPicture, width: usize, ink: Ink) -> Vec<Line<'static>> {
@@ -20,9 +20,7 @@ pub(super) fn lines(picture: &BusPicture, width: usize, ink: Ink) -> Vec<Line<'s
     lines.extend(labelled("Status", &status_in_words(modes.status, picture.controls), ink.status(modes.status), width));
     match &modes.dutch_roll {
         Some(pair) => lines.extend(oscillation("Dutch roll (lat.)", pair, style, ink)),
-        None => {
-            lines.extend(labelled("Dutch roll", "no number: none yet, or no oscillation among the roots", ink.stale(), width))
-        }
+        None => lines.extend(labelled("Dutch roll", DUTCH_ROLL_WITHHELD, ink.stale(), width)),
     }
     match &modes.coupled {
         Some(pair) => lines.extend(oscillation("Dutch roll whole", pair, style, ink)),

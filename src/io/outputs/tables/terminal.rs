@@ -10,7 +10,9 @@ use crate::io::outputs::record::EventKind;
 use crate::io::outputs::tables::wrapped::wrapped;
 use crate::io::outputs::words::event_text::{Severity, event_severity};
 use crate::io::outputs::words::printable::{printable, printable_lines, with_short_numbers};
-use crate::io::outputs::words::status_text::{DerivativeLabel, WHOLE_NOT_AVAILABLE, derivative_unit, status_in_words};
+use crate::io::outputs::words::status_text::{
+    DUTCH_ROLL_WITHHELD, DerivativeLabel, WHOLE_NOT_AVAILABLE, derivative_unit, status_in_words,
+};
 use crate::realtime::modes::record::{ModesRecord, OscillatoryMode, RealRoot};
 use crate::realtime::regression::record::{DerivativesRecord, EquationRecord, RegressionEvent, Status};
 use std::borrow::Cow;
@@ -227,7 +229,7 @@ impl EstimateTable<'_> {
         }
         match &modes.dutch_roll {
             Some(pair) => oscillation(f, "Dutch roll", pair)?,
-            None if numbers => writeln!(f, "  Dutch roll       none: no oscillation among the roots of these derivatives")?,
+            None if numbers => self.heading(f, 2, &format!("Dutch roll       {DUTCH_ROLL_WITHHELD}"))?,
             None => {}
         }
         if let Some(pair) = &modes.lateral_phugoid {

@@ -44,7 +44,7 @@ pub struct StabilityVerdict {
 pub fn lateral_verdict(modes: &ModesRecord, controls: ControlNames) -> StabilityVerdict {
     let not_known = |why: String| StabilityVerdict { verdict: LateralStability::NotKnown, reason: format!("because {why}") };
     let reservation = match modes.status {
-        Status::Waiting => return not_known("no input has excited the aircraft yet (waiting)".to_owned()),
+        Status::Waiting => return not_known("no test input has excited the aircraft yet (waiting)".to_owned()),
         Status::Exciting => return not_known("the excitation so far does not resolve the derivatives (exciting)".to_owned()),
         Status::NotIdentifiable(_) => return not_known(format!("the modes are {}", status_in_words(modes.status, controls))),
         Status::Disagree => return not_known("time and frequency domain, or output error, give different numbers".to_owned()),
@@ -137,7 +137,13 @@ mod tests {
                 LateralStability::NotKnown,
                 "because Dutch roll and spiral are within three standard errors of neutral; roll decays",
             ),
-            (Status::Waiting, 0.1, -0.02, LateralStability::NotKnown, "because no input has excited the aircraft yet (waiting)"),
+            (
+                Status::Waiting,
+                0.1,
+                -0.02,
+                LateralStability::NotKnown,
+                "because no test input has excited the aircraft yet (waiting)",
+            ),
             (
                 Status::NotIdentifiable(Reason::NoRates),
                 0.1,

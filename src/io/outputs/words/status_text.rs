@@ -85,10 +85,16 @@ impl Display for StatusText {
 /// Why the Dutch roll of the whole aircraft has no number where that of the lateral subsystem has one.
 pub const WHOLE_NOT_AVAILABLE: &str = "not available yet: not all six equations have the terms of its coupling to u w q";
 
+/// Why there is no Dutch roll where the equations have numbers.
+pub const DUTCH_ROLL_WITHHELD: &str = "no number: a pair that grows is reported once it has done so for 2 s, any other once its \
+                                       standard errors resolve it; or no pair of roots oscillates";
+
 /// The status with what it means where there is no number yet.
 pub fn status_in_words(status: Status, controls: ControlNames) -> String {
     let more = match status {
-        Status::Waiting => ": no input has excited the aircraft yet; gusts and controls that answer them do not",
+        Status::Waiting => {
+            ": no test input has excited the aircraft yet; gusts, controls that answer them, and small or slow inputs do not"
+        }
         Status::Exciting => ": the excitation so far does not resolve the derivatives",
         Status::Stale => ": no new input for a while",
         Status::Disagree => ": the frequency domain, or output error, gives other numbers",
@@ -171,7 +177,7 @@ impl Display for ReasonText {
                 "no input moved this plane of motion, nor is it known to follow from the other plane: the air may move it",
             ),
             Reason::NoControl => f.write_str(
-                "no control is known from the start of the run on, and without one an input is not told from gusts; record the deflections",
+                "no control deflection is known at the start of the run, and without one an input is not told from gusts; record deflections in rad or deg, or state by --map what the command columns mean",
             ),
             Reason::Equation { axis } => write!(f, "the {} equation has no numbers", axis.name()),
         }
